@@ -197,7 +197,7 @@ class ActionServer:
                 worker.join(deadline.remaining())
         for goal in goals:
             self._finish_quietly(goal, "the action server was closed")
-        if self._ticker is not None and self._ticker.is_alive():
+        if self._ticker not in (None, threading.current_thread()) and self._ticker.is_alive():
             self._ticker.join(_CLOSE_SECONDS)
         for part in reversed(self._parts):
             part.close()
@@ -395,4 +395,10 @@ class ActionServer:
             try:
                 self._publish_status()
             except RosError:
+                if self._status_out.closed:
+                    # `Node.registering` has closed it and said why: the program was interrupted, or the
+                    # master refused it. A server that nobody can follow takes no goals.
+                    _log.debug("= %s: closed with its status topic", self.name)
+                    self.close()
+                    return
                 _log.exception("! %s: status could not be published", self.name)

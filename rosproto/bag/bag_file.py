@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Callable
 from typing import BinaryIO
 
 from rosproto.bag.limits import BagLimits, Budget
+from rosproto.bag.remote import is_remote, open_remote
 from rosproto.errors import BagError
 
-__all__ = ["BagFile"]
+__all__ = ["BagFile", "Scanning", "Unreachable"]
+
+Scanning = Callable[[int, int], None]
+"""Called now and then while a file is searched for what it holds: bytes done, and of how many."""
+
+
+class Unreachable(BagError):
+    """The network or the server before the file fails: that is no damage, and nothing is skipped for it."""
 
 
 class BagFile:
     """A seekable file, read by position.
 
     Args:
-        file: Path, or a seekable binary file (which stays open when this is closed).
+        file: Path, URL (see `remote`), or a seekable binary file (which stays open when this is closed).
         limits: Bounds on the memory its chunks may take.
+        scanning: Called by `scanned`.
 
     Raises:
         BagError: The file cannot be opened, or cannot seek.
@@ -30,14 +40,28 @@ class BagFile:
         far: True when each read costs a round trip, so that a chunk is best read whole.
     """
 
-    def __init__(self, file: str | os.PathLike[str] | BinaryIO, limits: BagLimits | None = None) -> None:
+    def __init__(
+        self,
+        file: str | os.PathLike[str] | BinaryIO,
+        limits: BagLimits | None = None,
+        scanning: Scanning | None = None,
+    ) -> None:
+        self._scanning = scanning
+        self._searching = True
+        self._failure: Unreachable | None = None
+        self.path: str | None
+        self._file: BinaryIO
         self._lock = threading.Lock()
         self.limits = limits or BagLimits()
-        if isinstance(file, (str, os.PathLike)):
-            self.path: str | None = os.fspath(file)
+        if isinstance(file, str) and is_remote(file):
+            self.path = file
+            self._file = open_remote(file)
+            self._owned = True
+        elif isinstance(file, (str, os.PathLike)):
+            self.path = os.fspath(file)
             try:
                 # Unbuffered: chunks are read whole, a buffer would only copy them once more.
-                self._file: BinaryIO = open(file, "rb", buffering=0)  # noqa: SIM115
+                self._file = open(file, "rb", buffering=0)  # noqa: SIM115
             except OSError as problem:
                 raise BagError(f"cannot open the bag: {problem.strerror}", path=self.path) from problem
             self._owned = True
@@ -66,15 +90,22 @@ class BagFile:
         Any thread may call it.
 
         Raises:
-            BagError: The disk or the network behind it fails.
+            Unreachable: The network or the server behind it fails.
+            BagError: The disk fails.
         """
+        if self._failure is not None and self._searching:
+            raise self._failure
         count = min(count, self.size - position)
         if count <= 0:
             return b""
         try:
             return self._read(position, count)
         except OSError as problem:
-            raise self.error(f"{count} bytes cannot be read: {problem.strerror}", position) from problem
+            text = f"{count} bytes cannot be read: {problem.strerror}"
+            if self.far:
+                self._failure = Unreachable(text, path=self.path, offset=position)
+                raise self._failure from problem
+            raise self.error(text, position) from problem
 
     def _read(self, position: int, count: int) -> bytes:
         with self._lock:  # or another thread could move the position, or close the file, in between
@@ -89,6 +120,24 @@ class BagFile:
                 parts.append(data)
                 left -= len(data)
         return b"".join(parts)
+
+    def scanned(self, position: int) -> None:
+        """What lies before this position has been searched: tell who waits for it."""
+        if self._scanning is not None:
+            self._scanning(min(position, self.size), self.size)
+
+    def searched(self) -> None:
+        """The search for what the file holds is over.
+
+        A search takes a record that cannot be read for damaged, and goes on behind it. Where the network has
+        failed, all that follows would look damaged: nothing more was read from there on, which is told here.
+
+        Raises:
+            Unreachable: That happened; what was found is not all.
+        """
+        self._searching = False
+        if self._failure is not None:
+            raise self._failure
 
     def allow_unpacking(self, position: int, size: int) -> None:
         """Count a compressed chunk, by its declared size, before it is decompressed. Any thread may call it.
@@ -116,11 +165,6 @@ class BagFile:
     def error(self, message: str, offset: int | None = None) -> BagError:
         """A BagError about this file."""
         return BagError(message, path=self.path, offset=offset)
-
-    def own(self, file: BinaryIO) -> None:
-        """Let `close` close this file too, although the caller opened it."""
-        assert file is self._file
-        self._owned = True
 
     def close(self) -> None:
         """Close the file if it was opened here."""

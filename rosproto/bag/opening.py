@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from rosproto.bag.bag_file import BagFile, Scanning
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.reader import BagReader
 from rosproto.bag.writer import BagWriter
@@ -23,34 +24,31 @@ def open_bag(
     *,
     skip_damaged: bool = False,
     limits: BagLimits | None = None,
+    scanning: Scanning | None = None,
 ) -> BagReader:
     """A reader of a bag or of an MCAP file, whatever its name is.
 
     Args:
-        file: Path, or a seekable binary file.
+        file: Path, a URL that fsspec reaches (extra `remote`), or a seekable binary file. Of what lies behind
+            a URL only the parts that are read are fetched.
         skip_damaged: See `BagReader`.
         limits: See `BagReader`.
+        scanning: See `BagReader`.
 
     Raises:
         BagError: It cannot be opened, or is neither.
     """
-    if _begins(file).startswith(_MCAP):
+    source = BagFile(file, limits, scanning)
+    try:
+        mcap = source.read_at(0, len(_MCAP)) == _MCAP
+    except BaseException:
+        source.close()
+        raise
+    if mcap:
         from rosproto.bag.mcap import McapReader
 
-        return McapReader(file, skip_damaged=skip_damaged, limits=limits)
-    return BagReader(file, skip_damaged=skip_damaged, limits=limits)
-
-
-def _begins(file: str | os.PathLike[str] | BinaryIO) -> bytes:
-    """Its first bytes; empty when it cannot be opened, which the reader then reports in better words."""
-    try:
-        if isinstance(file, (str, os.PathLike)):
-            with open(file, "rb") as opened:
-                return opened.read(len(_MCAP))
-        file.seek(0)
-        return file.read(len(_MCAP))
-    except (OSError, ValueError):
-        return b""
+        return McapReader(source, skip_damaged=skip_damaged)
+    return BagReader(source, skip_damaged=skip_damaged)
 
 
 def is_mcap_name(path: str | os.PathLike[str]) -> bool:

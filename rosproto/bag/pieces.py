@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import glob
 import importlib
+import logging
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, BinaryIO, Literal, cast
+from typing import Any, Literal, cast
 
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.limits import BagLimits
@@ -20,7 +21,7 @@ from rosproto.bag.mcap.reader import McapReader
 from rosproto.bag.opening import open_bag
 from rosproto.bag.reader import BagReader
 from rosproto.bag.records import ChunkInfo, Connection
-from rosproto.bag.remote import is_remote, open_remote, remote_files
+from rosproto.bag.remote import is_remote, remote_files
 from rosproto.errors import BagError
 
 __all__ = ["PIECE_BYTES", "Damaged", "Files", "Partition", "cluster_module", "partitions"]
@@ -28,6 +29,7 @@ __all__ = ["PIECE_BYTES", "Damaged", "Files", "Partition", "cluster_module", "pa
 Damaged = Literal["raise", "skip"]
 Files = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 PIECE_BYTES = 64 << 20
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +101,14 @@ def partitions(
         topics: Only these; None for all. Each piece has one.
         size: A piece is full when its chunks take this many bytes of the file; a chunk is never cut.
         fields: Of each message; see `BagReader.to_arrow`.
-        damaged: What pieces do where a chunk is damaged: "raise", or "skip" that chunk.
+        damaged: What pieces do where a chunk is damaged: "raise", or "skip" that chunk. With "skip", a file
+            found in a folder or by a pattern that is no recording at all is left out; the log has a warning.
         limits: How much each file may ask for.
 
     Raises:
-        BagError: A file cannot be opened or is no recording; nothing matches; none has these topics; a scan,
-            in place of a missing index, found that messages are missing (not with `damaged="skip"`).
+        BagError: A file cannot be opened or is no recording; nothing is named or matches; none has these
+            topics; a scan, in place of a missing index, found that messages are missing (not with
+            `damaged="skip"`).
         ValueError: `size` or `damaged` is out of range.
     """
     if size < 1:
@@ -115,8 +119,17 @@ def partitions(
     wanted = None if topics is None else {topics} if isinstance(topics, str) else set(topics)
     found: list[Partition] = []
     seen: set[str] = set()
-    for path in _paths(files):
-        with _opened(path, limits) as bag:
+    for path, named in _paths(files):
+        try:
+            bag = open_bag(path, limits=limits)
+        except BagError as problem:
+            # Of a thousand files in a folder some are empty. One that is named is meant, and what cannot be
+            # opened or reached (another error is behind it then) is not damaged.
+            if named or damaged == "raise" or problem.__cause__ is not None:
+                raise
+            _log.warning("left out: %s", problem)
+            continue
+        with bag:
             if bag._lost and damaged == "raise":
                 raise BagError(
                     f'messages are missing ({"; ".join(bag.damage)}); damaged="skip" takes the others',
@@ -192,16 +205,21 @@ def _ends(bag: BagReader) -> dict[int, int]:
 # -- files -------------------------------------------------------------------------------------------------
 
 
-def _paths(files: Files) -> list[str]:
+def _paths(files: Files) -> list[tuple[str, bool]]:
+    """Each file once, and whether it was named, not found in a folder or by a pattern."""
     several = [files] if isinstance(files, (str, os.PathLike)) else list(files)
-    found: list[str] = []
+    found: dict[str, bool] = {}
     for each in several:
         path = os.fspath(each)
-        matching = remote_files(path) if is_remote(path) else _local(path)
+        matching = remote_files(path) if is_remote(path) else _local(os.path.expanduser(path))
         if not matching:
-            raise BagError("nothing there is a bag or an MCAP file", path=path)
-        found += matching
-    return list(dict.fromkeys(found))
+            why = "no file matches" if glob.has_magic(path) else "no file in there ends in .bag or .mcap"
+            raise BagError(why, path=path)
+        for one in matching:
+            found[one] = found.get(one, False) or matching == [path]
+    if not found:
+        raise BagError("no files were named, so there is nothing to cut into pieces")
+    return list(found.items())
 
 
 def _local(path: str) -> list[str]:
@@ -217,37 +235,11 @@ def _local(path: str) -> list[str]:
     return sorted(glob.glob(path, recursive=True))
 
 
-def _opened(path: str, limits: BagLimits | None) -> BagReader:
-    if not is_remote(path):
-        return open_bag(path, limits=limits)
-    file = open_remote(path)
-    try:
-        return _closing(open_bag(file, limits=limits), file)
-    except BaseException:
-        file.close()
-        raise
-
-
-def _closing(bag: BagReader, file: BinaryIO) -> BagReader:
-    """Let the reader close the file when it is closed."""
-    bag._source.own(file)
-    return bag
-
-
-def _source_of(piece: Partition) -> BagFile:
-    if not is_remote(piece.file):
-        return BagFile(piece.file)
-    file = open_remote(piece.file)
-    source = BagFile(file)
-    source.own(file)
-    return source
-
-
 class _BagPiece(BagReader):
     """A reader that is given the index instead of reading it."""
 
     def __init__(self, piece: Partition) -> None:
-        self._source = _source_of(piece)
+        self._source = BagFile(piece.file)
         self._skip = piece.damaged == "skip"
         self._spans = dict(zip([chunk.pos for chunk in piece.chunks], piece.spans, strict=True))
         self._told(piece)
@@ -265,3 +257,4 @@ class _McapPiece(McapReader, _BagPiece):
     def __init__(self, piece: Partition) -> None:
         _BagPiece.__init__(self, piece)
         self._loose = set(cast("tuple[int, ...]", piece.loose))
+        self._packed = {}  # a piece is read, nobody asks how it is compressed

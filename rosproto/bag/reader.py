@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
-from rosproto.bag.bag_file import BagFile
+from rosproto.bag.bag_file import BagFile, Scanning
 from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
 from rosproto.bag.decoding import Takers, decoded_messages
 from rosproto.bag.index import open_index
@@ -62,10 +62,11 @@ class BagReader(RunReader):
     scanned record by record; `damage` then says what was wrong, and everything that is whole can be read.
 
     Args:
-        file: Path, or a seekable binary file.
+        file: Path, URL (extra `remote`), or a seekable binary file.
         skip_damaged: When a chunk turns out to be damaged, leave out the rest of it and note that in
             `damage`, instead of raising.
         limits: How much reading the file may cost; see `rosproto.bag.BagLimits`.
+        scanning: Called now and then during such a scan: bytes done, and of how many.
 
     Raises:
         BagError: It cannot be opened, is no bag, is of version 1, or is encrypted.
@@ -84,14 +85,16 @@ class BagReader(RunReader):
 
     def __init__(
         self,
-        file: str | os.PathLike[str] | BinaryIO,
+        file: str | os.PathLike[str] | BinaryIO | BagFile,
         *,
         skip_damaged: bool = False,
         limits: BagLimits | None = None,
+        scanning: Scanning | None = None,
     ) -> None:
-        self._source = BagFile(file, limits)
+        self._source = file if isinstance(file, BagFile) else BagFile(file, limits, scanning)
         try:
             found = open_index(self._source)
+            self._source.searched()
         except BaseException:
             self._source.close()
             raise
@@ -229,8 +232,11 @@ class BagReader(RunReader):
         )
         return next(found)
 
-    def times(self, topic: str) -> NDArray[np.int64]:
-        """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages."""
+    def times(self, topic: str, *, step: Callable[[], None] | None = None) -> NDArray[np.int64]:
+        """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages.
+
+        `step` is called after each chunk that has some.
+        """
         import numpy as np
 
         wanted = self._wanted(topic, None)
@@ -238,26 +244,38 @@ class BagReader(RunReader):
         for info in self.chunks:
             if wanted.isdisjoint(info.counts):
                 continue
-            times = read_index_times(self._source, info, self._spans[info.pos], wanted)
+            times = self._index_times(info, wanted)
             if times is None:
                 data = self._load(info)
                 rows = None if data is None else self._select(data, wanted, None, None)
                 times = rows.time if rows is not None else parts[0]
             parts.append(times)
+            if step is not None:
+                step()
         return np.sort(np.concatenate(parts))
 
-    def frequency(self, topic: str) -> float | None:
-        """Messages per second: one over the median interval, as in rosbag; None below two messages."""
+    def _index_times(self, info: ChunkInfo, wanted: Collection[int]) -> NDArray[np.int64] | None:
+        """By the chunk's index records; None when it has none that can be used."""
+        return read_index_times(self._source, info, self._spans[info.pos], wanted)
+
+    def frequency(self, topic: str, *, step: Callable[[], None] | None = None) -> float | None:
+        """Messages per second: one over the median interval, as in rosbag; None below two messages.
+
+        `step` is called as by `times`.
+        """
         import numpy as np
 
-        times = self.times(topic)
+        times = self.times(topic, step=step)
         if len(times) < 2:
             return None
         period = float(np.median(np.diff(times))) / NS
         return 1.0 / period if period > 0 else None
 
-    def compression(self) -> dict[str, Compression]:
-        """How the chunks are compressed, by "none", "bz2" and "lz4"; reads their headers."""
+    def compression(self, *, step: Callable[[], None] | None = None) -> dict[str, Compression]:
+        """How the chunks are compressed, by "none", "bz2" and "lz4"; reads their headers.
+
+        `step` is called after each chunk.
+        """
         kinds: dict[str, Compression] = {}
         for info in self.chunks:
             head, stored = chunk_header(self._source, info)
@@ -265,6 +283,8 @@ class BagReader(RunReader):
             kinds[head.compression] = Compression(
                 was.chunks + 1, was.stored_bytes + stored, was.plain_bytes + (head.size or stored)
             )
+            if step is not None:
+                step()
         return kinds
 
     def message_class(self, which: str | Connection) -> type[Message]:

@@ -8,12 +8,14 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import BinaryIO, Literal
 
-from rosproto.bag.bag_file import BagFile
+from rosproto.bag.bag_file import BagFile, Scanning
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.contents import BagIndex
 from rosproto.bag.index import open_index
+from rosproto.bag.opening import create_bag, open_bag
 from rosproto.bag.reader import BagReader, RawMessage
 from rosproto.bag.records import ChunkInfo, FileHeader, encode_contents
+from rosproto.bag.remote import is_remote
 from rosproto.bag.writer import BagWriter
 from rosproto.errors import BagError
 from rosproto.time import Time
@@ -37,7 +39,7 @@ class Report:
     damage: tuple[str, ...]
 
 
-def reindex(path: File) -> Report:
+def reindex(path: File, *, scanning: Scanning | None = None) -> Report:
     """Give a bag that was never closed, or lost its end, a table of contents, in place.
 
     No complete message is lost: those of a cut-off last chunk are written again as a chunk of their own. A
@@ -45,12 +47,15 @@ def reindex(path: File) -> Report:
 
     Args:
         path: The file, or a file object open for reading and writing, which stays open.
+        scanning: Called now and then while its contents are searched for: bytes done, and of how many.
 
     Raises:
         BagError: It is no bag; or it is damaged before its end (use `recover`, which writes a new one); or
             there is no room for the index.
     """
-    source = BagFile(path)
+    if isinstance(path, str) and is_remote(path):
+        raise BagError("a URL cannot be written; rosproto.bag.recover makes a new bag of it", path=path)
+    source = BagFile(path, scanning=scanning)
     try:
         found = open_index(source)
     finally:
@@ -58,7 +63,7 @@ def reindex(path: File) -> Report:
     if found.closed and not found.damage:
         return Report(sum(sum(c.counts.values()) for c in found.chunks), ())
     whole = _whole_chunks(found, path)
-    rest, compression = _messages_after(path, len(whole))
+    rest, compression = _messages_after(path, found, len(whole))
     end = found.chunks[len(whole)].pos if len(whole) < len(found.chunks) else found.end
     used = {number for chunk in whole for number in chunk.counts}
     connections = {number: found.connections[number] for number in sorted(used)}
@@ -84,15 +89,25 @@ def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
 
 
 def _messages_after(
-    path: File, count: int
+    path: File, found: BagIndex, count: int
 ) -> tuple[list[tuple[str, RawMessage, Time]], Literal["none", "bz2", "lz4"]]:
     """What can be read after the first `count` chunks, from the chunk being written, and its compression."""
-    with BagReader(path, skip_damaged=True) as bag:
-        bag.chunks = bag.chunks[count:]
-        if not bag.chunks:
-            return [], "none"
-        found = bag.compression()
-        return list(bag.read_messages(raw=True)), next(kind for kind in COMPRESSIONS if kind in found)
+    if len(found.chunks) <= count:
+        return [], "none"
+    with _Tail(path, found, count) as bag:
+        kinds = bag.compression()
+        return list(bag.read_messages(raw=True)), next(kind for kind in COMPRESSIONS if kind in kinds)
+
+
+class _Tail(BagReader):
+    """A reader of the chunks from `count` on, as a scan found them: a second one would take as long again."""
+
+    def __init__(self, path: File, found: BagIndex, count: int) -> None:
+        self._source = BagFile(path)
+        self._skip, self._lost = True, found.lost
+        self._spans = found.spans()
+        self._take_contents(found.connections, found.chunks[count:], list(found.damage))
+        self.version, self.indexed = found.version, found.closed
 
 
 @contextmanager
@@ -154,26 +169,31 @@ def recover(
     compression: Literal["none", "bz2", "lz4"] = "none",
     progress: Callable[[int], None] | None = None,
     found: Callable[[int], None] | None = None,
+    scanning: Scanning | None = None,
 ) -> Report:
     """Write every message that can still be read into a new bag.
 
     Args:
-        path: The damaged bag; it is not changed.
+        path: The damaged bag, or a URL of one; it is not changed.
         output: The new bag; must not exist.
         compression: Of the new bag.
         progress: Called with the number of messages now and then.
         found: Called once, with how many the index has, or a scan has found; not all may be readable.
+        scanning: Called now and then during such a scan: bytes done, and of how many.
 
     Raises:
         BagError: `path` is no bag, or `output` exists or cannot be written.
     """
     if os.path.exists(output):
         raise BagError("exists already; choose another name", path=os.fspath(output))
-    with BagReader(path, skip_damaged=True) as bag, BagWriter(output, compression) as writer:
+    with (
+        open_bag(path, skip_damaged=True, scanning=scanning) as bag,
+        create_bag(output, compression) as writer,
+    ):
         if found is not None:
             found(bag.message_count)
         for topic, message, time in bag.read_messages(raw=True):
             writer.write(topic, message, time)
-            if progress is not None and writer.message_count % 10000 == 0:
+            if progress is not None and writer.message_count % 100 == 0:
                 progress(writer.message_count)
         return Report(writer.message_count, tuple(bag.damage))

@@ -64,6 +64,7 @@ class _Scan:
             except BagError as problem:
                 found.damage.append(str(problem))
                 at = self._next_chunk(at + 1)
+            self._source.scanned(at)
         self._drop_unknown()
         return found
 
@@ -204,6 +205,7 @@ class _Scan:
                         self._found.resumed = self._found.lost = True
                         return start
             at += max(len(window) - 64, 1)  # a record head may straddle two windows
+            self._source.scanned(at)
         return self._source.size
 
     def _is_chunk(self, at: int) -> bool:

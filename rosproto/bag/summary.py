@@ -22,16 +22,16 @@ __all__ = ["Facts", "facts", "human_bytes", "text", "yaml", "yaml_value"]
 Facts = dict[str, Any]
 
 
-def facts(bag: BagReader, *, freq: bool = False, step: Callable[[], None] = lambda: None) -> Facts:
+def facts(bag: BagReader, *, freq: bool = False, step: Callable[[], None] | None = None) -> Facts:
     """What both forms show; `freq` adds the median rate of each topic, for which index records are read.
 
-    `step` is called after each topic whose index records were read.
+    `step` is called after each chunk, and with `freq` after each chunk of each topic.
     """
     found: Facts = {"path": bag.path or "", "version": bag.version, "size": bag.size, "indexed": bag.indexed}
     if bag.start_time is not None and bag.end_time is not None:
         start, end = bag.start_time.to_sec(), bag.end_time.to_sec()
         found |= {"duration": end - start, "start": start, "end": end, "messages": bag.message_count}
-        kinds = bag.compression()
+        kinds = bag.compression(step=step)
         found["compression"] = {
             kind: {"chunks": c.chunks, "stored": c.stored_bytes, "plain": c.plain_bytes}
             for kind, c in sorted(kinds.items(), key=lambda item: (item[1].chunks, item[0]), reverse=True)
@@ -42,13 +42,11 @@ def facts(bag: BagReader, *, freq: bool = False, step: Callable[[], None] = lamb
     found["types"] = [{"type": kind, "md5": types[kind]} for kind in sorted(types)]
     found["topics"] = []
     for topic in bag.topics:
-        found["topics"].append(_topic_facts(bag, topic, freq))
-        if freq:
-            step()
+        found["topics"].append(_topic_facts(bag, topic, freq, step))
     return found
 
 
-def _topic_facts(bag: BagReader, topic: str, freq: bool) -> Facts:
+def _topic_facts(bag: BagReader, topic: str, freq: bool, step: Callable[[], None] | None) -> Facts:
     known = bag.topics[topic]
     found: Facts = {
         "topic": printable(topic),
@@ -56,7 +54,7 @@ def _topic_facts(bag: BagReader, topic: str, freq: bool) -> Facts:
         "messages": known.message_count,
         "connections": len(known.connections),
     }
-    rate = bag.frequency(topic) if freq else None
+    rate = bag.frequency(topic, step=step) if freq else None
     return found if rate is None else found | {"frequency": rate}
 
 
@@ -91,7 +89,7 @@ def _span_rows(found: Facts) -> list[tuple[str, str]]:
     chunks = sum(kind["chunks"] for kind in kinds.values())
     words = [
         f"{name} [{kind['chunks']}/{chunks} chunks"
-        + ("]" if name == "none" else f"; {100.0 * kind['stored'] / kind['plain']:.2f}%]")
+        + ("]" if name == "none" else f"; {100.0 * kind['stored'] / (kind['plain'] or 1):.2f}%]")
         for name, kind in kinds.items()
     ]
     rows.append(("compression", ", ".join(words) or "none"))
@@ -109,7 +107,7 @@ def _compression_rows(kinds: dict[str, dict[str, int]], duration: float) -> list
     rates = [human_bytes(plain / duration), human_bytes(stored / duration)]
     far = max(map(len, rates))
     lines = [f"{size:>{wide}} @ {rate:>{far}}/s" for size, rate in zip(sizes, rates, strict=True)]
-    return [("uncompressed", lines[0]), ("compressed", f"{lines[1]} ({100.0 * stored / plain:.2f}%)")]
+    return [("uncompressed", lines[0]), ("compressed", f"{lines[1]} ({100.0 * stored / (plain or 1):.2f}%)")]
 
 
 def _topic_lines(topics: list[Facts], curves: Mapping[str, str]) -> list[str]:

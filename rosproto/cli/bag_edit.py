@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from rosproto.bag.summary import human_bytes
 
+from .bag_opening import check_local, opened
 from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
@@ -106,12 +107,10 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
 
 def filter(arguments: argparse.Namespace) -> int:
     """Copy what is chosen."""
-    from rosproto.bag import open_bag
-
     rule = Expression(arguments.expression, NAMES) if arguments.expression else None
     shown = Expression(arguments.shown, NAMES) if arguments.shown else None
     _check_new(arguments.output, arguments.bag)
-    with open_bag(arguments.bag) as bag:
+    with opened(arguments.bag) as bag:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
@@ -155,11 +154,9 @@ def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
 
 def merge(arguments: argparse.Namespace) -> int:
     """All messages of several bags in one, by receive time."""
-    from rosproto.bag import open_bag
-
     _check_new(arguments.output, *arguments.bags)
     with ExitStack() as stack:
-        bags = [stack.enter_context(open_bag(path)) for path in arguments.bags]
+        bags = [stack.enter_context(opened(path)) for path in arguments.bags]
         streams = [bag.read_messages(raw=True) for bag in bags]
         entries = heapq.merge(*streams, key=lambda entry: (entry[2].secs, entry[2].nsecs))
         total = sum(bag.message_count for bag in bags)
@@ -184,15 +181,13 @@ def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
 
 def convert(arguments: argparse.Namespace) -> int:
     """The same messages, times, topics and connection headers in the other form."""
-    from rosproto.bag import open_bag
-
     if arguments.ros2:
         return _convert_ros2(arguments)
     if not arguments.output.lower().endswith((".mcap", ".bag")):
         raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
     _check_new(arguments.output, arguments.bag)
     try:
-        with open_bag(arguments.bag) as bag:
+        with opened(arguments.bag, quiet=arguments.quiet) as bag:
             entries = bag.read_messages(raw=True)
             count = _write(
                 arguments.output, entries, arguments.compression, bag.message_count, quiet=arguments.quiet
@@ -208,14 +203,13 @@ def convert(arguments: argparse.Namespace) -> int:
 
 def _convert_ros2(arguments: argparse.Namespace) -> int:
     """A directory as `ros2 bag` has it."""
-    from rosproto.bag import open_bag
     from rosproto.bag.ros2 import write_ros2
 
     if arguments.compression != "none":
         raise CommandError("--ros2 writes without compression: leave -j and --lz4 out")
     _check_new(arguments.output, arguments.bag)
     with (
-        open_bag(arguments.bag) as bag,
+        opened(arguments.bag, quiet=arguments.quiet) as bag,
         Progress(arguments.output, bag.message_count, quiet=arguments.quiet) as progress,
     ):
         count = write_ros2(bag, arguments.output, progress.step)
@@ -256,9 +250,16 @@ def compress(arguments: argparse.Namespace) -> int:
 decompress = compress
 
 
-def _rewrite(path: str, arguments: argparse.Namespace) -> None:
+def _opened_bag(path: str, quiet: bool) -> BagReader:
+    """As `opened`, but bags only: the new file gets their form."""
     from rosproto.bag import BagReader
 
+    with Progress(f"opening {path}", quiet=quiet, in_bytes=True) as progress:
+        return BagReader(path, scanning=progress.at)
+
+
+def _rewrite(path: str, arguments: argparse.Namespace) -> None:
+    check_local(path, "rosproto bag filter writes a new bag of it, compressed with -j or --lz4")
     base, extension = os.path.splitext(path)
     backup = f"{base}.orig{extension}"
     if arguments.output_dir:
@@ -270,9 +271,9 @@ def _rewrite(path: str, arguments: argparse.Namespace) -> None:
         if os.path.exists(backup) and not arguments.force:
             raise CommandError(f"{backup} exists already: an older original; remove it, or use --force")
     try:
-        with BagReader(path) as bag:
+        quiet = arguments.quiet
+        with _opened_bag(path, quiet) as bag:
             entries = bag.read_messages(raw=True)
-            quiet = arguments.quiet
             _write(output, entries, arguments.compression, bag.message_count, quiet=quiet, what=path)
             before = bag.size
         after = os.path.getsize(output)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .bag_edit import add_span_arguments, span, wanted_topics
+from .bag_opening import next_to, opened
 from .bag_progress import Progress
 from .connection import CommandError
 from .export_names import file_names
@@ -50,12 +51,10 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Write what is chosen; prints each file."""
-    from rosproto.bag import open_bag
-
     if (arguments.form is None) == (arguments.format is None):
         raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
     form = arguments.form or arguments.format
-    with open_bag(arguments.bag) as bag:
+    with opened(arguments.bag, quiet=arguments.quiet) as bag:
         topics = wanted_topics(bag, arguments)
         for path in FORMS[form](bag, topics, arguments):
             if not arguments.quiet:
@@ -64,7 +63,7 @@ def export(arguments: argparse.Namespace) -> int:
 
 
 def _directory(arguments: argparse.Namespace) -> str:
-    path: str = arguments.output or os.path.splitext(arguments.bag)[0]
+    path: str = arguments.output or next_to(arguments.bag)
     os.makedirs(path, exist_ok=True)
     return path
 
@@ -231,7 +230,7 @@ def _mcap(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> l
     need("mcap.writer", "mcap", "mcap")
     from rosproto.bag.mcap import McapWriter
 
-    path = arguments.output or os.path.splitext(arguments.bag)[0] + ".mcap"
+    path = arguments.output or next_to(arguments.bag) + ".mcap"
     if os.path.exists(path):
         raise CommandError(f"{path} exists already; choose another name with -o")
     start, end = span(bag, arguments)

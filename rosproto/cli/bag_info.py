@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.text import printable
 
+from .bag_opening import opened
 from .bag_progress import Progress
 from .connection import CommandError, print_json
 from .sparkline import sparkline
@@ -41,15 +42,14 @@ def info(arguments: argparse.Namespace) -> int:
     """Print what each bag holds."""
     if arguments.key and not arguments.yaml:
         raise CommandError("--key chooses a part of the YAML: add --yaml")
-    from rosproto.bag import open_bag
     from rosproto.bag.summary import facts, text
 
     for number, path in enumerate(arguments.bags):
         if number and not arguments.json:
             print("---")
-        with open_bag(path) as bag:
+        with opened(path) as bag:
             drawn = not (arguments.yaml or arguments.plain) or arguments.json
-            with Progress(f"reading {path}", len(bag.topics) * (arguments.freq + drawn)) as progress:
+            with Progress(f"reading {path}", _steps(bag, arguments.freq, drawn)) as progress:
                 found = facts(bag, freq=arguments.freq, step=progress.step)
                 counts = _counts(bag, progress.step) if drawn else {}
             if arguments.json:
@@ -74,6 +74,13 @@ def _yaml(found: Facts, key: str | None) -> str:
         raise CommandError(f"--key {key}: there is {error.args[0]}") from None
 
 
+def _steps(bag: BagReader, freq: bool, drawn: bool) -> int:
+    """How often `facts` and `_counts` will call: once for a chunk, and once for each topic's times in it."""
+    topics = {number: connection.topic for number, connection in bag.connections.items()}
+    times = sum(len({topics[n] for n in chunk.counts if n in topics}) for chunk in bag.chunks)
+    return len(bag.chunks) + times * (freq + (drawn and not _told_by_chunks(bag)))
+
+
 # -- curves ------------------------------------------------------------------------------------------------
 
 
@@ -86,16 +93,22 @@ def _counts(bag: BagReader, step: Callable[[], None]) -> dict[str, list[int]]:
     if bag.start_time is None or bag.end_time is None:
         return {}
     start, end = bag.start_time.to_nsec(), bag.end_time.to_nsec() + 1
-    if all(FINE * CURVE * (chunk.end - chunk.start) <= end - start for chunk in bag.chunks):
+    if _told_by_chunks(bag):
         return _counts_by_chunk(bag, start, end)
     import numpy as np
 
     edges = np.linspace(start, end, CURVE + 1)
     found: dict[str, list[int]] = {}
     for topic in bag.topics:
-        found[topic] = np.histogram(bag.times(topic), edges)[0].tolist()
-        step()
+        found[topic] = np.histogram(bag.times(topic, step=step), edges)[0].tolist()
     return found
+
+
+def _told_by_chunks(bag: BagReader) -> bool:
+    if bag.start_time is None or bag.end_time is None:
+        return True
+    length = bag.end_time.to_nsec() + 1 - bag.start_time.to_nsec()
+    return all(FINE * CURVE * (chunk.end - chunk.start) <= length for chunk in bag.chunks)
 
 
 def _counts_by_chunk(bag: BagReader, start: int, end: int) -> dict[str, list[int]]:

@@ -8,6 +8,7 @@ import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from .bag_opening import opened
 from .bag_signals import interrupt_on_signals
 from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
@@ -63,12 +64,11 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
 
 def play(arguments: argparse.Namespace) -> int:
     """Publish until the end, or until interrupted."""
-    from rosproto.bag import open_bag
     from rosproto.recording import Player
 
     paths, remap = _split_remappings([*arguments.bags, *arguments.more_bags])
     with ExitStack() as stack:
-        bags = [stack.enter_context(open_bag(path)) for path in paths]
+        bags = [stack.enter_context(opened(path, quiet=arguments.quiet)) for path in paths]
         stack.enter_context(interrupt_on_signals())
         # A thread that waits for the interpreter gets it after 5 ms by default: too late for a message.
         stack.callback(sys.setswitchinterval, sys.getswitchinterval())

@@ -1,9 +1,14 @@
-"""A line on stderr that tells how far a long command has come; silent for what takes less than a second."""
+"""A line on stderr that tells how far a long command has come; silent for what takes less than a second.
+
+It is written over with each step, and by a thread of its own while one step takes long: a server that answers
+slowly must not look like a command that hangs.
+"""
 
 from __future__ import annotations
 
 import shutil
 import sys
+import threading
 import time
 from typing import TextIO
 
@@ -25,10 +30,17 @@ class Progress:
         total: How many steps there are; None when nobody knows.
         stream: A terminal, else nothing is written.
         quiet: Write nothing.
+        in_bytes: The steps are bytes.
     """
 
     def __init__(
-        self, what: str, total: int | None = None, *, stream: TextIO | None = None, quiet: bool = False
+        self,
+        what: str,
+        total: int | None = None,
+        *,
+        stream: TextIO | None = None,
+        quiet: bool = False,
+        in_bytes: bool = False,
     ) -> None:
         self._what = what
         self._total = total
@@ -38,12 +50,29 @@ class Progress:
         self._due = self._began + FIRST_AFTER
         self._shown = 0
         self._count = 0
+        self._in_bytes = in_bytes
+        self._writing = threading.RLock()  # of this thread too: Ctrl-C may come in the middle of a line
+        self._ended = threading.Event()
+        self._ticker: threading.Thread | None = None
 
     def __enter__(self) -> Progress:
+        if self._on:
+            self._ticker = threading.Thread(target=self._tick, name="progress", daemon=True)
+            self._ticker.start()
         return self
 
     def __exit__(self, *exc: object) -> None:
+        self._ended.set()
+        if self._ticker is not None:
+            self._ticker.join(1.0)  # a terminal that was stopped (Ctrl-S) may keep it
         self.clear()
+
+    def _tick(self) -> None:
+        while not self._ended.wait(EVERY):
+            try:
+                self._look()
+            except (OSError, ValueError):
+                return  # the terminal has gone: the command notices by itself
 
     def step(self, count: int = 1) -> None:
         """So many more are done; cheap enough to be called for each message."""
@@ -52,9 +81,18 @@ class Progress:
         if self._on and (count > 1 or not self._count & 63 or (self._total or 1024) < 1024):
             self._look()
 
-    def expect(self, total: int) -> None:
-        """How many steps there are, where that turns out only now."""
-        self._total = total
+    def at(self, done: int, total: int | None = None) -> None:
+        """So many are done, of so many; without `total` of as many as before."""
+        self._count = done
+        self._total = total or self._total
+        if self._on:
+            self._look()
+
+    def go_on(self, what: str, total: int) -> None:
+        """The next part of the work, of so many steps that are no bytes."""
+        with self._writing:
+            self._what, self._total, self._count, self._in_bytes = what, total, 0, False
+            self._began = time.monotonic()
 
     def tell(self, text: str) -> None:
         """Show this, if it has taken long enough already."""
@@ -65,29 +103,53 @@ class Progress:
         now = time.monotonic()
         if now < self._due:
             return
-        self._due = now + EVERY
-        self.show(self.text(now - self._began))
+        with self._writing:
+            self._due = now + EVERY
+            if not self._ended.is_set():
+                self.show(_end_of(self.text(now - self._began), _room()))
 
     def text(self, seconds: float) -> str:
         """The line after so many seconds."""
         rate = self._count / seconds if seconds > 0 else 0.0
+        if not rate and seconds >= FIRST_AFTER:  # before the first step nobody knows what is left
+            return f"{self._what}: {seconds:.0f} s"
+        from rosproto.bag.summary import human_bytes  # late: who drives a robot reads no bag
+
+        speed = f"{human_bytes(rate)}/s" if self._in_bytes else f"{rate:.0f}/s"
         if not self._total:
-            return f"{self._what}: {self._count} ({rate:.0f}/s)"
-        left = (self._total - self._count) / rate if rate else 0.0
-        return f"{self._what}: {100 * self._count // self._total} % ({rate:.0f}/s, {left:.0f} s left)"
+            done = human_bytes(self._count) if self._in_bytes else self._count
+            return f"{self._what}: {done} ({speed})"
+        left = max(0, self._total - self._count) / rate if rate else 0.0
+        return f"{self._what}: {100 * self._count // self._total} % ({speed}, {left:.0f} s left)"
 
     def show(self, text: str) -> None:
         """Write over the line."""
-        if self._on:
-            room = shutil.get_terminal_size().columns - 1  # a longer line could not be written over
-            text = cut(printable(text), room)
+        if not self._on:
+            return
+        text = cut(printable(text), _room())
+        with self._writing:
             own(self._stream).write("\r" + padded(text, self._shown))
             self._stream.flush()
             self._shown = width(text)
 
     def clear(self) -> None:
         """Take the line away."""
-        if self._on and self._shown:
-            own(self._stream).write("\r" + " " * self._shown + "\r")
-            self._stream.flush()
-            self._shown = 0
+        with self._writing:
+            if self._on and self._shown:
+                own(self._stream).write("\r" + " " * self._shown + "\r")
+                self._stream.flush()
+                self._shown = 0
+
+
+def _room() -> int:
+    """Columns of the line: a longer one could not be written over."""
+    return shutil.get_terminal_size().columns - 1
+
+
+def _end_of(text: str, room: int) -> str:
+    """What fits of a line that is too long: the numbers stand at its end, behind a path or a URL."""
+    if width(text) <= room:
+        return text
+    while text and width(text) > room - 3:
+        text = text[1:]
+    return "..." + text

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
-import shutil
 
 from rosproto.text import printable
 
+from .bag_opening import check_local
 from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
@@ -29,9 +29,11 @@ def reindex(arguments: argparse.Namespace) -> int:
     from rosproto.bag import reindex as mend
 
     for path in arguments.bags:
+        check_local(path, "rosproto bag fix URL NEW.bag writes a new bag of what is there")
         if arguments.output_dir:
-            path = _copied(path, arguments.output_dir, arguments.force)
-        report = mend(path)
+            path = _copied(path, arguments.output_dir, arguments.force, arguments.quiet)
+        with Progress(f"mending {path}", quiet=arguments.quiet, in_bytes=True) as progress:
+            report = mend(path, scanning=progress.at)
         final = path.removesuffix(".active")
         if final != path and (arguments.force or not os.path.exists(final)):
             os.replace(path, final)
@@ -46,7 +48,7 @@ def reindex(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _copied(path: str, folder: str, force: bool) -> str:
+def _copied(path: str, folder: str, force: bool, quiet: bool) -> str:
     """A copy to be mended; its path."""
     output = os.path.join(folder, os.path.basename(path))
     if os.path.realpath(output) == os.path.realpath(path):
@@ -54,10 +56,21 @@ def _copied(path: str, folder: str, force: bool) -> str:
     if not force and any(os.path.exists(name) for name in (output, output.removesuffix(".active"))):
         raise CommandError(f"{output} exists already; remove it, or use --force")
     try:
-        shutil.copyfile(path, output)
+        _copy(path, output, quiet)
     except OSError as problem:
         raise CommandError(f"{path} cannot be copied to {output}: {problem.strerror}") from problem
     return output
+
+
+def _copy(path: str, output: str, quiet: bool) -> None:
+    with (
+        open(path, "rb") as old,
+        open(output, "wb") as new,
+        Progress(f"copying {path}", os.path.getsize(path), quiet=quiet, in_bytes=True) as progress,
+    ):
+        while block := old.read(1 << 20):
+            new.write(block)
+            progress.step(len(block))
 
 
 def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,13 +84,14 @@ def fix(arguments: argparse.Namespace) -> int:
     """Write every message that can be read into a new bag."""
     from rosproto.bag import recover
 
-    with Progress(f"saving {arguments.bag}") as progress:
+    with Progress(f"opening {arguments.bag}", in_bytes=True) as progress:
         report = recover(
             arguments.bag,
             arguments.output,
             compression=arguments.compression,
-            progress=lambda _: progress.step(10_000),
-            found=progress.expect,
+            progress=progress.at,
+            found=lambda count: progress.go_on(f"saving {arguments.bag}", count),
+            scanning=progress.at,
         )
     for line in report.damage:
         print(printable(f"{arguments.bag}: {line}"))

@@ -109,12 +109,13 @@ def _joined(arguments: argparse.Namespace) -> str:
 
 def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
     """The definitions of the asked types as a bag holds them."""
-    from rosproto.bag import open_bag
     from rosproto.msg import DefinitionLibrary, library_from_full_text
+
+    from .bag_opening import opened
 
     if arguments.kind != "msg":
         raise ValueError("--bag: bags hold messages only, no services and actions")
-    with open_bag(arguments.bag) as bag:
+    with opened(arguments.bag) as bag:
         texts = {c.type: c.definition for t in bag.topics.values() for c in t.connections}
     found = DefinitionLibrary()
     for name in arguments.type:

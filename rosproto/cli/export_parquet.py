@@ -7,6 +7,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from .bag_edit import span
+from .bag_opening import next_to
 from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
@@ -60,7 +61,7 @@ def _paths(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> 
                 " --topics, or name a directory"
             )
         return {topics[0]: output}
-    directory = output or os.path.splitext(arguments.bag)[0]
+    directory = output or next_to(arguments.bag)
     os.makedirs(directory, exist_ok=True)
     names = file_names(bag.topics)
     return {topic: os.path.join(directory, names[topic] + ".parquet") for topic in topics}

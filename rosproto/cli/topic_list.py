@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError
@@ -13,6 +12,7 @@ from rosproto.text import printable
 from .connection import below, master_client, print_json, warn_if_none
 
 if TYPE_CHECKING:
+    from rosproto.bag import BagReader
     from rosproto.node.graph.master_client import MasterClient, SystemState
 
 __all__ = ["add_arguments", "row", "run"]
@@ -116,17 +116,25 @@ def _by_host(master: MasterClient, published: Side, subscribed: Side) -> dict[st
     return {host: (part(published, host), part(subscribed, host)) for host in sorted(set(host_of.values()))}
 
 
+def _stamps(bag: BagReader, names: list[str]) -> list[float]:
+    """When each message came, s."""
+    from .bag_progress import Progress
+
+    found = []
+    with Progress(f"reading {bag.path}", sum(bag.topics[name].message_count for name in names)) as progress:
+        for _, _, stamp in bag.read_messages(topics=names, raw="view"):
+            found.append(stamp.to_sec())
+            progress.step()
+    return found
+
+
 def _of_bag(arguments: argparse.Namespace) -> int:
     """Topics, or with a namespace how many messages it has, from when to when: as rostopic list -b."""
-    from rosproto.bag import open_bag
+    from .bag_opening import opened
 
-    with open_bag(arguments.bag) as bag:
+    with opened(arguments.bag) as bag:
         names = below(bag.topics, arguments.namespace)
-        stamps: Iterable[float] = (
-            [stamp.to_sec() for _, _, stamp in bag.read_messages(topics=names, raw=True)]
-            if arguments.namespace and names
-            else ()
-        )
+        stamps = _stamps(bag, names) if arguments.namespace and names else []
         facts = [(name, bag.topics[name]) for name in names]
     if arguments.json:
         print_json([{"name": n, "types": t.types, "messages": t.message_count} for n, t in facts])

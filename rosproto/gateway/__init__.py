@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rosproto.gateway.foxglove.local_topic import LocalTopic
     from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
     from rosproto.gateway.limits import GatewayLimits
-    from rosproto.gateway.message_event import Sample, TopicDescription
+    from rosproto.gateway.message_event import MessageEvent, TopicDescription
     from rosproto.gateway.outbox import Outbox
     from rosproto.gateway.rosbridge.server import Rosbridge
     from rosproto.gateway.taps import Tap, Taps
@@ -30,10 +30,10 @@ __all__ = [
     "FoxgloveStats",
     "GatewayLimits",
     "LocalTopic",
+    "MessageEvent",
     "Outbox",
     "Refusal",
     "Rosbridge",
-    "Sample",
     "Tap",
     "Taps",
     "TopicDescription",
@@ -51,7 +51,7 @@ __getattr__ = late_names(
         "Outbox": "outbox",
         "Refusal": "access",
         "Rosbridge": "rosbridge.server",
-        "Sample": "message_event",
+        "MessageEvent": "message_event",
         "Tap": "taps",
         "Taps": "taps",
         "TopicDescription": "message_event",

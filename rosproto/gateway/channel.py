@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from rosproto.gateway.chunks import Pieces
+from rosproto.gateway.chunks import ChunkedMessage
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.outbox import Outbox
 
 __all__ = ["Channel", "Late", "Payload", "Session"]
 
-Payload = str | bytes | Pieces
-"""One message of a WebSocket: text, or binary, in one piece or in several."""
+Payload = str | bytes | ChunkedMessage
+"""One message of a WebSocket: text or binary, whole or in chunks."""
 
 
 class Late(Protocol):

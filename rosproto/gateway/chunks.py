@@ -1,59 +1,59 @@
-"""Long messages in parts, as they are sent: a map is nowhere in one piece, so that nobody waits for it.
+"""Long messages as lists of chunks, so that sending a map does not hold up every other topic.
 
-While Python copies a long text nothing else of the program runs: fifty megabytes are a tenth of a second, for
-the robot's other topics, too. So a long message is made, kept and sent in parts of half a megabyte. A client
-does not see the parts: they are the frames of one fragmented WebSocket message.
+While Python copies a long text, no other thread of the program runs: copying fifty megabytes takes a tenth of
+a second. A long message is therefore made, kept and sent in chunks of half a megabyte. Clients do not notice:
+the chunks are the frames of one fragmented WebSocket message.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-__all__ = ["PIECE", "Pieces", "pieces_of"]
+__all__ = ["CHUNK_SIZE", "ChunkedMessage", "chunked"]
 
-PIECE = 512 << 10
-"""Bytes, or characters, that are handled at once; between them others have their turn."""
+CHUNK_SIZE = 512 << 10
+"""Bytes or characters handled at a time; other work runs in between."""
 
 
-class Pieces:
-    """One message, text or binary, in parts.
+class ChunkedMessage:
+    """One message, text or binary, that is never joined.
 
     Attributes:
-        parts: All `str`, or all bytes.
+        chunks: All `str`, or all bytes.
     """
 
-    __slots__ = ("_length", "parts")
+    __slots__ = ("_length", "chunks")
 
-    def __init__(self, parts: Iterable[str] | Iterable[bytes | memoryview]) -> None:
-        self.parts: tuple[str | bytes | memoryview, ...] = tuple(parts)
-        self._length = sum(map(len, self.parts))
+    def __init__(self, chunks: Iterable[str] | Iterable[bytes | memoryview]) -> None:
+        self.chunks: tuple[str | bytes | memoryview, ...] = tuple(chunks)
+        self._length = sum(map(len, self.chunks))
 
     def __len__(self) -> int:
-        """Characters, or bytes, in all."""
+        """Characters or bytes in total."""
         return self._length
 
     def text(self) -> str:
-        """The text in one piece, for what cannot do without."""
-        return "".join(part for part in self.parts if isinstance(part, str))
+        """The whole text joined, for those who need it as one."""
+        return "".join(chunk for chunk in self.chunks if isinstance(chunk, str))
 
     def __repr__(self) -> str:
-        return f"<Pieces: {len(self)} in {len(self.parts)}>"
+        return f"<ChunkedMessage: {len(self)} in {len(self.chunks)}>"
 
 
-def pieces_of(texts: Iterable[str]) -> Pieces:
-    """Texts behind one another, in parts of `PIECE` characters: long ones are cut, short ones joined."""
-    return Pieces(_sized(texts))
+def chunked(texts: Iterable[str]) -> ChunkedMessage:
+    """Join texts into chunks of at most `CHUNK_SIZE` characters: long texts are cut, short ones joined."""
+    return ChunkedMessage(_sized(texts))
 
 
 def _sized(texts: Iterable[str]) -> Iterator[str]:
     short: list[str] = []
     length = 0
     for text in texts:
-        if length + len(text) > PIECE and short:
+        if length + len(text) > CHUNK_SIZE and short:
             yield "".join(short)
             short, length = [], 0
-        if len(text) > PIECE:
-            yield from (text[at : at + PIECE] for at in range(0, len(text), PIECE))
+        if len(text) > CHUNK_SIZE:
+            yield from (text[at : at + CHUNK_SIZE] for at in range(0, len(text), CHUNK_SIZE))
         else:
             short.append(text)
             length += len(text)

@@ -11,7 +11,7 @@ from rosproto.errors import RosError
 from rosproto.node.revisions.topic_types import TopicType, learn_type
 from rosproto.time import Time
 
-__all__ = ["Sample", "TopicDescription"]
+__all__ = ["MessageEvent", "TopicDescription"]
 
 T = TypeVar("T")
 
@@ -81,7 +81,7 @@ class TopicDescription:
         return f"<TopicDescription {self.topic} {self.type_name} of {self.publisher}>"
 
 
-class Sample:
+class MessageEvent:
     """A message of a topic, for any number of receivers.
 
     Attributes:
@@ -170,4 +170,4 @@ class Sample:
         return key in self._made
 
     def __repr__(self) -> str:
-        return f"<Sample of {self.topic} {self.type_name}, {len(self.data)} bytes>"
+        return f"<MessageEvent of {self.topic} {self.type_name}, {len(self.data)} bytes>"

@@ -17,7 +17,7 @@ from typing import Any
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.gateway.channel import Channel, Late, Payload
-from rosproto.gateway.chunks import PIECE, Pieces
+from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
 from rosproto.logs import PeerLog
 
 __all__ = ["Outgoing", "closed_error"]
@@ -128,12 +128,12 @@ class Outgoing:
                 continue
             channel.busy = True
             try:
-                if isinstance(item, (str, bytes, Pieces)) or item.quick:
+                if isinstance(item, (str, bytes, ChunkedMessage)) or item.quick:
                     payloads = _payloads(item)
                 else:
                     payloads = await self._pool.run(item.payloads)
                 for payload in payloads:
-                    long = isinstance(payload, Pieces) or len(payload) > PIECE
+                    long = isinstance(payload, ChunkedMessage) or len(payload) > CHUNK_SIZE
                     await connection.send(_in_turns(payload) if long else payload)
                     channel.sent += 1
             except self._closed_error:
@@ -153,16 +153,16 @@ class Outgoing:
 
 
 def _payloads(item: Payload | Late) -> tuple[Payload, ...]:
-    return (item,) if isinstance(item, (str, bytes, Pieces)) else item.payloads()
+    return (item,) if isinstance(item, (str, bytes, ChunkedMessage)) else item.payloads()
 
 
 async def _in_turns(payload: Payload) -> AsyncIterator[str | bytes | memoryview]:
     """A long message as the frames of a fragmented one: a map does not hold up the other clients."""
-    for part in payload.parts if isinstance(payload, Pieces) else _cut(payload):
-        yield part
+    for chunk in payload.chunks if isinstance(payload, ChunkedMessage) else _cut(payload):
+        yield chunk
         await asyncio.sleep(0)
 
 
 def _cut(payload: str | bytes) -> Iterator[str | memoryview]:
     whole = payload if isinstance(payload, str) else memoryview(payload)
-    return (whole[at : at + PIECE] for at in range(0, len(whole), PIECE))
+    return (whole[at : at + CHUNK_SIZE] for at in range(0, len(whole), CHUNK_SIZE))

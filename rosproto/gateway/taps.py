@@ -1,8 +1,8 @@
 """Topics shared by the clients of a gateway: subscribed once at the robot, while somebody wants them.
 
 A topic is subscribed for the first receiver, and unsubscribed some time after the last one has gone. Messages
-arrive as bytes; a `Sample` decodes them on first use, once for all receivers. Receivers are called in the
-thread that received the message and must not block: they put it into an outbox.
+arrive as bytes; a `MessageEvent` decodes them on first use, once for all receivers. Receivers are called in
+the thread that received the message and must not block: they put it into an outbox.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rosproto.codec import AnyMsg, message_class
 from rosproto.errors import DefinitionError, LocalProtocolError
 from rosproto.gateway.limits import GatewayLimits
-from rosproto.gateway.message_event import Sample, TopicDescription
+from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
 from rosproto.time import Time
 
 if TYPE_CHECKING:
     from rosproto.node import Node, Subscriber
 
-__all__ = ["Receiver", "Sample", "Tap", "Taps", "TopicDescription"]
+__all__ = ["MessageEvent", "Receiver", "Tap", "Taps", "TopicDescription"]
 
 _log = get_logger("rosproto.gateway")
 
@@ -33,7 +33,7 @@ MOST_WAITING = 100  # messages of one topic that wait while its receivers are sl
 class Receiver(Protocol):
     """A receiver of the messages of a topic."""
 
-    def offer(self, sample: Sample) -> None:
+    def offer(self, event: MessageEvent) -> None:
         """Take a message; called in a thread of the library, also before `Taps.open` has returned.
 
         Must not block. Exceptions it raises are logged.
@@ -156,7 +156,7 @@ class _Source:
         self._opening = threading.Lock()
         self._state = threading.Lock()
         self._receivers: tuple[Tap, ...] = ()
-        self._latched: dict[str, Sample] = {}  # by publisher
+        self._latched: dict[str, MessageEvent] = {}  # by publisher
         self._header: tuple[dict[str, str], TopicDescription | None] | None = None
         self._timer: threading.Timer | None = None
         self._ended = False
@@ -172,8 +172,8 @@ class _Source:
             if self._ended:
                 return None
             self._stop_timer()
-            for sample in self._still_latched():
-                self._offer(tap, sample)
+            for event in self._still_latched():
+                self._offer(tap, event)
             self._receivers = (*self._receivers, tap)
         try:
             self._subscribe()
@@ -239,34 +239,34 @@ class _Source:
         if description is None:
             return
         stamp = Time.from_wire(*divmod(self._clock.now_nsec(), 1_000_000_000))
-        sample = Sample(description, message._buff, time.monotonic(), stamp)
+        event = MessageEvent(description, message._buff, time.monotonic(), stamp)
         with self._state:
             self.latest = description
             if description.latched:
-                self._remember(description.publisher, sample)
+                self._remember(description.publisher, event)
             receivers = self._receivers
         for tap in receivers:
             if not tap.closed:
-                self._offer(tap, sample)
+                self._offer(tap, event)
 
-    def _offer(self, tap: Tap, sample: Sample) -> None:
+    def _offer(self, tap: Tap, event: MessageEvent) -> None:
         try:
-            tap.receiver.offer(sample)
+            tap.receiver.offer(event)
         except Exception:  # one receiver's error must not affect the others
             _log.exception("! %s: a receiver of the gateway raised", self.topic)
 
-    def _remember(self, publisher: str, sample: Sample) -> None:
+    def _remember(self, publisher: str, event: MessageEvent) -> None:
         self._latched.pop(publisher, None)
         while len(self._latched) >= MOST_LATCHED:
             self._latched.pop(next(iter(self._latched)))
-        self._latched[publisher] = sample
+        self._latched[publisher] = event
 
-    def _still_latched(self) -> list[Sample]:
+    def _still_latched(self) -> list[MessageEvent]:
         """The latched messages, without those of publishers that have gone."""
         if self.subscriber is None or not self._latched:
             return []
         present = set(self.subscriber.publishers)
-        self._latched = {name: sample for name, sample in self._latched.items() if name in present}
+        self._latched = {name: event for name, event in self._latched.items() if name in present}
         return list(self._latched.values())
 
     def _described(self, header: dict[str, str]) -> TopicDescription | None:

@@ -1,9 +1,10 @@
-"""A client that somebody else's generator makes from /openapi.json: it fetches at one mark and delivers at another."""
+"""A client that somebody else's generator makes from /openapi.json runs examples/rest/delivery.py."""
 
 from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -19,35 +20,33 @@ from woosh_pure.sim.site import built_in_site
 from woosh_pure.web.maps import WebMark
 
 TOKEN = "made-by-chance"
-DELIVERY = """
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "rest" / "delivery.py"
+MORE = """
 import sys
-from client import AuthenticatedClient
-from client.api.goals import create_goal, wait_for_goal
-from client.api.lease import ask_for_lease, give_lease_back
-from client.api.state import get_marks, get_readiness
-from client.api.stop import stop
-from client.models import CarryGoal, CarryGoalDirection, LeaseRequest, MarkGoal, ProblemDocument
+from woosh_client import AuthenticatedClient
+from woosh_client.api.goals import create_goal
+from woosh_client.api.lease import get_lease
+from woosh_client.api.stop import stop
+from woosh_client.models import MarkGoal, ProblemDocument
 
 robot = AuthenticatedClient(base_url=sys.argv[1], token=sys.argv[2], timeout=70.0)
-assert get_readiness.sync(client=robot).answer != "no"
-assert ask_for_lease.sync(client=robot, body=LeaseRequest(seconds=120.0)).yours
-fetch, deliver = [mark.name for mark in get_marks.sync(client=robot) if not mark.charger][:2]
-for order in (
-    CarryGoal(kind="carry", mark=fetch, direction=CarryGoalDirection.LOAD),
-    CarryGoal(kind="carry", mark=deliver, direction=CarryGoalDirection.UNLOAD),
-    MarkGoal(kind="mark", mark=fetch),
-):
-    goal = create_goal.sync(client=robot, body=order)
-    while not goal.done:
-        goal = wait_for_goal.sync(goal.id, client=robot, timeout=30.0)
-    print(goal.text, flush=True)
-    assert goal.arrived is True, goal
+assert get_lease.sync(client=robot).holder is None, "the example has given it back"
 refused = create_goal.sync(client=robot, body=MarkGoal(kind="mark", mark=""))
 assert isinstance(refused, ProblemDocument) and refused.status == 422, refused
 assert stop.sync(client=robot).stands_still is True
-assert give_lease_back.sync(client=robot).holder is None
-print("delivered")
 """
+
+
+def test_the_example_says_how_the_client_is_made(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, str(EXAMPLE)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=20,
+    )
+    assert done.returncode == 1
+    assert "generate the client first" in done.stderr
 
 
 @pytest.mark.slow
@@ -61,9 +60,12 @@ def test_a_generated_client_fetches_and_delivers(tmp_path: Path) -> None:
     ):
         (tmp_path / "openapi.json").write_bytes(web.get("/openapi.json").body)
         generate = ["-m", "openapi_python_client", "generate", "--path", "openapi.json", "--meta", "none"]
-        run(python, tmp_path, *generate, "--output-path", "client")
-        said = run(python, tmp_path, "-c", DELIVERY, f"http://127.0.0.1:{web.port}", TOKEN)
-    assert said.splitlines()[-1] == "delivered"
+        run(python, tmp_path, *generate, "--output-path", "woosh_client")
+        address = f"http://127.0.0.1:{web.port}"
+        said = run(python, tmp_path, str(EXAMPLE), address, TOKEN)
+        run(python, tmp_path, "-c", MORE, address, TOKEN)
+    assert said.count("arrived") == 3, said
+    assert said.splitlines()[-1] == "delivered from A1 to A2"
 
 
 def run(python: Path, folder: Path, *words: str) -> str:

@@ -19,8 +19,8 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 from tests.support.web import Served, serving
 from woosh_pure import Chassis
 from woosh_pure.geometry import Pose2D
-from woosh_pure.web.guard import MOST_BODY
 from woosh_pure.web.maps import WebMark
+from woosh_pure.web.middleware import MOST_BODY
 
 TOKEN = "a-long-secret"
 
@@ -143,8 +143,8 @@ def test_a_picture_is_taken_and_the_camera_let_go(
     answer = web.get(f"camera/{path}")
     assert answer.status == 200, answer
     assert answer.body.startswith(magic)
-    camera = web.app.state.house.robot(None).cameras[path.partition(".")[0]]  # type: ignore[attr-defined]
-    camera.tidy(0.0)
+    camera = web.app.state.context.robot(None).cameras[path.partition(".")[0]]  # type: ignore[attr-defined]
+    camera.close_idle(0.0)
     assert not camera.open
 
 
@@ -172,11 +172,11 @@ def test_a_feed_is_streamed_as_events(web: Served) -> None:
     assert lines[0] == lines[3] == "event: velocity"
     first, second = (json.loads(lines[at].removeprefix("data: ")) for at in (2, 5))
     assert first["value"].keys() == second["value"].keys() == {"vx", "vy", "wz"}
-    house = web.app.state.house  # type: ignore[attr-defined]
+    context = web.app.state.context  # type: ignore[attr-defined]
     until = time.monotonic() + 10.0
-    while house.streams and time.monotonic() < until:
+    while context.streams and time.monotonic() < until:
         time.sleep(0.05)
-    assert house.streams == 0, "who goes frees the stream"
+    assert context.streams == 0, "who goes frees the stream"
 
 
 def test_a_bag_is_recorded_seen_growing_and_downloaded(web: Served) -> None:
@@ -355,7 +355,7 @@ WRITING = ("goals", "pose", "lease", "lease/grant", "recordings", "stop", "login
 
 @pytest.mark.parametrize("path", WRITING)
 def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Chassis, path: str) -> None:
-    access = web.app.state.house.access  # type: ignore[attr-defined]
+    access = web.app.state.context.access  # type: ignore[attr-defined]
     for body in HOSTILE:
         access._moves.clear()
         raw = body if isinstance(body, bytes) else json.dumps(body).encode()
@@ -490,7 +490,7 @@ def test_it_is_mounted_in_somebody_elses_application_and_starts_nothing_by_itsel
         host = FastAPI() if outer == "fastapi" else Starlette()
         host.router.routes.append(Route("/mine", hello))
         host.mount("/robot", inner)
-        host.state.house = inner.state.house  # only for the server of this test
+        host.state.context = inner.state.context  # only for the server of this test
         assert uvicorn
         with WebServer(host, port=0) as server:  # type: ignore[arg-type]
             served = Served(server.port)
@@ -499,9 +499,9 @@ def test_it_is_mounted_in_somebody_elses_application_and_starts_nothing_by_itsel
             assert b"<html" in served.get("/robot/").body
             assert served.get("/robot/api/v1/nothing").status == 404
             assert served.post("/robot/api/v1/stop", headers={"origin": "http://evil.example"}).status == 403
-            from tests.support.web import Hand
+            from tests.support.web import PageClient
 
-            with Hand(server.port, "/robot/api/v1/live") as page:
+            with PageClient(server.port, "/robot/api/v1/live") as page:
                 assert page.of("hello")["robot"] == "robot"
 
 

@@ -25,7 +25,7 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.support.certificates import certificate
 from tests.support.robot_pool import RobotPool
-from tests.support.web import Hand
+from tests.support.web import PageClient
 from tests.support.woosh_command import woosh_process
 from woosh_pure.cli.commands.web import _first, _further
 from woosh_pure.cli.entry import parser_for
@@ -144,8 +144,8 @@ def test_two_robots_over_https_and_an_orderly_end_under_their_pages(command: Com
 
     cookie = {"cookie": f"woosh_token={TOKEN}"}
     with (
-        Hand(command.port, ssl=command.trust, additional_headers=cookie) as page,
-        Hand(
+        PageClient(command.port, ssl=command.trust, additional_headers=cookie) as page,
+        PageClient(
             command.port, f"/robots/{second}/api/v1/live", ssl=command.trust, additional_headers=cookie
         ) as other,
         command.trust.wrap_socket(
@@ -172,7 +172,7 @@ def test_two_robots_over_https_and_an_orderly_end_under_their_pages(command: Com
 def who_is_it(command: Command) -> None:
     """Who does not know the certificate does not go on; who speaks no TLS gets nothing."""
     with pytest.raises(ssl.SSLCertVerificationError):
-        Hand(command.port, ssl=ssl.create_default_context())
+        PageClient(command.port, ssl=ssl.create_default_context())
     with socket.create_connection(("127.0.0.1", command.port), timeout=20) as plain:
         plain.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
         assert not plain.recv(100).startswith(b"HTTP")

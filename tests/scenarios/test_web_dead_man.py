@@ -26,7 +26,7 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.conftest import waited_for_the_processor
 from tests.support.proxy import FaultProxy
-from tests.support.web import Hand, Served, Velocities, serving
+from tests.support.web import PageClient, Served, Velocities, serving
 from tests.support.woosh_command import woosh_process
 from woosh_pure import Chassis, SimulatedChassis
 
@@ -128,7 +128,7 @@ class Trials:
         )
 
 
-def driving(page: Hand, witness: Velocities, number: int = 0) -> None:
+def driving(page: PageClient, witness: Velocities, number: int = 0) -> None:
     """Hold, until the robot is told to move; forth and back in turn, or many trials end at a wall."""
     for _ in range(10):
         since = time.monotonic()
@@ -140,23 +140,23 @@ def driving(page: Hand, witness: Velocities, number: int = 0) -> None:
     raise AssertionError("driving, and never told to move")
 
 
-def let_go(page: Hand, proxy: FaultProxy) -> None:
+def let_go(page: PageClient, proxy: FaultProxy) -> None:
     page.let_go()
 
 
-def freeze(page: Hand, proxy: FaultProxy) -> None:
+def freeze(page: PageClient, proxy: FaultProxy) -> None:
     page.stop_beating()
 
 
-def close(page: Hand, proxy: FaultProxy) -> None:
+def close(page: PageClient, proxy: FaultProxy) -> None:
     page.socket.close()
 
 
-def reset(page: Hand, proxy: FaultProxy) -> None:
+def reset(page: PageClient, proxy: FaultProxy) -> None:
     proxy.reset()
 
 
-def cut(page: Hand, proxy: FaultProxy) -> None:
+def cut(page: PageClient, proxy: FaultProxy) -> None:
     proxy.stall()
 
 
@@ -174,8 +174,8 @@ WAYS = {
 def test_zero_follows_within_half_a_second(web: Served, witness: Velocities, meter: Meter, way: str) -> None:
     trials = Trials(way, witness, meter)
     for number in range(TRIALS):
-        with FaultProxy("127.0.0.1", web.port) as proxy, Hand(proxy.port) as page:
-            web.app.state.house.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
+        with FaultProxy("127.0.0.1", web.port) as proxy, PageClient(proxy.port) as page:
+            web.app.state.context.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
             page.of("hello")
             page.ready()
             driving(page, witness, number)
@@ -189,21 +189,21 @@ def test_zero_follows_within_half_a_second(web: Served, witness: Velocities, met
 
 
 def _holder(web: Served) -> str:
-    return web.app.state.house.robot(None).chassis.lease.holder or ""  # type: ignore[attr-defined]
+    return web.app.state.context.robot(None).chassis.lease.holder or ""  # type: ignore[attr-defined]
 
 
 def _free(web: Served) -> None:
     """Wait until nobody sits in the driver's seat."""
-    seat, until = web.app.state.house.robot(None).seat, time.monotonic() + 10.0  # type: ignore[attr-defined]
-    while seat.driver is not None and time.monotonic() < until:
+    teleop, until = web.app.state.context.robot(None).teleop, time.monotonic() + 10.0  # type: ignore[attr-defined]
+    while teleop.driver is not None and time.monotonic() < until:
         time.sleep(0.02)
-    assert seat.driver is None
+    assert teleop.driver is None
 
 
 @pytest.mark.slow
 def test_after_a_cut_nothing_resumes_when_the_network_is_back(web: Served, witness: Velocities) -> None:
     """What waited in the network is delivered in one heap: old wishes, and nothing moves."""
-    with FaultProxy("127.0.0.1", web.port) as proxy, Hand(proxy.port) as page:
+    with FaultProxy("127.0.0.1", web.port) as proxy, PageClient(proxy.port) as page:
         page.of("hello")
         page.ready()
         driving(page, witness)
@@ -220,7 +220,7 @@ def test_after_a_cut_nothing_resumes_when_the_network_is_back(web: Served, witne
 @pytest.mark.slow
 def test_beats_that_a_slow_network_delivers_late_do_not_drive(web: Served, witness: Velocities) -> None:
     """The delay begins while it is held: from the first late beat on there is no sign of life."""
-    with FaultProxy("127.0.0.1", web.port) as proxy, Hand(proxy.port) as page:
+    with FaultProxy("127.0.0.1", web.port) as proxy, PageClient(proxy.port) as page:
         page.of("hello")
         page.ready()
         driving(page, witness)
@@ -236,8 +236,8 @@ def test_a_stop_that_another_person_gives_ends_the_drive_in_zero(
 ) -> None:
     trials = Trials("somebody else stops", witness, meter)
     for number in range(TRIALS):
-        with Hand(web.port) as page:
-            web.app.state.house.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
+        with PageClient(web.port) as page:
+            web.app.state.context.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
             page.of("hello")
             page.ready()
             driving(page, witness, number)
@@ -257,10 +257,10 @@ def test_a_page_whose_process_is_stopped_or_killed(
 ) -> None:
     trials = Trials(f"{name} of the page", witness, meter)
     for number in range(TRIALS):
-        web.app.state.house.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
+        web.app.state.context.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
         since = time.monotonic()
         process = subprocess.Popen(
-            [sys.executable, "-m", "tests.support.web_hand", str(web.port), str(speed(number))],
+            [sys.executable, "-m", "tests.support.web_driving_page", str(web.port), str(speed(number))],
             stdout=subprocess.PIPE,
             text=True,
         )
@@ -293,7 +293,7 @@ def test_a_server_that_is_ended_by_sigterm(
             stack.callback(process.kill)
             assert process.stdout is not None
             port = json.loads(process.stdout.readline())["port"]
-            page = stack.enter_context(Hand(port))
+            page = stack.enter_context(PageClient(port))
             page.of("hello")
             page.ready()
             driving(page, witness, number)

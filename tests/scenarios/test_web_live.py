@@ -15,9 +15,9 @@ pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.support.proxy import FaultProxy
-from tests.support.web import Hand, Served, serving
+from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.web.live import session
+from woosh_pure.web.live import viewer
 from woosh_pure.web.live.frames import CAMERA, SCAN
 
 ZEROS = 1.0
@@ -31,18 +31,18 @@ def web(chassis: Chassis) -> Iterator[Served]:
 
 
 @pytest.fixture
-def page(web: Served) -> Iterator[Hand]:
+def page(web: Served) -> Iterator[PageClient]:
     """A page on it."""
-    with Hand(web.port) as hand:
+    with PageClient(web.port) as hand:
         hand.of("hello")
         yield hand
 
 
 def hub_of(web: Served) -> Any:
-    return web.app.state.house.hubs["robot"]  # type: ignore[attr-defined]
+    return web.app.state.context.hubs["robot"]  # type: ignore[attr-defined]
 
 
-def test_a_page_is_shown_everything(page: Hand) -> None:
+def test_a_page_is_shown_everything(page: PageClient) -> None:
     hello = page.of("hello")
     assert hello["allow_driving"] is True
     assert hello["limits"] == {"vx": 0.3, "wz": 0.5}
@@ -55,7 +55,7 @@ def test_a_page_is_shown_everything(page: Hand) -> None:
     assert len(page.frame(SCAN)) > 24
 
 
-def test_parts_that_did_not_change_are_not_sent_again(page: Hand) -> None:
+def test_parts_that_did_not_change_are_not_sent_again(page: PageClient) -> None:
     page.wait(lambda d: d["t"] == "state" and d.get("readiness"))
     page.forget()
     for _ in range(3):
@@ -64,8 +64,8 @@ def test_parts_that_did_not_change_are_not_sent_again(page: Hand) -> None:
     assert not [d for d in page.heard if d["t"] in ("map", "marks", "footprint")]
 
 
-def test_the_camera_is_subscribed_only_while_somebody_looks(web: Served, page: Hand) -> None:
-    camera = web.app.state.house.robot(None).cameras["color"]  # type: ignore[attr-defined]
+def test_the_camera_is_subscribed_only_while_somebody_looks(web: Served, page: PageClient) -> None:
+    camera = web.app.state.context.robot(None).cameras["color"]  # type: ignore[attr-defined]
     assert not camera.open
     page.say(t="look", camera="color", costmap=False)
     frame = page.frame(CAMERA)
@@ -79,18 +79,18 @@ def test_the_camera_is_subscribed_only_while_somebody_looks(web: Served, page: H
 
 
 def test_with_the_last_page_everything_rests(web: Served) -> None:
-    with Hand(web.port) as page:
+    with PageClient(web.port) as page:
         page.say(t="look", camera="depth", costmap=False)
         page.frame(CAMERA)
     until = time.monotonic() + 10.0
-    hub, camera = hub_of(web), web.app.state.house.robot(None).cameras["depth"]  # type: ignore[attr-defined]
+    hub, camera = hub_of(web), web.app.state.context.robot(None).cameras["depth"]  # type: ignore[attr-defined]
     while (hub._tasks or camera.open) and time.monotonic() < until:
         time.sleep(0.05)
     assert not hub._tasks
     assert not camera.open
 
 
-def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis, page: Hand) -> None:
+def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis, page: PageClient) -> None:
     page.of("lost", text=None)
     page.frame(SCAN)
     page.forget()
@@ -107,8 +107,8 @@ def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis,
 def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
     web: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session, "NOTHING_READ", 0.5)
-    with Hand(web.port, acks=False) as page:
+    monkeypatch.setattr(viewer, "NOTHING_READ", 0.5)
+    with PageClient(web.port, acks=False) as page:
         until = time.monotonic() + 15.0
         while page.error is None and page._reader.is_alive() and time.monotonic() < until:
             time.sleep(0.05)
@@ -120,7 +120,7 @@ def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
 
 def test_over_a_slow_link_the_pose_keeps_nothing_away(web: Served) -> None:
     """Whenever such a page takes a frame, pose and scan are new again: the others have their turn all the same."""
-    with Hand(web.port, acks=False) as page:
+    with PageClient(web.port, acks=False) as page:
         page.of("hello")
         for frames in range(1, 25):
             until = time.monotonic() + 10.0
@@ -146,13 +146,13 @@ def test_a_page_that_stops_reading_costs_no_memory(web: Served) -> None:
         b"GET /api/v1/live HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
     )
-    with Hand(web.port) as other:
+    with PageClient(web.port) as other:
         other.of("hello")
-        house = web.app.state.house  # type: ignore[attr-defined]
+        context = web.app.state.context  # type: ignore[attr-defined]
         until = time.monotonic() + 20.0
-        while house.viewers > 1 and time.monotonic() < until:
+        while context.viewers > 1 and time.monotonic() < until:
             time.sleep(0.1)
-        assert house.viewers == 1, "no pong for two seconds: it is let go"
+        assert context.viewers == 1, "no pong for two seconds: it is let go"
         other.forget()
         other.of("pose")
     raw.close()
@@ -190,8 +190,10 @@ NONSENSE = [
 
 
 @pytest.mark.parametrize("text", NONSENSE, ids=lambda text: repr(text[:24]))
-def test_nonsense_ends_that_connection_in_a_sentence(web: Served, page: Hand, text: str | bytes) -> None:
-    with Hand(web.port) as other:
+def test_nonsense_ends_that_connection_in_a_sentence(
+    web: Served, page: PageClient, text: str | bytes
+) -> None:
+    with PageClient(web.port) as other:
         other.of("hello")
         other.socket.send(text)
         other._reader.join(10)
@@ -202,7 +204,7 @@ def test_nonsense_ends_that_connection_in_a_sentence(web: Served, page: Hand, te
 
 
 def test_a_flood_ends_that_connection(web: Served) -> None:
-    with Hand(web.port, acks=False) as page:
+    with PageClient(web.port, acks=False) as page:
         page.of("hello")
         try:
             for _ in range(2000):
@@ -218,21 +220,21 @@ def test_a_foreign_page_gets_no_connection(web: Served) -> None:
 
     for headers in ({"origin": "http://evil.example"},):
         with pytest.raises(InvalidStatus):
-            Hand(web.port, additional_headers=headers)
+            PageClient(web.port, additional_headers=headers)
 
 
 def test_without_the_token_the_page_is_told_why(chassis: Chassis) -> None:
     with serving(chassis, token="a-long-secret") as web:
-        with Hand(web.port) as page:
+        with PageClient(web.port) as page:
             page._reader.join(10)
             assert page.socket.close_code == 4401
             assert "token" in (page.socket.close_reason or "")
-        with Hand(web.port, additional_headers={"cookie": "woosh_token=a-long-secret"}) as page:
+        with PageClient(web.port, additional_headers={"cookie": "woosh_token=a-long-secret"}) as page:
             page.of("hello")
 
 
 def test_a_robot_that_is_not_there_is_told(web: Served) -> None:
-    with Hand(web.port, "/api/v1/robots/cellar/live") as page:
+    with PageClient(web.port, "/api/v1/robots/cellar/live") as page:
         page._reader.join(10)
         assert page.socket.close_code == 4404
 
@@ -241,9 +243,9 @@ def test_more_pages_than_are_shown_are_told(web: Served, monkeypatch: pytest.Mon
     from woosh_pure.web.api import live
 
     monkeypatch.setattr(live, "MOST_VIEWERS", 1)
-    with Hand(web.port) as first:
+    with PageClient(web.port) as first:
         first.of("hello")
-        with Hand(web.port) as second:
+        with PageClient(web.port) as second:
             second._reader.join(10)
             assert second.socket.close_code == 4429
 
@@ -252,7 +254,7 @@ def test_more_pages_than_are_shown_are_told(web: Served, monkeypatch: pytest.Mon
 
 
 def test_the_lease_goes_from_hand_to_hand_only_by_asking(web: Served, chassis: Chassis) -> None:
-    with Hand(web.port) as anna, Hand(web.port) as bert:
+    with PageClient(web.port) as anna, PageClient(web.port) as bert:
         a, b = anna.of("hello")["you"], bert.of("hello")["you"]
         anna.say(t="lease", op="ask")
         anna.of("lease", yours=True)
@@ -271,7 +273,7 @@ def test_the_lease_goes_from_hand_to_hand_only_by_asking(web: Served, chassis: C
         )
 
 
-def test_orders_of_the_page_count_for_its_lease(web: Served, page: Hand) -> None:
+def test_orders_of_the_page_count_for_its_lease(web: Served, page: PageClient) -> None:
     session_of = {"x-woosh-session": page.of("hello")["session"]}
     page.ready()
     assert web.post("goals", {"kind": "move", "distance": 0.1}).status == 409
@@ -284,23 +286,23 @@ def test_orders_of_the_page_count_for_its_lease(web: Served, page: Hand) -> None
 
 
 def test_a_page_that_comes_back_is_the_same_person(web: Served) -> None:
-    with Hand(web.port) as page:
+    with PageClient(web.port) as page:
         hello = page.of("hello")
         page.ready()
     until = time.monotonic() + 10.0
-    while web.app.state.house.viewers and time.monotonic() < until:  # type: ignore[attr-defined]
+    while web.app.state.context.viewers and time.monotonic() < until:  # type: ignore[attr-defined]
         time.sleep(0.02)
-    with Hand(web.port, f"/api/v1/live?session={hello['session']}") as page:
+    with PageClient(web.port, f"/api/v1/live?session={hello['session']}") as page:
         assert page.of("hello")["you"] == hello["you"]
         page.of("lease", yours=True)
 
 
-def refused(page: Hand, reason: str) -> dict[str, Any]:
+def refused(page: PageClient, reason: str) -> dict[str, Any]:
     page.press()
     return page.of("drive", state="refused", reason=reason)
 
 
-def test_driving_needs_the_lease_and_the_confirmation(page: Hand, chassis: Chassis) -> None:
+def test_driving_needs_the_lease_and_the_confirmation(page: PageClient, chassis: Chassis) -> None:
     refused(page, "no lease")
     page.say(t="lease", op="ask")
     page.of("lease", yours=True)
@@ -310,7 +312,7 @@ def test_driving_needs_the_lease_and_the_confirmation(page: Hand, chassis: Chass
 
 def test_nobody_drives_through_a_slow_network(web: Served, chassis: Chassis) -> None:
     """A constant delay makes no beat late: what tells it is how long a frame and its acknowledgement take."""
-    with FaultProxy("127.0.0.1", web.port) as proxy, Hand(proxy.port) as page:
+    with FaultProxy("127.0.0.1", web.port) as proxy, PageClient(proxy.port) as page:
         page.of("hello")
         page.ready()
         page.of("pose")
@@ -323,7 +325,7 @@ def test_nobody_drives_through_a_slow_network(web: Served, chassis: Chassis) -> 
 
 
 def test_driving_is_off_unless_it_was_allowed(chassis: Chassis) -> None:
-    with serving(chassis) as web, Hand(web.port) as page:
+    with serving(chassis) as web, PageClient(web.port) as page:
         assert page.of("hello")["allow_driving"] is False
         page.ready()
         assert "--allow-driving" in refused(page, "not allowed")["text"]
@@ -331,7 +333,7 @@ def test_driving_is_off_unless_it_was_allowed(chassis: Chassis) -> None:
 
 
 def test_holding_drives_and_letting_go_stands(
-    page: Hand, chassis: Chassis, until: Callable[..., None], real_time: Callable[[], None]
+    page: PageClient, chassis: Chassis, until: Callable[..., None], real_time: Callable[[], None]
 ) -> None:
     page.ready()
     page.drive()
@@ -348,16 +350,16 @@ def test_holding_drives_and_letting_go_stands(
 
 def test_a_press_while_an_earlier_one_is_still_being_opened(
     web: Served,
-    page: Hand,
+    page: PageClient,
     chassis: Chassis,
     monkeypatch: pytest.MonkeyPatch,
     until: Callable[..., None],
     real_time: Callable[[], None],
 ) -> None:
     """The drive of a press that nobody holds any more must not take the seat for ever."""
-    seat = web.app.state.house.robot(None).seat  # type: ignore[attr-defined]
-    monkeypatch.setattr("woosh_pure.web.live.seat.ZEROS_SECONDS", ZEROS)
-    begin, first, go_on = seat._begin, threading.Event(), threading.Event()
+    teleop = web.app.state.context.robot(None).teleop  # type: ignore[attr-defined]
+    monkeypatch.setattr("woosh_pure.web.live.teleop.ZEROS_SECONDS", ZEROS)
+    begin, first, go_on = teleop._begin, threading.Event(), threading.Event()
 
     def slowly() -> Any:
         if not first.is_set():
@@ -365,7 +367,7 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
             go_on.wait(10.0)
         return begin()
 
-    monkeypatch.setattr(seat, "_begin", slowly)
+    monkeypatch.setattr(teleop, "_begin", slowly)
     page.ready()
     page.press()
     assert first.wait(10.0)
@@ -378,49 +380,53 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
     page.of("drive", state="driving")
     time.sleep(1.2 * ZEROS)  # what waits for the seat has given up by then
     page.let_go()
-    until(lambda: seat.driver is None, what="the seat being free")
+    until(lambda: teleop.driver is None, what="the seat being free")
     page.forget()
     page.drive()
     page.let_go()
-    until(lambda: seat.driver is None, what="the seat being free again")
+    until(lambda: teleop.driver is None, what="the seat being free again")
 
 
 def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
-    web: Served, page: Hand, chassis: Chassis, monkeypatch: pytest.MonkeyPatch, real_time: Callable[[], None]
+    web: Served,
+    page: PageClient,
+    chassis: Chassis,
+    monkeypatch: pytest.MonkeyPatch,
+    real_time: Callable[[], None],
 ) -> None:
     """Its own drive was refused, and was refused only after it had gone."""
-    seat = web.app.state.house.robot(None).seat  # type: ignore[attr-defined]
+    teleop = web.app.state.context.robot(None).teleop  # type: ignore[attr-defined]
     me = page.of("hello")["you"]
     page.ready()
     page.drive()
-    opens, asked, refuse = seat.open, threading.Event(), threading.Event()
+    opens, asked, refuse = teleop.open, threading.Event(), threading.Event()
 
     def late(driver: str) -> None:
         asked.set()
         refuse.wait(10.0)
         opens(driver)
 
-    monkeypatch.setattr(seat, "open", late)
-    house = web.app.state.house  # type: ignore[attr-defined]
-    with Hand(web.port) as other:
+    monkeypatch.setattr(teleop, "open", late)
+    context = web.app.state.context  # type: ignore[attr-defined]
+    with PageClient(web.port) as other:
         name = other.of("hello")["you"]
-        monkeypatch.setattr(session.Session, "_why_not", lambda _: None)
+        monkeypatch.setattr(viewer.Viewer, "_refusal", lambda _: None)
         other.press()
         assert asked.wait(10.0), name
     deadline = time.monotonic() + 10.0
-    while house.viewers > 1 and time.monotonic() < deadline:
+    while context.viewers > 1 and time.monotonic() < deadline:
         time.sleep(0.02)
-    assert house.viewers == 1
+    assert context.viewers == 1
     refuse.set()
     chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
     time.sleep(0.3)
-    assert seat.driver == me
+    assert teleop.driver == me
     page.let_go()
     assert page.of("drive", state="ended")["reason"] == "released"
 
 
 def test_a_velocity_beyond_the_limits_is_brought_within_them(
-    page: Hand, chassis: Chassis, real_time: Callable[[], None]
+    page: PageClient, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
     limit = page.drive(5.0)["limits"]["vx"]
@@ -430,7 +436,7 @@ def test_a_velocity_beyond_the_limits_is_brought_within_them(
 
 
 def test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes(
-    web: Served, page: Hand, chassis: Chassis, real_time: Callable[[], None]
+    web: Served, page: PageClient, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
     page.drive()
@@ -443,7 +449,7 @@ def test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes(
 
 
 def test_giving_the_lease_back_ends_the_drive(
-    page: Hand, chassis: Chassis, real_time: Callable[[], None]
+    page: PageClient, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
     page.drive()
@@ -453,18 +459,18 @@ def test_giving_the_lease_back_ends_the_drive(
 
 
 def test_one_drives_at_a_time(
-    web: Served, page: Hand, chassis: Chassis, real_time: Callable[[], None]
+    web: Served, page: PageClient, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
     page.drive(0.1)
-    with Hand(web.port) as other:
+    with PageClient(web.port) as other:
         other.say(t="confirm")
         other.say(t="lease", op="ask")
         refused(other, "no lease")
     page.let_go()
 
 
-def test_a_press_while_a_goal_is_under_way_is_refused_in_words(web: Served, page: Hand) -> None:
+def test_a_press_while_a_goal_is_under_way_is_refused_in_words(web: Served, page: PageClient) -> None:
     session_of = {"x-woosh-session": page.of("hello")["session"]}
     page.ready()
     web.post("goals", {"kind": "mark", "mark": "B1"}, headers=session_of)
@@ -474,6 +480,6 @@ def test_a_press_while_a_goal_is_under_way_is_refused_in_words(web: Served, page
     web.post("stop")
 
 
-def test_what_is_said_is_json_without_nan(page: Hand) -> None:
+def test_what_is_said_is_json_without_nan(page: PageClient) -> None:
     page.wait(lambda d: d["t"] == "state" and "readiness" in d)
     json.dumps(page.heard, allow_nan=False)

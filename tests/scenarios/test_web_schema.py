@@ -85,7 +85,7 @@ ENDLESS = ("/stream", "/wait")
 def web(chassis: Chassis, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
     """A server that counts no orders: each shall be looked at."""
     with serving(chassis, marks=[]) as served:
-        monkeypatch.setattr(served.app.state.house.access, "check_rate", lambda *_: None)  # type: ignore[attr-defined]
+        monkeypatch.setattr(served.app.state.context.access, "check_rate", lambda *_: None)  # type: ignore[attr-defined]
         yield served
 
 

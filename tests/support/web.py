@@ -18,7 +18,7 @@ from woosh_pure import Chassis
 LATEST = 10.0
 """Seconds for which a zero that does not come is waited for: so that a late one is told from one that was lost."""
 
-__all__ = ["Answer", "Hand", "Served", "Velocities", "serving"]
+__all__ = ["Answer", "PageClient", "Served", "Velocities", "serving"]
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def serving(chassis: Chassis | dict[str, Chassis], **options: Any) -> Iterator[S
         yield served
 
 
-class Hand:
+class PageClient:
     """A page: acknowledges each frame, and holds the robot where it is told to."""
 
     def __init__(self, port: int, path: str = "/api/v1/live", *, acks: bool = True, **options: Any) -> None:
@@ -119,7 +119,7 @@ class Hand:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def __enter__(self) -> Hand:
+    def __enter__(self) -> PageClient:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -134,16 +134,17 @@ def test_what_is_seen_fails_the_test(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signals that are ignored from the start")
-def test_tests_in_the_background_can_be_interrupted() -> None:
-    """A shell without job control has its background programs ignore SIGINT, and all that they start does so too."""
-    told = "import signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
-    for code, able in (
-        (told, "False"),
-        ("from tests.support.watched import plugin; plugin.begin(); " + told, "True"),
-    ):
-        begun = "import signal, subprocess, sys; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+def test_tests_in_the_background_and_what_they_start_get_their_signals() -> None:
+    """A shell without job control has its background programs ignore SIGINT, nohup SIGHUP; and it is inherited."""
+    told = "import signal as s; print(s.SIG_IGN in (s.getsignal(s.SIGINT), s.getsignal(s.SIGHUP)))"
+    told = f"import subprocess, sys; subprocess.call([sys.executable, '-S', '-c', {told!r}])"
+    ours = f"from tests.support.watched import plugin; plugin.begin(); {told}"
+    for code, ignored in ((told, "True"), (ours, "False")):
+        begun = (
+            "import signal as s, subprocess, sys; [s.signal(one, s.SIG_IGN) for one in (s.SIGINT, s.SIGHUP)]"
+        )
         started = f"{begun}; sys.exit(subprocess.call([sys.executable, '-c', {code!r}]))"
         done = subprocess.run(
             [sys.executable, "-c", started], cwd=ROOT, capture_output=True, text=True, timeout=60
         )
-        assert done.stdout.strip() == able, done.stderr
+        assert done.stdout.strip() == ignored, done

@@ -430,7 +430,7 @@ class Feed(Generic[T]):
         )
 
     def __iter__(self) -> Iterator[T]:
-        """Values as they come; a slow loop skips to the newest. Ends when the chassis or its node is closed."""
+        """Values as they come; a slow loop skips to the newest. Ends with the chassis, or its node."""
         self.connect()
         seen = 0
         while True:

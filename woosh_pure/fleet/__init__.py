@@ -9,7 +9,7 @@ from rosproto.late import late_names
 
 TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
 if TYPE_CHECKING:
-    from woosh_pure.fleet.actions.abilities import Task
+    from woosh_pure.fleet.actions.task import Task
     from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config
     from woosh_pure.fleet.mqtt.broker import Broker
     from woosh_pure.fleet.store import Store
@@ -23,7 +23,7 @@ __getattr__ = late_names(
         "Broker": "mqtt.broker",
         "FleetConfig": "config",
         "Store": "store",
-        "Task": "actions.abilities",
+        "Task": "actions.task",
         "Vehicle": "vehicle",
         "VehicleConfig": "config",
         "load_config": "config",

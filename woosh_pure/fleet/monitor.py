@@ -1,8 +1,7 @@
-"""What the chassis tells, gathered as `Facts`: every feed calls back, nothing is asked for in turns."""
+"""What the chassis tells, gathered as `Facts`: every feed calls back, nothing is polled."""
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -10,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from woosh_pure.enums import RobotMode
 from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.operating_mode import operating_mode
 from woosh_pure.fleet.state import Facts
-from woosh_pure.geometry import Footprint
 from woosh_pure.readiness.reason import ReasonKey
 
 if TYPE_CHECKING:
@@ -20,44 +19,14 @@ if TYPE_CHECKING:
     from woosh_pure.geometry import Pose2D, Velocity
     from woosh_pure.values import Parameters
 
-__all__ = ["SILENT_AFTER", "Watch", "outline_of"]
+__all__ = ["SILENT_AFTER", "ChassisMonitor"]
 
+_SEVERE = 3  # level of a fault
 SILENT_AFTER = 1.5
 """Seconds without pose and velocity after which the robot is lost; both come several times a second."""
 
 
-_OUTLINES = ("/move_base/global_costmap", "/move_base/local_costmap")
-
-
-def outline_of(chassis: Chassis) -> tuple[tuple[float, float], ...]:
-    """The outline that the navigation of a chassis has as its parameter, in m in base_link.
-
-    By costmap_2d's own names: `footprint`, a list of corners or its text, or `robot_radius`; empty where
-    there is none.
-    """
-    for space in _OUTLINES:
-        try:
-            corners = _parameter(chassis, f"{space}/footprint")
-            if isinstance(corners, str):
-                corners = json.loads(corners.replace("(", "[").replace(")", "]"))
-            if corners:
-                return Footprint.from_points(corners).points
-            radius = _parameter(chassis, f"{space}/robot_radius")
-            if radius:
-                return Footprint.circle(float(radius)).points
-        except (RosError, ValueError, TypeError):
-            continue
-    return ()
-
-
-def _parameter(chassis: Chassis, name: str) -> Any:
-    try:
-        return chassis.node.params[name]
-    except KeyError:
-        return None
-
-
-class Watch:
+class ChassisMonitor:
     """The facts of one chassis.
 
     Args:
@@ -109,8 +78,14 @@ class Watch:
         """Whether nothing is heard of the robot; before its first word it has twice the time."""
         return time.monotonic() - (self.heard or self._opened + SILENT_AFTER) >= SILENT_AFTER
 
+    def silence(self) -> Problem:
+        """What is told when nothing is heard of the robot."""
+        text = f"nothing was heard of the chassis at {self._chassis.master_uri} for {SILENT_AFTER:g} s"
+        hint = "check the robot and its network; it may go on with what it was told"
+        return Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
+
     def _on_pose(self, pose: Pose2D) -> None:
-        self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw)
+        self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw, self._facts.map_id)
         self._hear()
 
     def _on_velocity(self, velocity: Velocity) -> None:
@@ -162,6 +137,3 @@ class Watch:
             mode = RobotMode.MANUAL
         self.mode = operating_mode(int(mode), owner=owner)
         self.blocked = readiness.sentence() if readiness.refuses else ""
-
-
-_SEVERE = 3

@@ -10,7 +10,7 @@ from typing import Any
 from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.order_state import OrderState
 
 __all__ = ["Facts", "Load", "MapEntry", "state_message", "visualization_message"]
 
@@ -75,6 +75,11 @@ class Facts:
     information: tuple[tuple[str, str], ...] = field(default_factory=tuple)
 
     @property
+    def alarms(self) -> tuple[object, ...]:
+        """What a state is sent for when it changes, whatever else has changed."""
+        return self.emergency_stop, self.bumper, self.faults, self.charging
+
+    @property
     def moving(self) -> bool:
         """Whether the robot drives or turns."""
         return self.velocity is not None and (
@@ -107,9 +112,7 @@ def _node_state(node: Node) -> dict[str, Any]:
     return found
 
 
-def state_message(
-    machine: OrderMachine, facts: Facts, header: dict[str, Any], version: str
-) -> dict[str, Any]:
+def state_message(machine: OrderState, facts: Facts, header: dict[str, Any], version: str) -> dict[str, Any]:
     """The state as it is now, of a version of the standard."""
     later = not version.startswith("2.0")
     problems = [*_of_chassis(facts), *machine.problems]

@@ -4,13 +4,14 @@ be, so they are named, or asked to end.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rosproto.errors import RosError
+from rosproto.errors import RosError, RosTimeout
 from rosproto.node import NodeClient
 from rosproto.transport import Deadline, HostNames
 from woosh_pure.enums import TaskCommand, TaskState
@@ -173,6 +174,7 @@ class OtherPrograms:
         self._end = end
         self._left: dict[str, tuple[OtherDriver, bool]] = {}
         self._ended: list[str] = []
+        self._asked: set[str] = set()
         self._problem = ""
         self._thread = _begin(self._look)
 
@@ -193,7 +195,8 @@ class OtherPrograms:
             self._problem = "looking for other programs that drive by velocity (no answer yet)"
         report.cancelled += [f"the program {name}" for name in self._ended]
         for driver, sends in self._left.values():
-            what = "it was asked to end and has not" if self._end else f"which only its end stops: {_HOW}"
+            asked = driver.node in self._asked
+            what = "it was asked to end and has not" if asked else f"which only its end stops: {_HOW}"
             report.problems.append(f"{driver.sentence(sends=sends)}, {what}")
         if self._problem:
             report.problems.append(self._problem)
@@ -205,12 +208,12 @@ class OtherPrograms:
             if not first:
                 return
             if self._end:
-                self._end_all(first)
+                left = self._end_all(first)
             else:
                 time.sleep(_LOOK_AGAIN)
+                left = self._others()
             self._left = {
-                name: (driver, driver.has_sent_since(first.get(name)))
-                for name, driver in self._others().items()
+                name: (driver, driver.has_sent_since(first.get(name))) for name, driver in left.items()
             }
         except RosError as error:
             self._problem = f"looking for other programs that drive by velocity ({error})"
@@ -222,21 +225,39 @@ class OtherPrograms:
             if not driver.on_robot
         }
 
-    def _end_all(self, drivers: dict[str, OtherDriver]) -> None:
-        ours = self._connection.open_node()
-        for driver in drivers.values():
-            try:
-                # Never at the master's address for a name that is not known: another node may have that port.
-                with NodeClient(
-                    driver.uri, ours.name, timeout=1.0, hosts=HostNames(ours.hosts.given)
-                ) as node:
-                    node.shutdown("woosh: the robot is to stop")
-            except (RosError, ValueError):
-                continue  # that it is still there will be seen
+    def _end_all(self, drivers: dict[str, OtherDriver]) -> dict[str, OtherDriver]:
+        """Ask them to end, and who comes after them; those that are still there at the deadline.
+
+        One of ours that is asked sends its last zeros from another node, which is there for a moment and is
+        not disturbed. A program that something starts again is there for longer.
+        """
         deadline = Deadline(_left(self._deadline))
-        while (left := self._others()) and not deadline.expired:
-            time.sleep(0.05)
-        self._ended = [name for name in drivers if name not in left]
+        came, asked = dict.fromkeys(drivers, -math.inf), self._asked
+        left = drivers
+        while left and not deadline.expired:
+            for name, driver in left.items():
+                since = came.setdefault(name, time.monotonic())
+                if name not in asked and time.monotonic() - since >= _LOOK_AGAIN:
+                    asked.add(name)
+                    self._ask_to_end(driver)
+            try:
+                left = self._others()
+            except RosTimeout:  # a busy master: there is time to ask it again
+                if deadline.expired:
+                    raise
+            if left:
+                time.sleep(0.05)
+        self._ended = [name for name in came if name not in left and name in asked]
+        return left
+
+    def _ask_to_end(self, driver: OtherDriver) -> None:
+        ours = self._connection.open_node()
+        try:
+            # Never at the master's address for a name that is not known: another node may have that port.
+            with NodeClient(driver.uri, ours.name, timeout=1.0, hosts=HostNames(ours.hosts.given)) as node:
+                node.shutdown("woosh: the robot is to stop")
+        except (RosError, ValueError):
+            pass  # that it is still there will be seen
 
 
 _HOW = "end it (end_drivers=True, `woosh stop --end-drivers`)"

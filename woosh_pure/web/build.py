@@ -1,4 +1,4 @@
-"""The ASGI application, put together."""
+"""Puts the ASGI application together: routes, error handlers, middleware, and the page's files."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from rosproto.version import __version__
 from woosh_pure.web import models
 from woosh_pure.web.api import camera, feeds, goals, lease, live, login, recordings, status, stop
 from woosh_pure.web.api import map as map_
-from woosh_pure.web.api.asking import named_robot
-from woosh_pure.web.guard import Guard
-from woosh_pure.web.house import House
+from woosh_pure.web.api.dependencies import named_robot
+from woosh_pure.web.context import WebContext
+from woosh_pure.web.middleware import SecurityMiddleware
 from woosh_pure.web.problems import MEDIA_TYPE, Problem, problem_of
 
 __all__ = ["PAGE", "build"]
 
 PAGE = Path(__file__).parent / "page"
-_NOUNS = (status, goals, stop, map_, camera, feeds, lease, recordings, live)
-_HOUSE = (status, login)
+_ROBOT = (status, goals, stop, map_, camera, feeds, lease, recordings, live)
+_SERVER = (status, login)
 DESCRIPTION = (
     "A Woosh chassis for any language. Units are m, rad, s; poses are in the map. Nothing moves by a GET. "
     "POST /api/v1/stop is no emergency stop. Errors are application/problem+json."
 )
 
 
-def build(house: House, *, origins: tuple[str, ...] = ()) -> FastAPI:
-    """The application of a house; it starts nothing."""
+def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
+    """The application for these robots and rules. It starts nothing."""
     app = FastAPI(
         title="woosh",
         version=__version__,
@@ -44,24 +44,24 @@ def build(house: House, *, origins: tuple[str, ...] = ()) -> FastAPI:
         redoc_url=None,
         generate_unique_id_function=_operation,
     )
-    app.state.house = house
-    for part in _HOUSE:
-        app.include_router(part.house_router, prefix="/api/v1")
-    for part in _NOUNS:
+    app.state.context = context
+    for part in _SERVER:
+        app.include_router(part.server_router, prefix="/api/v1")
+    for part in _ROBOT:
         app.include_router(part.router, prefix="/api/v1")
         app.include_router(part.router, prefix="/api/v1/robots/{robot}", dependencies=[Depends(named_robot)])
         app.include_router(part.router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
-    for part in _HOUSE:  # a page of one robot asks by its own relative addresses
-        app.include_router(part.house_router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
+    for part in _SERVER:  # the page of one robot uses paths relative to its own address
+        app.include_router(part.server_router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
     for kind in (Problem, RosError, ValueError, KeyError, Exception):
         app.add_exception_handler(kind, _on_error)
     app.add_exception_handler(RequestValidationError, _on_invalid)
     app.add_exception_handler(HTTPException, _on_http)
     if PAGE.is_dir():
-        for name in house.robots:
+        for name in context.robots:
             app.mount(f"/robots/{name}", StaticFiles(directory=PAGE, html=True))
         app.mount("/", StaticFiles(directory=PAGE, html=True))
-    app.add_middleware(Guard, house=house)
+    app.add_middleware(SecurityMiddleware, context=context)
     if origins:
         app.add_middleware(
             CORSMiddleware,
@@ -74,12 +74,12 @@ def build(house: House, *, origins: tuple[str, ...] = ()) -> FastAPI:
 
 
 def _operation(route: APIRoute) -> str:
-    """A name for generated clients: the function's, with the robot where the path has it."""
+    """The operation's name in generated clients; it has a suffix if the path names a robot."""
     return route.name + ("_of_robot" if "{robot}" in route.path_format else "")
 
 
 def _say_problems(app: FastAPI) -> None:
-    """FastAPI tells of its own errors; ours are problems."""
+    """Describe errors in /openapi.json as problem+json, in place of FastAPI's own format."""
     made = app.openapi
 
     def openapi() -> dict[str, Any]:
@@ -103,7 +103,7 @@ def _say_problems(app: FastAPI) -> None:
 
 
 def _leave_out_null(operation: dict[str, Any]) -> None:
-    """A body that may be left out is not one that may be null: generated clients make something of both."""
+    """Remove null from the schema of an optional body: it may be left out, but `null` is not accepted."""
     for content in operation.get("requestBody", {}).get("content", {}).values():
         schema = content["schema"]
         kinds = [kind for kind in schema.get("anyOf", ()) if kind != {"type": "null"}]

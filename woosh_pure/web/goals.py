@@ -1,5 +1,5 @@
-"""Goals that were begun through the web: each has a number, somebody who waits for its end, and a place in
-the list. Chassis verbs block: everything here is called in threads.
+"""Goals that were started through the web. Each has a number and a place in the list, and a thread that waits
+for its end. The Chassis's verbs block, so everything here is called from threads.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from woosh_pure.outcome import Outcome
     from woosh_pure.web.journal import Journal
 
-__all__ = ["Goal", "GoalDesk"]
+__all__ = ["Goal", "GoalManager"]
 
 MOST_KEPT, MOST_RUNNING = 200, 8
 
@@ -33,13 +33,13 @@ class Goal:
 
     Attributes:
         id: Its number, as text.
-        kind: As it was asked for: "mark", "pose" ...
-        who: Who asked, as others see them.
-        handle: The library's own.
-        begun: s since 1970.
-        entry: Its number in the journal.
-        outcome: How it ended, None while it runs.
-        error: Why its end is not known; "" else.
+        kind: The kind that was requested: "mark", "pose" ...
+        who: The name of the client that requested it.
+        handle: The library's handle of the goal.
+        begun: When it was started, s since 1970.
+        entry: The number of its entry in the journal.
+        outcome: How it ended; None while it runs.
+        error: Why it is not known how it ended; "" otherwise.
     """
 
     id: str
@@ -54,18 +54,18 @@ class Goal:
 
     @property
     def done(self) -> bool:
-        """True when it has ended. Asks nobody, so it never waits."""
+        """True once it has ended. Never waits."""
         return self.outcome is not None or bool(self.error)
 
     def wait(self, timeout: float) -> bool:
-        """Wait until it has ended; blocks."""
+        """Block until it has ended, or the time is up."""
         until = time.monotonic() + timeout
         while not self.done and time.monotonic() < until:
             time.sleep(0.01)
         return self.done
 
     def as_json(self) -> dict[str, Any]:
-        """As it is sent."""
+        """The goal as the API sends it."""
         outcome = self.outcome
         percent = getattr(self.handle.latest_progress, "percent", None)
         return {
@@ -91,7 +91,7 @@ class Goal:
         return "not known" if self.error else "paused" if self.paused else "running"
 
 
-class GoalDesk:
+class GoalManager:
     """The goals of one robot, the last 200. Safe from any thread."""
 
     def __init__(self, journal: Journal) -> None:
@@ -101,11 +101,11 @@ class GoalDesk:
         self._goals: OrderedDict[str, Goal] = OrderedDict()
 
     def begin(self, kind: str, who: str, what: str, start: Callable[[], GoalHandle[Any]]) -> Goal:
-        """Start one; blocks until the robot has taken or refused it.
+        """Start a goal; blocks until the robot has accepted or refused it.
 
         Raises:
-            RosError, ValueError: What the verb raises; it is in the journal, too.
-            Problem: Too many run already.
+            RosError, ValueError: The error of the verb, which is noted in the journal, too.
+            Problem: Too many goals run already.
         """
         if len(self.running) >= MOST_RUNNING:
             raise Problem(409, f"{MOST_RUNNING} goals are under way already; cancel one first")
@@ -126,12 +126,12 @@ class GoalDesk:
                     break
                 del self._goals[old]
         threading.Thread(
-            target=self._attend, args=(goal,), name=f"woosh:web goal {number}", daemon=True
+            target=self._wait_for_end, args=(goal,), name=f"woosh:web goal {number}", daemon=True
         ).start()
         return goal
 
-    def _attend(self, goal: Goal) -> None:
-        """Wait for the end: its time runs out here, whether somebody waits outside or not."""
+    def _wait_for_end(self, goal: Goal) -> None:
+        """Wait for the end of the goal, so that its time-out works even if no client waits for it."""
         try:
             outcome = goal.handle.wait(raises=False)
         except RosError as error:
@@ -142,10 +142,10 @@ class GoalDesk:
             self._journal.end(goal.entry, outcome.kind.value, outcome.sentence())
 
     def get(self, number: str) -> Goal:
-        """The goal of that number.
+        """The goal with that number.
 
         Raises:
-            Problem: There is none, or it ended long ago.
+            Problem: There is no such goal, or it ended too long ago to be kept.
         """
         with self._lock:
             goal = self._goals.get(number)
@@ -154,11 +154,11 @@ class GoalDesk:
         return goal
 
     def all(self) -> list[Goal]:
-        """All that are kept, the oldest first."""
+        """All goals that are kept, the oldest first."""
         with self._lock:
             return list(self._goals.values())
 
     @property
     def running(self) -> list[Goal]:
-        """Those that have not ended."""
+        """The goals that have not ended."""
         return [goal for goal in self.all() if not goal.done]

@@ -1,4 +1,4 @@
-"""One robot as the web sees it: its Chassis, and what is kept for all who look at it."""
+"""One robot of the web server: its Chassis, and what all its viewers share."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from woosh_pure.web.camera import FEEDS, CameraDesk
-from woosh_pure.web.goals import GoalDesk
+from woosh_pure.web.camera import FEEDS, SharedCamera
+from woosh_pure.web.goals import GoalManager
 from woosh_pure.web.journal import Journal
-from woosh_pure.web.live.seat import Seat
-from woosh_pure.web.maps import MapDesk, WebMark, marks_of
+from woosh_pure.web.live.teleop import Teleop
+from woosh_pure.web.maps import MapCache, WebMark, marks_of
 from woosh_pure.web.problems import Problem
-from woosh_pure.web.recordings import RecordingDesk
+from woosh_pure.web.recordings import RecordingManager
 from woosh_pure.web.snapshot import LISTENED
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.feed.feed import Feed, Reading
     from woosh_pure.stopping.report import StopReport
-    from woosh_pure.web.people import Person
+    from woosh_pure.web.clients import Client
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 __all__ = ["Robot"]
 
 
 class _Stop:
-    """A stop under way, and what came of it."""
+    """A stop under way, and its result."""
 
     def __init__(self) -> None:
         self.over = threading.Event()
@@ -35,13 +35,13 @@ class _Stop:
 
 
 class Robot:
-    """Makes nothing and asks nothing until somebody does.
+    """Opens and subscribes nothing until there is a request.
 
     Attributes:
-        name: As in the addresses of the API.
+        name: The robot's name in the paths of the API.
         chassis: The Chassis; whoever made it opens and closes it.
-        marks: Marks as they were given: the chassis cannot list its own.
-        journal, goals, seat, map, cameras, recordings: What is kept; see there.
+        marks: The marks that were given: the chassis cannot list its own.
+        journal, goals, teleop, map, cameras, recordings: See the classes of the same names.
     """
 
     def __init__(
@@ -55,17 +55,17 @@ class Robot:
         self.name, self.chassis = name, chassis
         self.marks: tuple[WebMark, ...] = marks_of(marks)
         self.journal = Journal()
-        self.goals = GoalDesk(self.journal)
-        self.seat = Seat(chassis)
-        self.map = MapDesk(chassis)
-        self.cameras = {source: CameraDesk(chassis, source) for source in FEEDS}
-        self.recordings = RecordingDesk(chassis, recordings)
+        self.goals = GoalManager(self.journal)
+        self.teleop = Teleop(chassis)
+        self.map = MapCache(chassis)
+        self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}
+        self.recordings = RecordingManager(chassis, recordings)
         self._listening = False
         self._lock = threading.Lock()
         self._stopping: dict[bool, _Stop] = {}
 
     def listen(self) -> None:
-        """Subscribe what the snapshot needs; blocks the first time, until the links stand."""
+        """Subscribe to what the snapshot needs. Blocks the first time, until the links are connected."""
         if self._listening:
             return
         names = (*LISTENED, *ALSO_SHOWN)
@@ -81,18 +81,18 @@ class Robot:
         return self.chassis.feed(name)
 
     def readings(self) -> dict[str, Reading[Any] | None]:
-        """The newest of what the snapshot is made of; never waits."""
+        """The newest values for the snapshot. Never waits."""
         return {name: self.feed(name).known for name in LISTENED}
 
-    def require_lease(self, person: Person) -> None:
-        """Refuse what moves while somebody else has the lease.
+    def require_lease(self, client: Client) -> None:
+        """Refuse a command while another client has the lease.
 
         Raises:
-            Problem: Somebody else has it.
+            Problem: Another client has the lease.
         """
         lease = self.chassis.lease
         holder = lease.holder
-        if holder is not None and holder != person.name:
+        if holder is not None and holder != client.name:
             raise Problem(
                 409,
                 f"{holder} commands this robot now; ask for the lease, and wait until it is granted",
@@ -100,13 +100,13 @@ class Robot:
                 holder=holder,
             )
         if holder is not None:
-            lease.renew(person.name)
+            lease.renew(client.name)
 
     def stop(self, who: str, *, everything: bool = True, timeout: float = 5.0) -> StopReport:
-        """Stop now; blocks until it is known whether the robot stands. Who asks meanwhile gets the same
-        answer.
+        """Stop now; blocks until it is known whether the robot stands still. Requests to stop that arrive
+        meanwhile get the same answer.
         """
-        self.seat.end(f"{who} stopped the robot")
+        self.teleop.halt(f"{who} stopped the robot")
         with self._lock:
             stop = self._stopping.get(everything)
             begins = stop is None
@@ -131,6 +131,6 @@ class Robot:
             stop.over.set()
 
     def close(self, why: str) -> None:
-        """End what the web has begun, at once; closing the Chassis is for whoever opened it."""
-        self.seat.close(why)
+        """End driving and recordings at once. The Chassis is closed by whoever opened it."""
+        self.teleop.close(why)
         self.recordings.close()

@@ -14,7 +14,10 @@ from rosproto.bag.mcap.source import SafeStream
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.errors import BagError, DefinitionError
 
-__all__ = ["Contents", "read_contents"]
+__all__ = ["MCAP_MAGIC", "Contents", "read_contents"]
+
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+"""The first bytes of every file, and the last of one that was finished."""
 
 
 @dataclass(slots=True)
@@ -28,6 +31,7 @@ class Contents:
         finished: True when the file was closed properly; then it nearly always has a summary.
         lost: True when a scan had to leave messages out.
         loose: Positions at which messages outside of chunks begin.
+        packed: Of the chunks by position: compression, bytes in the file, bytes unpacked.
     """
 
     connections: dict[int, Connection] = field(default_factory=dict)
@@ -36,6 +40,7 @@ class Contents:
     finished: bool = False
     loose: set[int] = field(default_factory=set)
     lost: bool = False
+    packed: dict[int, tuple[str, int, int]] = field(default_factory=dict)
 
 
 def read_contents(source: BagFile) -> Contents:
@@ -46,8 +51,9 @@ def read_contents(source: BagFile) -> Contents:
     """
     wrong = misfits()
     why = ""
+    ended = source.read_at(source.size - len(MCAP_MAGIC), len(MCAP_MAGIC)) == MCAP_MAGIC
     try:
-        if (found := _by_summary(source)) is not None:
+        if ended and (found := _by_summary(source)) is not None:
             return found
     except wrong as problem:
         why = str(problem) or type(problem).__name__
@@ -60,7 +66,10 @@ def read_contents(source: BagFile) -> Contents:
         return found
     why = why or "it has none, or it does not tell of all messages"
     found.damage.insert(
-        0, f"the file was not finished, or its summary cannot be used ({why}); it was scanned"
+        0,
+        f"the file was not finished, or its summary cannot be used ({why}); it was scanned"
+        if ended
+        else "the file was not finished: its end is missing; it was scanned",
     )
     return found
 
@@ -84,6 +93,12 @@ def _by_summary(source: BagFile) -> Contents | None:
         found.chunks.append(
             ChunkInfo(index.chunk_start_offset, index.message_start_time, index.message_end_time, counts)
         )
+        found.packed[index.chunk_start_offset] = (
+            index.compression,
+            index.compressed_size,
+            index.uncompressed_size,
+        )
+        source.scanned(index.chunk_start_offset)
     total = sum(sum(chunk.counts.values()) for chunk in found.chunks)
     if total != summary.statistics.message_count:
         return None  # messages outside of chunks, or a wrong index
@@ -134,10 +149,12 @@ class _Scan:
             for record in reader.records:
                 self._take(record, at)
                 at = stream.tell()
+                source.scanned(at)
         except misfits() as problem:
             if at == 8 and not self._schemas and not found.chunks and source.size < 8:
                 raise source.error("this is no MCAP file") from problem
-            found.damage.append(f"it ends in a record that is cut off or damaged, at byte {at}")
+            if at < source.size:
+                found.damage.append(f"it ends in a record that is cut off or damaged, at byte {at}")
         except BagError as problem:
             found.damage.append(problem.reason)
         return found
@@ -155,6 +172,7 @@ class _Scan:
         elif kind == "Footer":
             self._footer = True
         elif kind == "Chunk":
+            self._found.packed[at] = record.compression, len(record.data), record.uncompressed_size
             try:
                 messages = messages_of(self._source, record, at, self._others)
             except BagError as problem:

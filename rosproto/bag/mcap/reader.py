@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, BinaryIO, cast
 
-from rosproto.bag.bag_file import BagFile
+from rosproto.bag.bag_file import BagFile, Scanning
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.large_messages import Found
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.mcap.chunks import read_mcap_chunk
-from rosproto.bag.mcap.contents import read_contents
-from rosproto.bag.mcap.library import library, misfits
-from rosproto.bag.mcap.source import SafeStream
+from rosproto.bag.mcap.contents import MCAP_MAGIC, read_contents
 from rosproto.bag.read_ahead import Following, ReadAhead
 from rosproto.bag.reader import BagReader, Compression
 from rosproto.bag.records import ChunkInfo
@@ -25,8 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["MCAP_MAGIC", "McapReader"]
 
-MCAP_MAGIC = b"\x89MCAP0\r\n"
-
 
 class McapReader(BagReader):
     """An MCAP file with messages of ROS 1 (profile `ros1`), with the interface of `BagReader`.
@@ -35,9 +31,10 @@ class McapReader(BagReader):
     no summary: it is scanned, `damage` says so, and every complete message can be read.
 
     Args:
-        file: Path, or a seekable binary file.
+        file: Path, URL (extra `remote`), or a seekable binary file.
         skip_damaged: As for `BagReader`.
         limits: As for `BagReader`.
+        scanning: As for `BagReader`.
 
     Raises:
         BagError: It cannot be opened, is no MCAP file, or the package mcap is missing (extra `mcap`).
@@ -45,55 +42,46 @@ class McapReader(BagReader):
 
     def __init__(
         self,
-        file: str | os.PathLike[str] | BinaryIO,
+        file: str | os.PathLike[str] | BinaryIO | BagFile,
         *,
         skip_damaged: bool = False,
         limits: BagLimits | None = None,
+        scanning: Scanning | None = None,
     ) -> None:
-        self._source = BagFile(file, limits)
+        self._source = file if isinstance(file, BagFile) else BagFile(file, limits, scanning)
         try:
             if self._source.read_at(0, len(MCAP_MAGIC)) != MCAP_MAGIC:
                 raise self._source.error("this is no MCAP file")
             found = read_contents(self._source)
+            self._source.searched()
         except BaseException:
             self._source.close()
             raise
         self._loose = found.loose
         self._lost = found.lost
+        self._packed = found.packed
         self._spans = {}
         self._take_contents(found.connections, found.chunks, found.damage)
         self._skip = skip_damaged
         self.version = "MCAP 0"
         self.indexed = found.finished
 
-    def times(self, topic: str) -> NDArray[np.int64]:
-        """Receive times of a topic's messages, ns, sorted, (N,) int64; reads the messages."""
-        import numpy as np
+    def _index_times(self, info: ChunkInfo, wanted: Collection[int]) -> NDArray[np.int64] | None:
+        return None  # from the messages themselves
 
-        stamps = [s.secs * 1_000_000_000 + s.nsecs for _, _, s in self.read_messages(topic, raw="view")]
-        return np.array(stamps, np.int64)
-
-    def compression(self) -> dict[str, Compression]:
-        """How the chunks are compressed, by "none", "lz4" and "zstd"; reads them."""
+    def compression(self, *, step: Callable[[], None] | None = None) -> dict[str, Compression]:
+        """How the chunks are compressed, by "none", "lz4" and "zstd"; opening the file has told that."""
         kinds: dict[str, Compression] = {}
         for info in self.chunks:
-            name, stored, plain = self._sizes(info)
-            was = kinds.get(name, Compression(0, 0, 0))
-            kinds[name] = Compression(was.chunks + 1, was.stored_bytes + stored, was.plain_bytes + plain)
+            # Messages outside of chunks have no such sizes.
+            name, stored, plain = self._packed.get(info.pos, ("", 0, 0))
+            was = kinds.get(name or "none", Compression(0, 0, 0))
+            kinds[name or "none"] = Compression(
+                was.chunks + 1, was.stored_bytes + stored, was.plain_bytes + plain
+            )
+            if step is not None:
+                step()
         return kinds
-
-    def _sizes(self, info: ChunkInfo) -> tuple[str, int, int]:
-        if info.pos in self._loose:
-            return "none", 0, 0
-        reader = library("stream_reader").StreamReader(
-            SafeStream(self._source, info.pos), skip_magic=True, emit_chunks=True, record_size_limit=self.size
-        )
-        unusable: tuple[type[Exception], ...] = (*misfits(), StopIteration, AttributeError)
-        try:
-            chunk = next(reader.records)
-            return chunk.compression or "none", len(chunk.data), chunk.uncompressed_size
-        except unusable:
-            return "none", 0, 0  # damage is reported where messages are read
 
     def _alone(self, order: list[ChunkInfo]) -> list[bool]:
         return [False] * len(order)  # here there is no quicker way for few messages

@@ -1,7 +1,7 @@
 """A Foxglove server over a node: the graph, live, in Foxglove and Lichtblick.
 
-The protocol is spoken by `foxglove-sdk` (extra `foxglove`), one server of it for each client, on a port
-that only this process reaches for; what stands in front of them (`door`) decides who comes in.
+`foxglove-sdk` (extra `foxglove`) speaks the protocol: one of its servers for each client, on a port that only
+this process connects to. A reverse proxy in front of them (`proxy`) decides who may connect.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The channels one client is offered, and which of them it follows.
+"""The channels that one client is offered, and those it follows.
 
-A channel is a topic with its definition. It costs the robot nothing until the client subscribes it.
+A channel is a topic with its schema. It costs the robot nothing until the client subscribes it.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import RosError
 from rosproto.gateway.foxglove.graph import GraphView
-from rosproto.gateway.foxglove.schemas import Described
+from rosproto.gateway.foxglove.schemas import TopicSchema
 from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.gateway.taps import Receiver
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.shared import House
+    from rosproto.gateway.foxglove.shared import Shared
 
-__all__ = ["Channels", "Shown"]
+__all__ = ["Channels", "OfferedChannel"]
 
 ENCODING, SCHEMA_ENCODING = "ros1", "ros1msg"
 SDK_TABLE = "_channels_by_id"
@@ -29,26 +29,26 @@ class Closes(Protocol):
     def close(self) -> None: ...
 
 
-class Shown:
+class OfferedChannel:
     """One channel of one client.
 
     Attributes:
         topic: Its name.
-        described: Type and definition, as the client was told.
+        schema: As the client was told.
         channel: The SDK's.
-        id: Its number there.
-        closed: It is not offered any more.
+        id: Its number in the SDK.
+        closed: It is no longer offered.
     """
 
-    __slots__ = ("channel", "closed", "described", "id", "topic")
+    __slots__ = ("channel", "closed", "id", "schema", "topic")
 
-    def __init__(self, context: Any, topic: str, described: Described) -> None:
+    def __init__(self, context: Any, topic: str, schema: TopicSchema) -> None:
         fg = sdk()
-        self.topic, self.described = topic, described
+        self.topic, self.schema = topic, schema
         self.channel: Any = fg.Channel(
             topic,
             schema=fg.Schema(
-                name=described.type_name, encoding=SCHEMA_ENCODING, data=described.definition.encode()
+                name=schema.type_name, encoding=SCHEMA_ENCODING, data=schema.definition.encode()
             ),
             message_encoding=ENCODING,
             context=context,
@@ -57,10 +57,10 @@ class Shown:
         self.closed = False
 
     def close(self) -> None:
-        """Take it back."""
+        """Stop offering it."""
         self.closed = True
         self.channel.close()
-        # The SDK's Python side keeps every channel that was ever made; a gateway makes them for each client.
+        # The SDK's Python code keeps every channel ever made, and a gateway makes new ones for each client.
         kept = vars(importlib.import_module("foxglove.channel")).get(SDK_TABLE)
         if isinstance(kept, dict):
             kept.pop(self.id, None)
@@ -70,88 +70,91 @@ class Channels:
     """All channels of one client.
 
     Args:
-        context: The SDK's, of this client alone.
-        house: Where topics are described and followed.
+        context: The SDK's, one for each client.
+        shared: Knows schemas, and follows topics.
     """
 
-    def __init__(self, context: Any, house: House) -> None:
+    def __init__(self, context: Any, shared: Shared) -> None:
         self._context = context
-        self._house = house
+        self._shared = shared
         self._lock = threading.RLock()
         self._turn = threading.Lock()
-        self._shown: dict[str, Shown] = {}
-        self._by_id: dict[int, Shown] = {}
+        self._offered: dict[str, OfferedChannel] = {}
+        self._by_id: dict[int, OfferedChannel] = {}
         self._taps: dict[int, tuple[int, Closes]] = {}
         self._closed = False
 
     @property
     def followed(self) -> tuple[str, ...]:
-        """Topics that the client follows."""
+        """The topics that the client follows."""
         with self._lock:
             return tuple(sorted(self._by_id[id].topic for id in self._taps if id in self._by_id))
 
     def show(self, view: GraphView) -> None:
-        """Offer what is in a view, and nothing else."""
-        wanted = self._house.offered(view)
+        """Offer exactly the topics of a view."""
+        wanted = self._shared.offered(view)
         with self._lock:
             if self._closed:
                 return
-            for topic in [topic for topic, one in self._shown.items() if wanted.get(topic) != one.described]:
-                self._take_back(topic)
-            for topic, described in wanted.items():
-                if topic not in self._shown:
-                    self._offer(topic, described)
+            for topic in [topic for topic, one in self._offered.items() if wanted.get(topic) != one.schema]:
+                self._withdraw(topic)
+            for topic, schema in wanted.items():
+                if topic not in self._offered:
+                    self._offer(topic, schema)
 
     def renew(self, topic: str) -> None:
-        """Offer one topic with what is known of it now."""
-        described = self._house.offered(self._house.view).get(topic)
+        """Offer a topic again if its schema has changed."""
+        schema = self._shared.offered(self._shared.view).get(topic)
         with self._lock:
-            present = self._shown.get(topic)
-            if self._closed or present is None or described is None or present.described == described:
+            present = self._offered.get(topic)
+            if self._closed or present is None or schema is None or present.schema == schema:
                 return
-            self._take_back(topic)
-            self._offer(topic, described)
+            self._withdraw(topic)
+            self._offer(topic, schema)
 
     def clear(self) -> None:
-        """Take everything back."""
+        """Stop offering everything."""
         with self._lock:
-            for topic in tuple(self._shown):
-                self._take_back(topic)
+            for topic in tuple(self._offered):
+                self._withdraw(topic)
 
-    def _offer(self, topic: str, described: Described) -> None:
-        one = self._shown[topic] = Shown(self._context, topic, described)
+    def _offer(self, topic: str, schema: TopicSchema) -> None:
+        one = self._offered[topic] = OfferedChannel(self._context, topic, schema)
         self._by_id[one.id] = one
 
-    def _take_back(self, topic: str) -> None:
-        one = self._shown.pop(topic)
+    def _withdraw(self, topic: str) -> None:
+        one = self._offered.pop(topic)
         self._by_id.pop(one.id, None)
         one.close()
 
     def follow(
-        self, wanted: Mapping[int, int], follower: Callable[[Shown], Receiver]
+        self, wanted: Mapping[int, int], receiver: Callable[[OfferedChannel], Receiver]
     ) -> list[tuple[str, str]]:
-        """Follow these channels at the robot, and no others; asks the master. What could not be, and why.
+        """Follow exactly these channels at the robot; asks the master. Returns what failed, and why.
 
         Args:
-            wanted: Channel -> which subscription of it: a new one gets what is latched, although it was
-                followed before. (A viewer whose panels change leaves a topic and takes it again at once.)
-            follower: Takes the messages of a channel.
+            wanted: Channel -> number of its subscription. A new number means a new subscription, which
+                gets the latched messages even if the channel was followed before: a viewer whose panels
+                change unsubscribes a topic and subscribes it again at once.
+            receiver: Makes the receiver of a channel's messages.
         """
         problems: list[tuple[str, str]] = []
         with self._turn:
             with self._lock:
                 present = {id: wanted[id] for id in wanted if id in self._by_id and not self._closed}
-                over = [id for id, (subscription, _) in self._taps.items() if present.get(id) != subscription]
-                leaving = [self._taps.pop(id)[1] for id in over]
+                ending = [
+                    id for id, (subscription, _) in self._taps.items() if present.get(id) != subscription
+                ]
+                leaving = [self._taps.pop(id)[1] for id in ending]
                 new = [self._by_id[id] for id in sorted(set(present) - set(self._taps))]
             for tap in leaving:
                 tap.close()
             for channel in new:
-                if len(self._taps) >= self._house.limits.subscriptions_per_client:
+                if len(self._taps) >= self._shared.limits.subscriptions_per_client:
                     problems.append((channel.topic, f"{len(self._taps)} topics are followed, no more can be"))
                     break
                 try:
-                    tap = self._house.tap(channel.topic, follower(channel))
+                    tap = self._shared.tap(channel.topic, receiver(channel))
                 except (RosError, ValueError) as problem:
                     problems.append((channel.topic, str(problem)))
                     continue
@@ -160,13 +163,13 @@ class Channels:
         return problems
 
     def close(self) -> None:
-        """Take everything back, leave everything."""
+        """Stop offering and following everything."""
         with self._lock:
             self._closed = True
             self.clear()
         with self._turn:
             with self._lock:
-                over = [tap for _, tap in self._taps.values()]
+                ending = [tap for _, tap in self._taps.values()]
                 self._taps.clear()
-            for tap in over:
+            for tap in ending:
                 tap.close()

@@ -1,6 +1,6 @@
-"""The graph as the master knows it, looked at again and again while somebody is connected.
+"""Polls the master for the ROS graph while a client is connected.
 
-The master has no call that tells of changes in the graph, so it is asked. It may go away and come back.
+The master does not report changes of the graph, so it is asked every second. It may go away and come back.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
     from rosproto.node import Node
 
-__all__ = ["NOTHING", "GraphView", "GraphWatch", "connection_graph"]
+__all__ = ["GraphView", "GraphWatch", "connection_graph"]
 
 _log = get_logger("rosproto.gateway")
 
-PERIOD = 1.0  # seconds between two looks
-LOOK_SECONDS = 3.0
+PERIOD = 1.0  # seconds between two polls
+POLL_TIMEOUT = 3.0
 
 
 class GraphView(NamedTuple):
-    """What was seen.
+    """The graph at one moment.
 
     Attributes:
-        types: Topics that somebody publishes, and what.
-        state: Who publishes, subscribes and serves what.
-        master: Which run of the master this is.
+        types: Topics that have publishers -> type.
+        state: Publishers, subscribers and service providers.
+        master: Identifies the run of the master.
     """
 
     types: Mapping[str, str]
@@ -43,18 +43,22 @@ class GraphView(NamedTuple):
     master: object = None
 
 
-NOTHING = GraphView({}, SystemState({}, {}, {}))
+EMPTY_VIEW = GraphView({}, SystemState({}, {}, {}))
 
 
 class GraphWatch:
-    """Looks at the graph while `wanted()`; one thread.
+    """Polls in a thread of its own, while `wanted()`.
 
     Args:
         node: Asks its master.
-        wanted: Whether anybody is interested now.
-        changed: Called with each view that differs from the one before, in this thread.
-        lost: Called with the error when the master does not answer any more.
-        back: Called when it does again, with whether it is another run of it, before `changed`.
+        wanted: Whether a client is connected.
+        changed: Called with each view that differs from the one before; like the others, in the thread.
+        lost: Called with the error when the master stops answering.
+        back: Called when it answers again, with whether it has been restarted; before `changed`.
+
+    Attributes:
+        view: The latest view.
+        problem: Why the master does not answer; None while it does.
     """
 
     def __init__(
@@ -71,28 +75,24 @@ class GraphWatch:
         self._wanted, self._changed, self._lost, self._back = wanted, changed, lost, back
         self._period = period
         self._wake = threading.Event()
-        self._looked = threading.Condition()
-        self._looks = 0
+        self._polled = threading.Condition()
+        self._polls = 0
         self._closed = False
-        self.view = NOTHING
-        self.away: RosError | None = None
+        self.view = EMPTY_VIEW
+        self.problem: RosError | None = None
         self._thread = threading.Thread(target=self._run, name="rosproto:foxglove graph", daemon=True)
         self._thread.start()
 
-    def hurry(self) -> None:
-        """Look now."""
-        self._wake.set()
-
-    def fresh(self, timeout: float) -> GraphView:
-        """A view that was seen after this was called; an older one when that takes too long."""
-        with self._looked:
-            wanted = self._looks + 1
+    def next_view(self, timeout: float) -> GraphView:
+        """A view polled after this call; an older one if that takes too long."""
+        with self._polled:
+            wanted = self._polls + 1
             self._wake.set()
-            self._looked.wait_for(lambda: self._looks >= wanted or self._closed, timeout)
+            self._polled.wait_for(lambda: self._polls >= wanted or self._closed, timeout)
         return self.view
 
     def close(self, timeout: float) -> None:
-        """End it; a look that is under way is not waited for longer than this."""
+        """End the thread; waits at most this long for a poll under way."""
         self._closed = True
         self._wake.set()
         self._thread.join(timeout)
@@ -105,28 +105,28 @@ class GraphWatch:
                 return
             try:
                 if self._wanted():
-                    self._look()
-            except Exception:  # a look that fails must not be the last one
-                _log.exception("! foxglove: looking at the graph failed")
-            with self._looked:
-                self._looks += 1
-                self._looked.notify_all()
+                    self._poll()
+            except Exception:  # one failed poll must not end the thread
+                _log.exception("! foxglove: polling the graph failed")
+            with self._polled:
+                self._polls += 1
+                self._polled.notify_all()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         master = self._node.master
         try:
-            state = master.get_system_state(timeout=LOOK_SECONDS)
-            types = master.get_topic_types(timeout=LOOK_SECONDS)
+            state = master.get_system_state(timeout=POLL_TIMEOUT)
+            types = master.get_topic_types(timeout=POLL_TIMEOUT)
             run = self.view.master
-            if self.away is not None or run is None:
+            if self.problem is not None or run is None:
                 run = self._run_of_master()
         except RosError as problem:
-            if self.away is None and not self._node.closed:
-                self.away = problem
+            if self.problem is None and not self._node.closed:
+                self.problem = problem
                 self._lost(problem)
             return
-        if self.away is not None:
-            self.away = None
+        if self.problem is not None:
+            self.problem = None
             self._back(run != self.view.master)
         published = {
             topic: types[topic]
@@ -139,15 +139,15 @@ class GraphWatch:
             self._changed(view)
 
     def _run_of_master(self) -> object:
-        pid = self._node.master.get_pid(timeout=LOOK_SECONDS)
+        pid = self._node.master.get_pid(timeout=POLL_TIMEOUT)
         try:
-            return pid, self._node.master.get_param("/run_id", timeout=LOOK_SECONDS)
+            return pid, self._node.master.get_param("/run_id", timeout=POLL_TIMEOUT)
         except RosError:
             return pid, None
 
 
 def connection_graph(view: GraphView, access: Access) -> Any:
-    """What the SDK sends of it, without what is not open."""
+    """The SDK's connection graph of a view, without what clients may not see."""
     graph = sdk().ConnectionGraph()
     for topic, nodes in view.state.publishers.items():
         if access.may_read("topic", topic) is None:

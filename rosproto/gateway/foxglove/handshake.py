@@ -1,10 +1,10 @@
-"""The request that opens a WebSocket: read, judged, passed on as the SDK wants it. Pure: text in, text out.
+"""The opening handshake of a WebSocket: parsed, checked, and rewritten for the SDK's server. Pure functions.
 
-Only the HTTP/1.1 head is looked at (RFC 6455, 4.1 and 4.2); the frames after it are the SDK's and the
-client's.
+Only the HTTP/1.1 heads are read (RFC 6455, sections 4.1 and 4.2); the frames that follow are between the SDK
+and the client.
 
-A client says which protocol it speaks. The SDK answers to `foxglove.sdk.v1` alone, older viewers offer
-`foxglove.websocket.v1`: the same messages under their former name, so they are let in under that name.
+A client names the subprotocols it speaks. The SDK accepts `foxglove.sdk.v1` only; older viewers offer
+`foxglove.websocket.v1`, the former name of the same messages, and are answered with the name they offered.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from rosproto.gateway.access import foreign_host, foreign_origin, token_fits
 from rosproto.records import NamedTuple
 
 __all__ = [
-    "END",
-    "MOST_BYTES",
+    "HEAD_END",
+    "MAX_HEAD_BYTES",
     "PROTOCOL",
     "BadRequest",
     "Request",
-    "accepted",
-    "answer",
-    "forwarded",
-    "frame",
-    "judged",
-    "parsed",
+    "check_request",
+    "client_response",
+    "error_response",
+    "parse_request",
+    "text_frame",
+    "upstream_request",
 ]
 
-END = b"\r\n\r\n"
-MOST_BYTES = 16 << 10
-PROTOCOL, FORMER = "foxglove.sdk.v1", "foxglove.websocket.v1"
+HEAD_END = b"\r\n\r\n"
+MAX_HEAD_BYTES = 16 << 10
+PROTOCOL, LEGACY_PROTOCOL = "foxglove.sdk.v1", "foxglove.websocket.v1"
 
 _REASONS = {
     400: "Bad Request",
@@ -45,11 +45,11 @@ _REASONS = {
 
 
 class BadRequest(Exception):
-    """A request that is answered with "no".
+    """A request that is refused.
 
     Attributes:
         status: HTTP status.
-        text: Why, one sentence.
+        text: Why, in one sentence.
     """
 
     def __init__(self, status: int, text: str) -> None:
@@ -62,8 +62,8 @@ class Request(NamedTuple):
     """The head of a request.
 
     Attributes:
-        target: What is asked for, with the query.
-        headers: By lower-case name; several of one name are joined by commas.
+        target: Path and query.
+        headers: By lower-case name; repeated ones are joined by commas.
     """
 
     target: str
@@ -82,20 +82,20 @@ class Request(NamedTuple):
         return values[0] if values else None
 
     @property
-    def offered(self) -> str | None:
-        """Under which name the client speaks our protocol; None when it does not offer it."""
+    def protocol(self) -> str | None:
+        """The name under which the client offers our protocol; None when it does not."""
         names = [name.strip() for name in self.headers.get("sec-websocket-protocol", "").split(",")]
-        return next((name for name in (PROTOCOL, FORMER) if name in names), None)
+        return next((name for name in (PROTOCOL, LEGACY_PROTOCOL) if name in names), None)
 
 
-def parsed(head: bytes) -> Request:
-    """The head, with or without the empty line at its end.
+def parse_request(head: bytes) -> Request:
+    """Parse a request's head, with or without the empty line at its end.
 
     Raises:
-        BadRequest: It is none of a WebSocket.
+        BadRequest: It cannot open a WebSocket.
     """
-    if len(head) > MOST_BYTES:
-        raise BadRequest(431, f"the request's head is longer than {MOST_BYTES} bytes")
+    if len(head) > MAX_HEAD_BYTES:
+        raise BadRequest(431, f"the request's head is longer than {MAX_HEAD_BYTES} bytes")
     lines = head.decode("latin-1").removesuffix("\r\n\r\n").split("\r\n")
     words = lines[0].split(" ")
     if len(words) != 3 or not words[2].startswith("HTTP/1."):
@@ -112,17 +112,17 @@ def parsed(head: bytes) -> Request:
     return Request(words[1], headers)
 
 
-def judged(request: Request, *, bound: str, origins: Sequence[str], token: str | None) -> str:
-    """Under which name its client speaks the protocol.
+def check_request(request: Request, *, bound: str, origins: Sequence[str], token: str | None) -> str:
+    """Check that a client may connect; returns the name under which it speaks the protocol.
 
     Args:
-        request: From the client.
+        request: The client's.
         bound: The address we listen on.
-        origins: Of pages that may connect.
-        token: That the client has to know; None for none.
+        origins: Origins of web pages that may connect.
+        token: The token that the client has to send; None if there is none.
 
     Raises:
-        BadRequest: It may not come in; who may not is told nothing but that.
+        BadRequest: It may not connect. The answer tells it no more than that.
     """
     for refusal in (
         foreign_host(request.headers.get("host"), bound),
@@ -137,14 +137,14 @@ def judged(request: Request, *, bound: str, origins: Sequence[str], token: str |
         raise BadRequest(
             426, "this is a Foxglove server: open its address (ws://...) in Foxglove or Lichtblick"
         )
-    offered = request.offered
-    if offered is None:
-        raise BadRequest(400, f"the client speaks neither {PROTOCOL} nor {FORMER}")
-    return offered
+    protocol = request.protocol
+    if protocol is None:
+        raise BadRequest(400, f"the client speaks neither {PROTOCOL} nor {LEGACY_PROTOCOL}")
+    return protocol
 
 
-def forwarded(request: Request, port: int) -> bytes:
-    """What the SDK's server is sent: the fields it needs, no token, no extension."""
+def upstream_request(request: Request, port: int) -> bytes:
+    """The request as it goes to the SDK's server: the headers it needs, without token and extensions."""
     return (
         "GET / HTTP/1.1\r\n"
         f"Host: 127.0.0.1:{port}\r\n"
@@ -156,29 +156,29 @@ def forwarded(request: Request, port: int) -> bytes:
     ).encode("latin-1")
 
 
-def frame(text: str) -> bytes:
-    """A text as one frame of a client (RFC 6455, 5.2), short; masked with zeros, as nobody is between."""
+def text_frame(text: str) -> bytes:
+    """A short text as a client's frame (RFC 6455, 5.2), masked with zeros: it stays on this computer."""
     data = text.encode("utf-8")
     if len(data) < 126:
         return bytes((0x81, 0x80 | len(data), 0, 0, 0, 0)) + data
     return bytes((0x81, 0x80 | 126)) + len(data).to_bytes(2, "big") + bytes(4) + data
 
 
-def accepted(head: bytes, offered: str) -> bytes:
-    """The SDK's answer as the client gets it: with the name that the client offered.
+def client_response(head: bytes, protocol: str) -> bytes:
+    """The SDK's answer as the client gets it, with the protocol's name that the client offered.
 
     Raises:
-        BadRequest: The SDK said no.
+        BadRequest: The SDK refused the request.
     """
     first, *lines = head.decode("latin-1").removesuffix("\r\n\r\n").split("\r\n")
     if first.split(" ")[1:2] != ["101"]:
         raise BadRequest(400, "the request opens no WebSocket")
     kept = [line for line in lines if line.partition(":")[0].strip().lower() != "sec-websocket-protocol"]
-    return "\r\n".join([first, *kept, f"Sec-WebSocket-Protocol: {offered}", "", ""]).encode("latin-1")
+    return "\r\n".join([first, *kept, f"Sec-WebSocket-Protocol: {protocol}", "", ""]).encode("latin-1")
 
 
-def answer(problem: BadRequest) -> bytes:
-    """The "no" as the client reads it."""
+def error_response(problem: BadRequest) -> bytes:
+    """The HTTP response that refuses a request."""
     body = f"{problem.text}\n".encode("utf-8", "replace")
     extra = "WWW-Authenticate: Bearer\r\n" if problem.status == 401 else ""
     return (

@@ -1,8 +1,8 @@
-"""A port behind the door is closed once its one client is connected: nobody else reaches the SDK's server.
+"""Closes the port of an SDK server once its one client is connected, so that nobody else can reach it.
 
-The SDK listens as long as its server runs. On Linux a program can end that for a socket of its own (by
-`shutdown`: the SDK's loop ends with it, connections stay), and among its own open files are the connections
-of all who came before. Elsewhere neither is to be had, and `sealed` says so.
+The SDK listens for as long as its server runs. On Linux a program can end that for any socket of its own:
+`shutdown` ends the SDK's accept loop and leaves connections open. The connections accepted before that are
+found among the process's open files. Other systems offer neither, and `close_listening_port` returns False.
 """
 
 from __future__ import annotations
@@ -13,55 +13,55 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["Intruded", "sealed"]
+__all__ = ["UnexpectedClient", "close_listening_port"]
 
 _FILES: Path | None = Path("/proc/self/fd") if sys.platform == "linux" else None
 
 
-class Intruded(Exception):
-    """Somebody else has connected to a port that was meant for one client."""
+class UnexpectedClient(Exception):
+    """Another program has connected to a port that was meant for one client."""
 
 
-def sealed(port: int, client: int) -> bool:
-    """Close a listening port of this process; True when that can be done here, False where it cannot.
+def close_listening_port(port: int, client: int) -> bool:
+    """Stop listening on a port of this process; True if it was done, False where the system cannot do it.
 
     Args:
         port: On 127.0.0.1.
-        client: The port that its one client has.
+        client: The port from which its one client has connected.
 
     Raises:
-        Intruded: Another client was there before.
+        UnexpectedClient: Another client connected first.
     """
-    # With a default time-out, looking at a socket (`_sockets`) would set it to non-blocking for its owner.
+    # With a default time-out, wrapping a descriptor (`_sockets`) makes it non-blocking for its owner, too.
     if _FILES is None or socket.getdefaulttimeout() is not None:
         return False
     try:
         if not _end_listening(_FILES, port):
             return False
-        others = _strangers(_FILES, port, client)
+        others = _other_clients(_FILES, port, client)
     except OSError:  # no /proc here
         return False
     if others:
-        raise Intruded(f"port {port} had other clients than the viewer, from port {others[0]}")
+        raise UnexpectedClient(f"port {port} had other clients than the viewer, from port {others[0]}")
     return True
 
 
 def _end_listening(files: Path, port: int) -> bool:
-    """Whether a socket of this process listens there; if so, it does no more."""
+    """Stop the socket of this process that listens there; False if there is none."""
     for one in _sockets(files, port):
         if one.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN):
-            one.shutdown(socket.SHUT_RDWR)  # of the socket, not of this number for it
+            one.shutdown(socket.SHUT_RDWR)  # the socket itself, not only this descriptor
             return True
     return False
 
 
-def _strangers(files: Path, port: int, client: int) -> list[int]:
-    """Ports of those whose connection was taken there, but one."""
+def _other_clients(files: Path, port: int, client: int) -> list[int]:
+    """Ports of the clients whose connections were accepted there, except the expected one."""
     found = []
     for one in _sockets(files, port):
         try:
             peer = int(one.getpeername()[1])
-        except OSError:  # it has gone
+        except OSError:  # it has hung up
             continue
         if peer != client:
             found.append(peer)
@@ -69,13 +69,13 @@ def _strangers(files: Path, port: int, client: int) -> list[int]:
 
 
 def _sockets(files: Path, port: int) -> Iterator[socket.socket]:
-    """The open sockets of this process that have this port of 127.0.0.1; each is there until the next."""
+    """The open sockets of this process bound to this port of 127.0.0.1; each is valid until the next one."""
     for entry in os.listdir(files):
         try:
             if not os.readlink(files / entry).startswith("socket:"):
                 continue
             one = socket.socket(fileno=os.dup(int(entry)))
-        except OSError:  # closed meanwhile, or the listing itself
+        except OSError:  # closed meanwhile, or the directory being listed
             continue
         with one:
             try:

@@ -1,4 +1,4 @@
-"""A topic that is made here, for the viewers alone: it is on no robot and registered at no master."""
+"""A topic published to viewers only: no node advertises it, and the master does not know it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.codec import encode
-from rosproto.gateway.message_event import Sample, TopicDescription
+from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.taps import Receiver
 from rosproto.logs import get_logger
 from rosproto.time import Time
@@ -19,15 +19,15 @@ _log = get_logger("rosproto.gateway")
 
 
 class LocalTopic:
-    """A topic of this program's own; give it to `Foxglove(topics=[...])`.
+    """A topic of this program, passed as `Foxglove(topics=[...])`.
 
-    It is latched: who comes later gets the last message.
+    It is latched: viewers that subscribe later get the last message.
 
     Args:
         name: "/woosh/overlay".
         type: Class of its messages.
-        wanted: Called with True when the first viewer wants it and with False when none does any more, in a
-            thread that may wait. What need not be made when nobody looks is then not made.
+        wanted: Called with True when the first viewer subscribes and with False when the last one has
+            gone, in a thread that may wait: there is no need to make messages that nobody looks at.
     """
 
     def __init__(self, name: str, type: Any, wanted: Callable[[bool], object] | None = None) -> None:
@@ -37,29 +37,29 @@ class LocalTopic:
             name, type._type, type._md5sum, type._full_text, latched=True, publisher=""
         )
         self._wanted = wanted
-        self._turn = threading.Lock()
+        self._opening = threading.Lock()
         self._lock = threading.Lock()
         self._receivers: tuple[Receiver, ...] = ()
-        self._last: Sample | None = None
+        self._last: MessageEvent | None = None
 
     @property
     def receivers(self) -> int:
-        """Viewers that want it now."""
+        """Number of viewers that subscribe it now."""
         return len(self._receivers)
 
     def publish(self, message: Any, stamp: Time | None = None) -> None:
-        """Show a message to all who want it. Encoded before this returns."""
+        """Send a message to its viewers; it is encoded before this returns."""
         now = Time(*divmod(time.time_ns(), 1_000_000_000)) if stamp is None else stamp
-        sample = Sample(self.description, encode(message), time.monotonic(), now)
+        event = MessageEvent(self.description, encode(message), time.monotonic(), now)
         with self._lock:
-            self._last = sample
+            self._last = event
             receivers = self._receivers
         for receiver in receivers:
-            self._offer(receiver, sample)
+            self._offer(receiver, event)
 
     def open(self, receiver: Receiver) -> _LocalTap:
-        """One more who wants it; close what this returns."""
-        with self._turn:
+        """Add a receiver; close what this returns to remove it."""
+        with self._opening:
             with self._lock:
                 first = not self._receivers
                 self._receivers = (*self._receivers, receiver)
@@ -71,8 +71,8 @@ class LocalTopic:
         return _LocalTap(self, receiver)
 
     def leave(self, receiver: Receiver) -> None:
-        """He wants it no more."""
-        with self._turn:
+        """Remove a receiver."""
+        with self._opening:
             with self._lock:
                 before = self._receivers
                 self._receivers = tuple(other for other in before if other is not receiver)
@@ -80,10 +80,10 @@ class LocalTopic:
             if none_left and self._wanted is not None:
                 self._wanted(False)
 
-    def _offer(self, receiver: Receiver, sample: Sample) -> None:
+    def _offer(self, receiver: Receiver, event: MessageEvent) -> None:
         try:
-            receiver.offer(sample)
-        except Exception:  # one receiver's mistake is not the others'
+            receiver.offer(event)
+        except Exception:  # one receiver's error must not reach the others
             _log.exception("! %s: a receiver of the gateway raised", self.name)
 
     def __repr__(self) -> str:

@@ -1,9 +1,8 @@
-"""What is told of a topic before anybody subscribes it: its type and the text of its definition.
+"""The schemas of topics: type and definition text, which a viewer needs before it can subscribe.
 
-A viewer has to know both in order to offer the topic. The master knows the type's name alone. The text is the
-one a publisher has sent, else that of the definition we have; for a type that we do not know a publisher is
-asked. When the first message shows that the robot has another revision, the topic is announced again with
-that.
+The master knows only the name of the type. The text comes from a publisher that has sent it, otherwise from
+the definitions at hand; for a type that is not known here, a publisher is asked. If the first message shows
+that the robot uses another revision, the topic is offered again with the publisher's definition.
 """
 
 from __future__ import annotations
@@ -24,16 +23,16 @@ if TYPE_CHECKING:
     from rosproto.gateway.message_event import TopicDescription
     from rosproto.node import Node
 
-__all__ = ["Described", "TopicBook"]
+__all__ = ["TopicSchema", "TopicSchemas"]
 
 _log = get_logger("rosproto.gateway")
 
 PROBE_SECONDS = 2.0
-AGAIN_AFTER = 15.0  # seconds until a publisher that could not be asked is asked again
-PROBES = 3  # publishers of one topic that are asked in one look
+RETRY_SECONDS = 15.0  # until a publisher that could not be asked is asked again
+MAX_PROBES = 3  # publishers of one topic that are asked at a time
 
 
-class Described(NamedTuple):
+class TopicSchema(NamedTuple):
     """A topic's type.
 
     Attributes:
@@ -47,8 +46,8 @@ class Described(NamedTuple):
     definition: str
 
 
-class TopicBook:
-    """The descriptions of topics, for all clients of one server.
+class TopicSchemas:
+    """The schemas of all topics, for the clients of one server.
 
     Args:
         node: Asks publishers, and knows definitions.
@@ -57,50 +56,50 @@ class TopicBook:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._lock = threading.Lock()
-        self._heard: dict[str, Described] = {}
-        self._in_vain: dict[tuple[str, str], float] = {}
+        self._known: dict[str, TopicSchema] = {}
+        self._retry_at: dict[tuple[str, str], float] = {}
 
-    def note(self, description: TopicDescription) -> Described | None:
-        """What a publisher has sent; None when that was no text."""
+    def learn(self, description: TopicDescription) -> TopicSchema | None:
+        """Keep what a publisher has sent; None when it sent no definition."""
         if not description.definition:
             return None
-        heard = Described(description.type_name, description.md5sum, description.definition)
+        heard = TopicSchema(description.type_name, description.md5sum, description.definition)
         with self._lock:
-            self._heard[description.topic] = heard
+            self._known[description.topic] = heard
         return heard
 
-    def describe(self, topic: str, type_name: str, publishers: Sequence[str]) -> Described | None:
-        """What is known of a topic; may ask a publisher, which takes seconds at most. None: nothing yet."""
+    def schema(self, topic: str, type_name: str, publishers: Sequence[str]) -> TopicSchema | None:
+        """The schema of a topic; None if it cannot be found out. May ask a publisher, for some seconds."""
         with self._lock:
-            heard = self._heard.get(topic)
+            heard = self._known.get(topic)
         if heard is not None and heard.type_name == type_name:
             return heard
         try:
             known = message_class(type_name, self._node.revisions.library_for(type_name))
-            return Described(type_name, known._md5sum, known._full_text)
+            return TopicSchema(type_name, known._md5sum, known._full_text)
         except (DefinitionError, ValueError):
-            return self._asked(topic, type_name, publishers)
+            return self._ask(topic, type_name, publishers)
 
-    def _asked(self, topic: str, type_name: str, publishers: Sequence[str]) -> Described | None:
+    def _ask(self, topic: str, type_name: str, publishers: Sequence[str]) -> TopicSchema | None:
         now = time.monotonic()
-        if now < self._in_vain.get((topic, type_name), 0.0):
+        if now < self._retry_at.get((topic, type_name), 0.0):
             return None
-        for publisher in publishers[:PROBES]:
+        for publisher in publishers[:MAX_PROBES]:
             try:
                 said = probe_topic(self._node, topic, publisher, Deadline(PROBE_SECONDS))
             except (RosError, OSError) as problem:
                 _log.info("! %s: %s does not tell its type: %s", topic, publisher, problem)
                 continue
             if said.message_definition and said.type_name == type_name:
-                heard = Described(type_name, said.md5sum, said.message_definition)
+                heard = TopicSchema(type_name, said.md5sum, said.message_definition)
                 with self._lock:
-                    self._heard[topic] = heard
+                    self._known[topic] = heard
                 return heard
-        self._in_vain[topic, type_name] = now + AGAIN_AFTER
+        self._retry_at[topic, type_name] = now + RETRY_SECONDS
         return None
 
-    def forget(self, present: set[str]) -> None:
-        """Keep what was heard of these topics alone."""
+    def keep_only(self, present: set[str]) -> None:
+        """Forget all topics but these."""
         with self._lock:
-            self._heard = {topic: heard for topic, heard in self._heard.items() if topic in present}
-            self._in_vain = {key: when for key, when in self._in_vain.items() if key[0] in present}
+            self._known = {topic: heard for topic, heard in self._known.items() if topic in present}
+            self._retry_at = {key: when for key, when in self._retry_at.items() if key[0] in present}

@@ -1,4 +1,4 @@
-"""Work of one client that may wait for the robot: one after the other, in the threads of the door."""
+"""Runs the work of one client, which may wait for the robot, one call after another on a shared pool."""
 
 from __future__ import annotations
 
@@ -9,22 +9,27 @@ from concurrent.futures import Executor
 
 from rosproto.logs import get_logger
 
-__all__ = ["Jobs"]
+__all__ = ["SerialExecutor"]
 
 _log = get_logger("rosproto.gateway")
 
+CALLS_PER_TURN = 100  # before other executors of the pool have their turn
 
-class Jobs:
-    """A queue of calls that are done in their order.
+
+class SerialExecutor:
+    """An executor whose calls run in order, never two at a time.
 
     Args:
-        pool: Does them.
-        most: How many of those that may be dropped wait at most; the oldest goes.
+        pool: Runs them.
+        max_droppable: How many droppable calls may wait; the oldest is dropped first.
+
+    Attributes:
+        dropped: Calls dropped so far.
     """
 
-    def __init__(self, pool: Executor, most: int = 100) -> None:
+    def __init__(self, pool: Executor, max_droppable: int = 100) -> None:
         self._pool = pool
-        self._most = most
+        self._max_droppable = max_droppable
         self._lock = threading.Lock()
         self._waiting: deque[tuple[Callable[[], object], bool]] = deque()
         self._droppable = 0
@@ -32,16 +37,16 @@ class Jobs:
         self._closed = False
         self.dropped = 0
 
-    def add(self, job: Callable[[], object], *, droppable: bool = False) -> None:
-        """Have it done; never waits. What it raises is logged."""
+    def submit(self, call: Callable[[], object], *, droppable: bool = False) -> None:
+        """Queue a call; never waits. Its exceptions are logged."""
         with self._lock:
             if self._closed:
                 return
             if droppable:
                 self._droppable += 1
-                if self._droppable > self._most:
+                if self._droppable > self._max_droppable:
                     self._drop_oldest()
-            self._waiting.append((job, droppable))
+            self._waiting.append((call, droppable))
             if self._running:
                 return
             self._running = True
@@ -58,27 +63,27 @@ class Jobs:
     def _start(self) -> None:
         try:
             self._pool.submit(self._run)
-        except RuntimeError:  # it is closed: nothing is done any more
+        except RuntimeError:  # the pool is closed
             with self._lock:
                 self._running = False
                 self._waiting.clear()
 
     def _run(self) -> None:
-        for _ in range(100):  # then the others' turn
+        for _ in range(CALLS_PER_TURN):
             with self._lock:
                 if not self._waiting:
                     self._running = False
                     return
-                job, droppable = self._waiting.popleft()
+                call, droppable = self._waiting.popleft()
                 self._droppable -= droppable
             try:
-                job()
+                call()
             except Exception:
-                _log.exception("! foxglove: something asked by a client failed")
+                _log.exception("! foxglove: a request of a client failed")
         self._start()
 
     def close(self) -> None:
-        """Do nothing more but what is being done."""
+        """Drop what is waiting; the call under way goes on."""
         with self._lock:
             self._closed = True
             self._waiting.clear()

@@ -11,17 +11,18 @@ from urllib.parse import quote
 
 from rosproto.errors import RosTimeout
 from rosproto.gateway.access import Access, require_token_off_loopback
-from rosproto.gateway.foxglove import handshake as head
+from rosproto.gateway.foxglove import handshake
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.local_topic import LocalTopic
-from rosproto.gateway.foxglove.proxy import Door
+from rosproto.gateway.foxglove.proxy import Proxy
 from rosproto.gateway.foxglove.sdk import sdk
-from rosproto.gateway.foxglove.shared import House
+from rosproto.gateway.foxglove.shared import Shared
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
 from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
+    from rosproto.gateway.foxglove.session import Session
     from rosproto.node import Node
 
 __all__ = ["ClientFacts", "Foxglove", "FoxgloveStats"]
@@ -34,11 +35,11 @@ class ClientFacts(NamedTuple):
 
     Attributes:
         peer: "host:port".
-        subscriptions: Topics it follows.
-        sent, sent_bytes: Messages it was sent.
-        dropped: Messages it was not sent because it did not read, by topic.
-        published: Messages it has published.
-        since: When it came, seconds since 1970.
+        subscriptions: Topics that it follows.
+        sent, sent_bytes: Messages sent to it.
+        dropped: Messages not sent because it did not read, by topic.
+        published: Messages that it has published.
+        since: When it connected, seconds since 1970.
     """
 
     peer: str
@@ -51,12 +52,12 @@ class ClientFacts(NamedTuple):
 
 
 class FoxgloveStats(NamedTuple):
-    """How a server stands.
+    """Counters of a server.
 
     Attributes:
         clients: Connected now.
         accepted, refused: Connections so far.
-        stalled: Connections cut off because nothing was read.
+        stalled: Connections cut because the client read nothing.
         refusals: Writes that were not allowed.
         topics: Followed at the robot now.
         zeros: Zero velocities sent after clients that drove.
@@ -72,28 +73,28 @@ class FoxgloveStats(NamedTuple):
 
 
 class Foxglove:
-    """Shows the graph of a node in Foxglove and Lichtblick, until it is closed.
+    """Shows the graph of a node in Foxglove and Lichtblick until it is closed.
 
-    A topic is subscribed at the robot when the first viewer wants it. Viewers read; publishing, calling
-    services and setting parameters is open only where `access` says so.
+    A topic is subscribed at the robot when the first viewer subscribes it. Viewers may publish, call services
+    and set parameters only where `access` permits it.
 
     Args:
-        node: Whose graph.
-        host: Address to listen on. Others than this computer's own need a `token`.
-        port: 0 is a free one.
-        access: What is open; None: everything may be read, nothing written.
-        limits: Bounds.
-        tls: For wss://.
-        origins: Of pages elsewhere that may connect: `("https://app.foxglove.dev",)`.
-        token: Clients give it in the address: `ws://...?token=T`.
-        name: What viewers show.
-        topics: Topics of this program's own, for the viewers alone.
+        node: Knows the graph.
+        host: Address to listen on; one that other computers reach needs a `token`.
+        port: Port; 0 for a free one.
+        access: What clients may see and write; by default they see everything and write nothing.
+        limits: What a client may cost.
+        tls: Certificate and key: `wss://`.
+        origins: Origins of web pages from elsewhere that may connect: `("https://app.foxglove.dev",)`.
+        token: What clients have to know; they give it in the address: `ws://...?token=T`.
+        name: The server's name, as viewers show it.
+        topics: Topics of this program, which only the viewers see.
         assets: Folders with packages, for `package://` addresses of meshes and textures.
 
     Raises:
         ImportError: foxglove-sdk is not installed.
-        ConnectionLost: It cannot listen there.
-        ValueError: An address that others reach, without a token.
+        ConnectionLost: The address cannot be listened on.
+        ValueError: Others can reach the address, and there is no token.
     """
 
     def __init__(
@@ -122,7 +123,7 @@ class Foxglove:
         self._tls, self._token = tls is not None, token
         self._origins = tuple(origins)
         self._closed = False
-        self._house = House(
+        self._shared = Shared(
             node,
             name=name or f"rosproto {node.name}",
             access=self.access,
@@ -131,83 +132,80 @@ class Foxglove:
             assets=Assets(assets),
         )
         try:
-            self._door = Door(
-                host, port, tls=tls, judge=self._judge, make=self._house.receive, limits=self.limits,
-                prepare=self._prepare,
+            self._proxy = Proxy(
+                host, port, tls=tls, check=self._check, make_session=self._shared.new_session,
+                limits=self.limits, prepare=self._prepare,
             )  # fmt: skip
         except BaseException:
-            self._house.close(1.0)
+            self._shared.close(1.0)
             raise
         node.add_closer(self.close)
         _log.info("= foxglove: serving %s at %s", node.name, self.url)
 
-    def _prepare(self, door: Door) -> None:
-        self._house.pool = door.pool
-        self._house.later = lambda seconds, call: door.call(door.loop.call_later, seconds, call)
+    def _prepare(self, proxy: Proxy) -> None:
+        self._shared.pool = proxy.pool
+        self._shared.later = lambda seconds, call: proxy.call(proxy.loop.call_later, seconds, call)
 
-    def _judge(self, request: head.Request) -> str:
-        return head.judged(request, bound=self.host, origins=self._origins, token=self._token)
+    def _check(self, request: handshake.Request) -> str:
+        return handshake.check_request(request, bound=self.host, origins=self._origins, token=self._token)
 
     # -- facts ----------------------------------------------------------------------------------------------
 
     @property
     def port(self) -> int:
-        """Where it listens."""
-        return self._door.port
+        """The port it listens on."""
+        return self._proxy.port
 
     @property
     def url(self) -> str:
-        """Address to give to a viewer; without the token."""
+        """The address for viewers, without the token."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"{'wss' if self._tls else 'ws'}://{host}:{self.port}"
 
     @property
     def app_url(self) -> str:
-        """Page that opens Foxglove with this server; it has to be among the `origins`. Without the token."""
+        """A link that opens Foxglove with this server, without the token; `origins` must name that page."""
         return f"https://app.foxglove.dev/?ds=foxglove-websocket&ds.url={quote(self.url, safe='')}"
 
     @property
     def clients(self) -> tuple[ClientFacts, ...]:
-        """Who is connected."""
-        return tuple(
-            ClientFacts(one.peer, one.topics, one.sent, one.sent_bytes, one.dropped, one.published, one.since)
-            for one in self._house.sessions
-        )
+        """The connected clients."""
+        return tuple(_facts(session) for session in self._shared.sessions)
 
     def stats(self) -> FoxgloveStats:
-        """How it stands now."""
-        house, door = self._house, self._door
+        """The counters now."""
+        shared, proxy = self._shared, self._proxy
         return FoxgloveStats(
-            clients=len(house.sessions),
-            accepted=door.accepted,
-            refused=door.refused,
-            stalled=door.stalled,
-            refusals=house.refusals,
-            topics=house.taps.topics,
-            zeros=house.guard.zeros,
+            clients=len(shared.sessions),
+            accepted=proxy.accepted,
+            refused=proxy.refused,
+            stalled=proxy.stalled,
+            refusals=shared.refusals,
+            topics=shared.taps.topics,
+            zeros=shared.guard.zeros,
         )
 
     def __repr__(self) -> str:
-        state = "closed" if self._closed else f"{len(self._house.sessions)} clients"
+        state = "closed" if self._closed else f"{len(self._shared.sessions)} clients"
         return f"<Foxglove {self.url}, {state}>"
 
     # -- the end --------------------------------------------------------------------------------------------
 
     def close(self, timeout: float = 5.0) -> None:
-        """Zeros where clients drove, then every connection ends. Twice is fine.
+        """Send zeros where clients drove, then end every connection. Calling it twice is fine.
 
         Raises:
-            RosTimeout: It was not done in time; what is left ends by itself.
+            RosTimeout: It took too long; what is left ends by itself.
         """
         if self._closed:
             return
         self._closed = True
         self.node.remove_closer(self.close)
         end = time.monotonic() + timeout
-        self._house.guard.close()
-        self._house.say_goodbye()
-        self._door.close(max(0.1, end - time.monotonic()))
-        self._house.close(max(0.1, end - time.monotonic()))
+        self._shared.guard.close()
+        self._shared.stop()
+        self._proxy.close(max(0.1, end - time.monotonic()))
+        self._shared.close(max(0.1, end - time.monotonic()))
         if time.monotonic() > end + 1.0:
             raise RosTimeout(f"closing the Foxglove server took longer than {timeout:g} s")
 
@@ -216,3 +214,16 @@ class Foxglove:
 
     def __exit__(self, *exc_info: object) -> None:
         self.close()
+
+
+def _facts(session: Session) -> ClientFacts:
+    sender = session.sender
+    return ClientFacts(
+        session.peer,
+        session.topics,
+        sender.sent,
+        sender.sent_bytes,
+        sender.dropped,
+        session.publications.published,
+        session.since,
+    )

@@ -1,4 +1,4 @@
-"""What the sessions of one server share: the robot's side of it."""
+"""What the sessions of one server share: the node, its graph, the topics that are followed."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.local_topic import LocalTopic
 from rosproto.gateway.foxglove.parameters import ParameterView
 from rosproto.gateway.foxglove.publish import ClientTopics
-from rosproto.gateway.foxglove.schemas import Described, TopicBook
+from rosproto.gateway.foxglove.schemas import TopicSchema, TopicSchemas
 from rosproto.gateway.foxglove.sdk import websocket
-from rosproto.gateway.foxglove.services import ServiceBook
+from rosproto.gateway.foxglove.services import ServiceTypes
 from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publications
@@ -26,26 +26,26 @@ from rosproto.gateway.write_guard import WriteGuard
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
-    from rosproto.gateway.message_event import Sample, TopicDescription
+    from rosproto.gateway.message_event import MessageEvent, TopicDescription
     from rosproto.node import Node
 
-__all__ = ["House"]
+__all__ = ["Shared"]
 
 _log = get_logger("rosproto.gateway")
 
-MASTER = "master"  # id of the status about it
-FIRST_LOOK = 3.0  # seconds a new client waits for a view of the graph
+MASTER_STATUS = "master"  # id of the status about the master
+FIRST_VIEW_SECONDS = 3.0  # that the first client waits for a view of the graph
 
 
-class House:
-    """The node, what is known of its graph, and who is here.
+class Shared:
+    """The robot's side of a server, and the list of its sessions.
 
     Args:
         node: Talks to the robot.
         name: What viewers show as the server's name.
-        access: What is open.
-        limits: Bounds.
-        topics: Topics of this program's own.
+        access: What clients may see and write.
+        limits: What a client may cost.
+        topics: Topics of this program.
         assets: Files for viewers.
     """
 
@@ -69,12 +69,12 @@ class House:
         self.publications = Publications(node, self.guard)
         self.client_topics = ClientTopics(node, access, limits, self.publications)
         self.parameters = ParameterView(node, access, limits)
-        self.services = ServiceBook(node, access)
+        self.services = ServiceTypes(node, access)
         self._local = {topic.name: topic for topic in topics}
-        self._book = TopicBook(node)
+        self._schemas = TopicSchemas(node)
         self._lock = threading.Lock()
         self._offering = threading.Lock()
-        self._offered: tuple[GraphView | None, dict[str, Described]] = (None, {})
+        self._offered: tuple[GraphView | None, dict[str, TopicSchema]] = (None, {})
         self._sessions: set[Session] = set()
         self._clock_tap: Tap | None = None
         self._closed = False
@@ -86,16 +86,16 @@ class House:
             back=self._back,
         )
 
-    # -- who is here ----------------------------------------------------------------------------------------
+    # -- sessions -------------------------------------------------------------------------------------------
 
     @property
     def sessions(self) -> tuple[Session, ...]:
-        """All of them."""
+        """The sessions of all clients."""
         with self._lock:
             return tuple(self._sessions)
 
-    def receive(self, peer: str, hang_up: Callable[[], None]) -> Session:
-        """Make the session of a client; in a thread that may wait."""
+    def new_session(self, peer: str, hang_up: Callable[[], None]) -> Session:
+        """Make the session of a client; called in a thread that may wait."""
         session = Session(self, peer, hang_up)
         with self._lock:
             if self._closed:
@@ -104,15 +104,15 @@ class House:
             first = not self._sessions
             self._sessions.add(session)
         if first:
-            self._watch.fresh(FIRST_LOOK)
+            self._watch.next_view(FIRST_VIEW_SECONDS)
         self.pool.submit(self._ask_services)
         self._follow_clock()
         return session
 
     def welcome(self, session: Session) -> None:
-        """Tell a client how things stand, now that it is connected and hears it."""
-        if self._watch.away is not None:
-            session.status(_away(self._watch.away), "Error", MASTER)
+        """Tell a newly connected client whether the master is there, and the simulated time."""
+        if self._watch.problem is not None:
+            session.status(_outdated(self._watch.problem), "Error", MASTER_STATUS)
         if self.node.clock.simulated and self.node.clock.now_nsec():
             session.time(self.node.clock.now_nsec())
 
@@ -128,42 +128,42 @@ class House:
 
     @property
     def view(self) -> GraphView:
-        """The graph as it was seen last."""
+        """The latest view of the graph."""
         return self._watch.view
 
-    def offered(self, view: GraphView) -> dict[str, Described]:
-        """Topics of a view that are open and described, with this program's own."""
+    def offered(self, view: GraphView) -> dict[str, TopicSchema]:
+        """The topics of a view that clients may see, with this program's own, and their schemas."""
         with self._offering:
             if self._offered[0] is not view:
                 found = {
-                    topic: described
+                    topic: schema
                     for topic, kind in view.types.items()
                     if topic not in self._local
                     and self.access.may_read("topic", topic) is None
-                    and (described := self._book.describe(topic, kind, view.state.publishers[topic]))
+                    and (schema := self._schemas.schema(topic, kind, view.state.publishers[topic]))
                 }
                 for topic in self._local.values():
                     if self.access.may_read("topic", topic.name) is None:
                         told = topic.description
-                        found[topic.name] = Described(told.type_name, told.md5sum, told.definition)
+                        found[topic.name] = TopicSchema(told.type_name, told.md5sum, told.definition)
                 self._offered = view, found
             return self._offered[1]
 
-    def heard(self, topic: str, description: TopicDescription) -> None:
-        """A publisher's own definition differs from what clients were told. In a thread of the node."""
-        if self._book.note(description) is None:
+    def schema_differs(self, topic: str, description: TopicDescription) -> None:
+        """A publisher's definition differs from what clients were told. Called in a thread of the node."""
+        if self._schemas.learn(description) is None:
             return
         with self._offering:
             self._offered = None, {}
 
-        def tell() -> None:
+        def renew() -> None:
             for session in self.sessions:
                 session.renew(topic)
 
-        self._submit(tell)
+        self._submit(renew)
 
     def _changed(self, view: GraphView) -> None:
-        self._book.forget(set(view.types))
+        self._schemas.keep_only(set(view.types))
         self.services.forget(view)
         for session in self.sessions:
             session.show(view)
@@ -176,20 +176,20 @@ class House:
                 session.show_services(view)
 
     def _lost(self, problem: RosError) -> None:
-        _log.warning("! foxglove: %s", _away(problem))
+        _log.warning("! foxglove: %s", _outdated(problem))
         for session in self.sessions:
-            session.status(_away(problem), "Error", MASTER)
+            session.status(_outdated(problem), "Error", MASTER_STATUS)
 
     def _back(self, another: bool) -> None:
         _log.info("= foxglove: the master is back")
         if another:
             self.session_id = uuid.uuid4().hex
         for session in self.sessions:
-            session.take_back_status(MASTER)
+            session.remove_status(MASTER_STATUS)
             if another:
-                session.begin_anew()
+                session.forget_everything()
             session.status("the robot's master is back" + (", another run of it" if another else ""), "Info")
-            # What the new run has is shown next (`_changed`); the old view's topics would come and go.
+            # `_changed` follows with what the new master knows; offering the old view now would be in vain.
 
     def _submit(self, function: Callable[[], object]) -> None:
         try:
@@ -200,39 +200,44 @@ class House:
     # -- topics ---------------------------------------------------------------------------------------------
 
     def tap(self, topic: str, receiver: Receiver) -> Any:
-        """Follow a topic, at the robot or here; close what this returns."""
+        """Follow a topic of the robot or of this program; close what this returns."""
         local = self._local.get(topic)
         return self.taps.open(topic, receiver) if local is None else local.open(receiver)
 
     def _follow_clock(self) -> None:
-        """With simulated time: /clock, for all."""
+        """With simulated time, follow /clock for all sessions."""
         if not self.node.clock.simulated:
             return
         with self._lock:
             if self._clock_tap is not None or not self._sessions:
                 return
             try:
-                self._clock_tap = self.taps.open("/clock", _Clock(self))
+                self._clock_tap = self.taps.open("/clock", _ClockReceiver(self))
             except RosError as problem:
                 _log.warning("! foxglove: simulated time cannot be followed: %s", problem)
 
     def capabilities(self) -> list[Any]:
-        """What viewers are told that this server can."""
-        can = websocket().Capability
-        found = [can.ClientPublish, can.ConnectionGraph, can.Parameters, can.Services]
+        """What the server tells viewers that it can do."""
+        capability = websocket().Capability
+        found = [
+            capability.ClientPublish,
+            capability.ConnectionGraph,
+            capability.Parameters,
+            capability.Services,
+        ]
         if self.node.clock.simulated:
-            found.append(can.Time)
+            found.append(capability.Time)
         return found
 
-    def say_goodbye(self) -> None:
-        """Let nobody in any more, and end the connections of those who are here in order."""
+    def stop(self) -> None:
+        """Admit nobody any more, and send every client a close frame."""
         with self._lock:
             self._closed = True
         for session in self.sessions:
             session.stop()
 
     def close(self, timeout: float) -> None:
-        """End all sessions and leave everything."""
+        """End all sessions and release everything."""
         with self._lock:
             self._closed = True
         self._watch.close(timeout)
@@ -242,19 +247,19 @@ class House:
         self.taps.close()
 
 
-def _away(problem: RosError) -> str:
+def _outdated(problem: RosError) -> str:
     return f"the robot's master does not answer, what is shown is old: {problem}"
 
 
-class _Clock:
-    """Tells the sessions the simulation's time."""
+class _ClockReceiver:
+    """Tells all sessions the simulated time."""
 
-    def __init__(self, house: House) -> None:
-        self._house = house
+    def __init__(self, shared: Shared) -> None:
+        self._shared = shared
 
-    def offer(self, sample: Sample) -> None:
-        if sample.type_name == "rosgraph_msgs/Clock":
-            seconds = sample.message.clock
+    def offer(self, event: MessageEvent) -> None:
+        if event.type_name == "rosgraph_msgs/Clock":
+            seconds = event.message.clock
             now = seconds.secs * 1_000_000_000 + seconds.nsecs
-            for session in self._house.sessions:
+            for session in self._shared.sessions:
                 session.time(now)

@@ -16,10 +16,17 @@ from weakref import WeakKeyDictionary
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
 from rosproto.errors import RosError
-from rosproto.gateway.chunks import PIECE, Pieces
+from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
 from rosproto.gateway.rosbridge.writer import Writer
 
-__all__ = ["MissingLibrary", "dumps", "publish_cbor", "publish_cbor_raw", "publish_cbor_raw_parts", "to_cbor"]
+__all__ = [
+    "MissingLibrary",
+    "dumps",
+    "publish_cbor",
+    "publish_cbor_raw",
+    "publish_cbor_raw_chunks",
+    "to_cbor",
+]
 
 TAGS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, "f": 85, "d": 86}
 """RFC 8746's numbers for arrays of these struct codes, little-endian. Octets are a byte string."""
@@ -56,7 +63,7 @@ def publish_cbor_raw(topic: str, secs: int, nsecs: int, data: bytes | bytearray 
     return dumps({"op": "publish", "topic": topic, "msg": {"secs": secs, "nsecs": nsecs, "bytes": raw}})
 
 
-def publish_cbor_raw_parts(topic: str, secs: int, nsecs: int, data: bytes | memoryview) -> Pieces:
+def publish_cbor_raw_chunks(topic: str, secs: int, nsecs: int, data: bytes | memoryview) -> ChunkedMessage:
     """The same of a long message, whose bytes are not copied: they stand at the end of it.
 
     Raises:
@@ -67,8 +74,8 @@ def publish_cbor_raw_parts(topic: str, secs: int, nsecs: int, data: bytes | memo
     out.seek(0, SEEK_END)
     _library().CBOREncoder(out).encode_length(_BYTE_STRING, len(raw))
     parts: list[bytes | memoryview] = [out.getvalue()]
-    parts += (raw[at : at + PIECE] for at in range(0, len(raw), PIECE))
-    return Pieces(parts)
+    parts += (raw[at : at + CHUNK_SIZE] for at in range(0, len(raw), CHUNK_SIZE))
+    return ChunkedMessage(parts)
 
 
 def to_cbor(message: Any) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import binascii
 from math import isqrt
 
-from rosproto.gateway.chunks import Pieces
+from rosproto.gateway.chunks import ChunkedMessage
 
 __all__ = ["PngError", "pack", "publish_png", "unpack"]
 
@@ -23,13 +23,13 @@ class PngError(Exception):
     """What a client sent is no such picture; the text is a sentence for it."""
 
 
-def pack(text: str | Pieces) -> str:
+def pack(text: str | ChunkedMessage) -> str:
     """The base64 of a picture whose pixels are a text; the inverse of `unpack`."""
     import numpy as np
 
     from rosproto.numeric.pngfile import encode_png
 
-    parts = text.parts if isinstance(text, Pieces) else (text or "\n",)
+    parts = text.chunks if isinstance(text, ChunkedMessage) else (text or "\n",)
     encoded = [part.encode("utf-8", "replace") for part in parts if isinstance(part, str)]
     pixels = -(-sum(map(len, encoded)) // 3)
     width = max(1, isqrt(pixels))
@@ -42,7 +42,7 @@ def pack(text: str | Pieces) -> str:
     return binascii.b2a_base64(encode_png(picture.reshape(height, width, 3)), newline=False).decode("ascii")
 
 
-def publish_png(text: str | Pieces) -> str:
+def publish_png(text: str | ChunkedMessage) -> str:
     """The message that carries another one, whose JSON text is given, as a picture."""
     return f'{{"op": "png", "data": "{pack(text)}"}}'
 

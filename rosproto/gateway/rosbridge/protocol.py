@@ -19,7 +19,7 @@ from json.encoder import encode_basestring_ascii as quoted
 from typing import Any
 from typing import Protocol as Structural
 
-from rosproto.gateway.chunks import Pieces, pieces_of
+from rosproto.gateway.chunks import ChunkedMessage, chunked
 from rosproto.gateway.rosbridge.effects import (
     CallService,
     Close,
@@ -42,7 +42,7 @@ from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
 from rosproto.gateway.rosbridge.status import Level, is_wanted
 from rosproto.text import printable
 
-__all__ = ["Protocol", "WireLimits", "publish_parts", "publish_text"]
+__all__ = ["Protocol", "WireLimits", "publish_chunks", "publish_text"]
 
 TOO_BIG = 1009
 """The WebSocket close code for a message that is too long."""
@@ -85,9 +85,9 @@ def publish_text(topic: str, message: str) -> str:
     return f'{{"op":"publish","topic":{quoted(topic)},"msg":{message}}}'
 
 
-def publish_parts(topic: str, message: list[str]) -> Pieces:
-    """The same of a long text in parts."""
-    return pieces_of([f'{{"op":"publish","topic":{quoted(topic)},"msg":', *message, "}"])
+def publish_chunks(topic: str, message: list[str]) -> ChunkedMessage:
+    """The same for a long text, in chunks."""
+    return chunked([f'{{"op":"publish","topic":{quoted(topic)},"msg":', *message, "}"])
 
 
 class Protocol:

@@ -1,18 +1,17 @@
 """Actions that one client provides: an action server of ROS 1 whose goals are carried to the client and back.
 
-As rosbridge for ROS 2 has it (`advertise_action`): every goal starts at once, and its end is what the client
-says by its id. A client that leaves, or gives the action up, aborts what is under way.
+`advertise_action` is rosbridge's for ROS 2: every goal starts at once and ends as the client says, by its id.
+When a client leaves or stops providing an action, its goals are aborted.
 """
 
 from __future__ import annotations
 
-import itertools
-import threading
 from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.rosbridge.actions import ActionStatus, action_type
+from rosproto.gateway.rosbridge.client_provided import GONE, ClientProvided, Request
 from rosproto.gateway.rosbridge.effects import (
     ActionFeedback,
     ActionResult,
@@ -30,17 +29,15 @@ if TYPE_CHECKING:
 __all__ = ["ProvidedActions"]
 
 ACTIONS = 16  # that one client may provide; each is five topics
-GLANCE_SECONDS = 0.05  # between two looks at whether a goal was cancelled
+CANCEL_CHECK_SECONDS = 0.05  # between two checks whether a goal was cancelled
 
 
-class _Goal:
+class _Goal(Request[ActionResult]):
     """A goal that the client works on."""
 
     def __init__(self, action: str, goal: ServerGoal) -> None:
-        self.action = action
+        super().__init__(action)
         self.goal = goal
-        self.done = threading.Event()
-        self.answer: ActionResult | None = None
 
 
 class ProvidedActions:
@@ -49,17 +46,13 @@ class ProvidedActions:
     def __init__(self, shared: Shared, session: RosbridgeSession) -> None:
         self._shared = shared
         self._session = session
-        self._lock = threading.Lock()
-        self._servers: dict[str, ActionServer] = {}
-        self._goals: dict[str, _Goal] = {}
-        self._numbers = itertools.count(1)
-        self._closed = False
+        self._provided: ClientProvided[ActionServer, _Goal] = ClientProvided("action_goal")
 
     def advertise(self, asked: AdvertiseAction) -> None:
-        """Provide an action; in place of the one of that name that the client had.
+        """Provide an action; replaces the client's earlier one of that name.
 
         Raises:
-            Refused, RosError: It cannot.
+            Refused, RosError: It cannot be provided.
         """
         from rosproto.action import ActionServer
 
@@ -68,7 +61,7 @@ class ProvidedActions:
         if is_tf_name(name):
             raise Refused(f"{name} is provided by the gateway itself")
         self.unadvertise(UnadvertiseAction(None, asked.action))
-        if len(self._servers) >= ACTIONS:
+        if len(self._provided) >= ACTIONS:
             raise Refused(f"{ACTIONS} actions are provided, which is the limit for a client")
         self._shared.take_action(name)
         try:
@@ -83,18 +76,13 @@ class ProvidedActions:
         except BaseException:
             self._shared.leave_action(name)
             raise
-        with self._lock:
-            if not self._closed:
-                self._servers[asked.action] = server
-                return
-        self._end(server)
+        if not self._provided.add(asked.action, server):
+            self._end(server)
 
     def unadvertise(self, asked: UnadvertiseAction) -> None:
-        """Provide it no more; goals under way are aborted."""
-        with self._lock:
-            server = self._servers.pop(asked.action, None)
+        """Stop providing an action; its goals are aborted."""
+        server = self._provided.remove(asked.action)
         if server is not None:
-            self._give_up(asked.action)
             self._end(server)
 
     def _end(self, server: ActionServer) -> None:
@@ -102,13 +90,15 @@ class ProvidedActions:
         self._shared.leave_action(server.name)
 
     def feedback(self, given: ActionFeedback) -> None:
-        """The client tells how far a goal is.
+        """The client reports progress of a goal.
 
         Raises:
             Refused, RosError: It works on no such goal, or the feedback does not fit.
         """
-        found = self._goal(given.id)
-        server = self._servers.get(found.action)
+        found = self._provided.waiting(given.id)
+        if found is None:
+            raise Refused(f"no goal with the id {given.id!r} waits for an answer")
+        server = self._provided.server(found.name)
         if server is not None:
             now = self._shared.node.clock.now()
             found.goal.publish_feedback(from_values(server.type.feedback, given.values, now=now))
@@ -119,47 +109,33 @@ class ProvidedActions:
         Raises:
             Refused: It works on no such goal.
         """
-        found = self._goal(given.id)
-        found.answer = given
-        found.done.set()
-
-    def _goal(self, id: object) -> _Goal:
-        with self._lock:
-            found = self._goals.get(str(id))
-        if found is None or found.answer is not None:
-            raise Refused(f"no goal with the id {id!r} waits for this client")
-        return found
+        self._provided.answer(given.id, given, "goal")
 
     def _work(self, action: str, type_name: str, goal: ServerGoal) -> None:
-        """To the end of one goal, in a thread of its own."""
-        id = f"action_goal:{action}:{next(self._numbers)}"
+        """Follows one goal to its end, in a thread of its own."""
         mine = _Goal(action, goal)
-        with self._lock:
-            gone = self._closed or action not in self._servers
-            if not gone:
-                self._goals[id] = mine
-        if gone:
-            goal.abort(text="the client that provides it has gone")
+        problem = self._provided.begin(mine)
+        if problem is not None:
+            goal.abort(text=problem)
             return
         write = self._session.protocol
         try:
-            self._session.answer(write.send_action_goal, id, action, type_name, to_json(goal.goal))
+            self._session.answer(write.send_action_goal, mine.id, action, type_name, to_json(goal.goal))
             cancelled = False
-            while not mine.done.wait(None if cancelled else GLANCE_SECONDS):
+            while not mine.done.wait(None if cancelled else CANCEL_CHECK_SECONDS):
                 if goal.cancel_requested and not cancelled:
                     cancelled = True
-                    self._session.answer(write.cancel_action_goal, id, action)
+                    self._session.answer(write.cancel_action_goal, mine.id, action)
         finally:
-            with self._lock:
-                self._goals.pop(id, None)
+            self._provided.end(mine)
         self._conclude(mine)
 
     def _conclude(self, mine: _Goal) -> None:
-        """End the goal as the client has said."""
+        """End the goal with the client's result."""
         answer, goal = mine.answer, mine.goal
-        server = self._servers.get(mine.action)
+        server = self._provided.server(mine.name)
         if answer is None or server is None:
-            goal.abort(text="the client that provides it has gone")
+            goal.abort(text=GONE)
             return
         if not answer.result:
             goal.abort(text=answer.values[:1000] if isinstance(answer.values, str) else "the client says no")
@@ -168,26 +144,16 @@ class ProvidedActions:
             values = {} if answer.values is None else answer.values
             result = from_values(server.type.result, values, now=self._shared.node.clock.now())
         except CodecError as error:
-            self._session.status("error", f"action_result: {mine.action}: {error}", answer.id)
+            self._session.status("error", f"action_result: {mine.name}: {error}", answer.id)
             goal.abort(text=f"the client's result does not fit: {error}")
             return
         ends = {ActionStatus.SUCCEEDED: goal.succeed, ActionStatus.CANCELED: goal.preempted}
         ends.get(ActionStatus(answer.status), goal.abort)(result)
 
-    def _give_up(self, action: str | None) -> None:
-        with self._lock:
-            ended = [mine for mine in self._goals.values() if action in (None, mine.action)]
-        for mine in ended:
-            mine.done.set()
-
     def close(self) -> None:
-        """The client has gone."""
-        with self._lock:
-            self._closed = True
-            servers, self._servers = list(self._servers.values()), {}
-        self._give_up(None)
-        for server in servers:
+        """The client has gone: stop providing its actions; their goals are aborted."""
+        for server in self._provided.close():
             try:
                 self._end(server)
             except RosError:
-                continue  # the others, too
+                continue  # the others must end, too

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-import threading
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import CodecError, ServiceError
+from rosproto.gateway.rosbridge.client_provided import GONE, ClientProvided, Request
 from rosproto.gateway.rosbridge.effects import AdvertiseService, ServiceResponse, UnadvertiseService
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.values import from_values, to_json
@@ -19,32 +18,15 @@ if TYPE_CHECKING:
 __all__ = ["ProvidedServices"]
 
 
-class _Call:
-    """A call of a ROS program that the client has not answered yet.
-
-    Attributes:
-        service: The name that the client advertised.
-        done: Set with the answer, or when there will be none.
-        answer: The client's answer; None if it has gone, or no longer provides the service.
-    """
-
-    def __init__(self, service: str) -> None:
-        self.service = service
-        self.done = threading.Event()
-        self.answer: ServiceResponse | None = None
-
-
 class ProvidedServices:
     """The services that one client provides."""
 
     def __init__(self, shared: Shared, session: RosbridgeSession) -> None:
         self._shared = shared
         self._session = session
-        self._lock = threading.Lock()
-        self._servers: dict[str, ServiceServer] = {}
-        self._calls: dict[str, _Call] = {}
-        self._numbers = itertools.count(1)
-        self._closed = False
+        self._provided: ClientProvided[ServiceServer, Request[ServiceResponse]] = ClientProvided(
+            "service_request"
+        )
 
     def advertise(self, asked: AdvertiseService) -> None:
         """Provide a service; replaces the client's earlier one of that name.
@@ -58,22 +40,17 @@ class ProvidedServices:
             raise Refused(f"{name} is answered by the gateway itself")
         cls = self._shared.service_class(asked.type)
         self.unadvertise(UnadvertiseService(None, asked.service))
-        if len(self._servers) >= self._shared.limits.advertised_per_client:
-            raise Refused(f"{len(self._servers)} services are provided, which is the limit for a client")
+        if len(self._provided) >= self._shared.limits.advertised_per_client:
+            raise Refused(f"{len(self._provided)} services are provided, which is the limit for a client")
         handler = partial(self._called, asked.service, name, cls)
         server = self._shared.node.service_server(name, cls, handler)
-        with self._lock:
-            if not self._closed:
-                self._servers[asked.service] = server
-                return
-        server.close()
+        if not self._provided.add(asked.service, server):
+            server.close()
 
     def unadvertise(self, asked: UnadvertiseService) -> None:
         """Stop providing a service; waiting calls fail."""
-        with self._lock:
-            server = self._servers.pop(asked.service, None)
+        server = self._provided.remove(asked.service)
         if server is not None:
-            self._give_up(asked.service)
             server.close()
 
     def respond(self, given: ServiceResponse) -> None:
@@ -82,36 +59,26 @@ class ProvidedServices:
         Raises:
             Refused: No call waits for it.
         """
-        with self._lock:
-            call = self._calls.pop(str(given.id), None)
-        if call is None:
-            raise Refused(f"no call with the id {given.id!r} waits for an answer")
-        call.answer = given
-        call.done.set()
+        self._provided.answer(given.id, given, "call")
 
     def _called(self, service: str, name: str, cls: Any, request: Any) -> Any:
         """Called in the thread of the caller's connection."""
         limits = self._shared.limits
-        id = f"service_request:{service}:{next(self._numbers)}"
-        call = _Call(service)
-        with self._lock:
-            if self._closed or service not in self._servers:
-                raise ServiceError(name, "the client that provides it has gone")
-            if len(self._calls) >= limits.calls_per_client:
-                raise ServiceError(name, "the client that provides it has too many calls to answer")
-            self._calls[id] = call
+        call: Request[ServiceResponse] = Request(service)
+        problem = self._provided.begin(call, limits.calls_per_client)
+        if problem is not None:
+            raise ServiceError(name, problem)
         try:
-            self._session.answer(self._session.protocol.call_service, id, service, to_json(request))
+            self._session.answer(self._session.protocol.call_service, call.id, service, to_json(request))
             if not call.done.wait(limits.call_seconds):
                 raise ServiceError(
                     name, f"the client that provides it has not answered within {limits.call_seconds:g} s"
                 )
         finally:
-            with self._lock:
-                self._calls.pop(id, None)
+            self._provided.end(call)
         answer = call.answer
         if answer is None:
-            raise ServiceError(name, "the client that provides it has gone")
+            raise ServiceError(name, GONE)
         if not answer.result:
             raise ServiceError(name, str(answer.values)[:1000] if answer.values else "the client says no")
         try:
@@ -124,17 +91,7 @@ class ProvidedServices:
             self._session.status("error", f"service_response: {service}: {error}", answer.id)
             raise ServiceError(name, f"the client's answer does not fit: {error}") from error
 
-    def _give_up(self, service: str | None) -> None:
-        with self._lock:
-            ended = [call for call in self._calls.values() if service in (None, call.service)]
-        for call in ended:
-            call.done.set()
-
     def close(self) -> None:
         """The client has gone: stop providing its services; waiting calls fail."""
-        with self._lock:
-            self._closed = True
-            servers, self._servers = list(self._servers.values()), {}
-        self._give_up(None)
-        for server in servers:
+        for server in self._provided.close():
             server.close()

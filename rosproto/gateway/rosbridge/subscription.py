@@ -3,7 +3,7 @@
 A client may subscribe a topic several times, under several ids; it gets each message once, by the settings
 that suit all of them (lowest rate limit, shortest queue, smallest fragments, the most compact encoding), as
 rosbridge_library's `subscribe` and `subscription_modifiers` have it. Encoded is once for all clients: what
-was made is kept with the sample.
+was made is kept with the received message.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.gateway.channel import Channel, Payload
-from rosproto.gateway.chunks import Pieces
-from rosproto.gateway.message_event import Sample
-from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_parts
+from rosproto.gateway.chunks import ChunkedMessage
+from rosproto.gateway.message_event import MessageEvent
+from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_chunks
 from rosproto.gateway.rosbridge.effects import Compression, Id, Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
-from rosproto.gateway.rosbridge.protocol import publish_parts, publish_text
+from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
 from rosproto.gateway.rosbridge.values import to_json, to_json_parts
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ __all__ = ["Settings", "Throttle", "TopicSubscription", "combined", "encoded"]
 QUICK_BYTES = 16 << 10
 """A message of so many bytes is encoded in less time than handing it to a thread is worth."""
 LONG_BYTES = 64 << 10
-"""A longer one is encoded, kept and sent in pieces."""
+"""A longer one is encoded, kept and sent in chunks."""
 _RANK: dict[Compression, int] = {"none": 0, "png": 1, "cbor": 2, "cbor-raw": 3}
 
 
@@ -75,17 +75,17 @@ class Throttle:
     def __init__(self) -> None:
         self.dropped = 0
         self._last = float("-inf")
-        self._queue: deque[Sample] = deque()
+        self._queue: deque[MessageEvent] = deque()
 
     @property
     def waits(self) -> bool:
         """Whether a message waits for its time."""
         return bool(self._queue)
 
-    def offer(self, sample: Sample, now: float, settings: Settings) -> Sample | None:
+    def offer(self, event: MessageEvent, now: float, settings: Settings) -> MessageEvent | None:
         """A message has come; what to send now, if anything."""
         if settings.interval <= 0.0 and not self._queue:
-            return sample
+            return event
         early = now < self._last + settings.interval
         if settings.queue_length <= 0:
             self.dropped += len(self._queue) + early
@@ -93,14 +93,14 @@ class Throttle:
             if early:
                 return None
             self._last = now
-            return sample
-        self._queue.append(sample)
+            return event
+        self._queue.append(event)
         while len(self._queue) > settings.queue_length:
             self._queue.popleft()
             self.dropped += 1
         return self.due(now, settings)
 
-    def due(self, now: float, settings: Settings) -> Sample | None:
+    def due(self, now: float, settings: Settings) -> MessageEvent | None:
         """The oldest that waits, if its time has come."""
         if not self._queue or now < self._last + settings.interval:
             return None
@@ -116,11 +116,11 @@ class Throttle:
         self._queue.clear()
 
 
-def encoded(sample: Sample, topic: str, compression: Compression) -> Payload:
-    """The message of rosbridge that carries a sample; made once for all clients.
+def encoded(event: MessageEvent, topic: str, compression: Compression) -> Payload:
+    """The message of rosbridge that carries a received message; made once for all clients.
 
     Args:
-        sample: The message.
+        event: The message.
         topic: The topic as the client writes it.
         compression: How it is to be encoded.
 
@@ -128,31 +128,31 @@ def encoded(sample: Sample, topic: str, compression: Compression) -> Payload:
         RosError: It cannot be decoded.
     """
     if compression == "cbor-raw":
-        return sample.once(("cbor-raw", topic), _raw, sample, topic)
+        return event.once(("cbor-raw", topic), _raw, event, topic)
     if compression == "cbor":
-        return sample.once(("cbor", topic), _cbor, sample, topic)
+        return event.once(("cbor", topic), _cbor, event, topic)
     if compression == "png":
-        return sample.once(("png", topic), _png, sample, topic)
-    return sample.once(("text", topic), _text, sample, topic)
+        return event.once(("png", topic), _png, event, topic)
+    return event.once(("text", topic), _text, event, topic)
 
 
-def _raw(sample: Sample, topic: str) -> bytes | Pieces:
-    publish = publish_cbor_raw if len(sample.data) <= LONG_BYTES else publish_cbor_raw_parts
-    return publish(topic, sample.stamp.secs, sample.stamp.nsecs, sample.data)
+def _raw(event: MessageEvent, topic: str) -> bytes | ChunkedMessage:
+    publish = publish_cbor_raw if len(event.data) <= LONG_BYTES else publish_cbor_raw_chunks
+    return publish(topic, event.stamp.secs, event.stamp.nsecs, event.data)
 
 
-def _cbor(sample: Sample, topic: str) -> bytes:
-    return publish_cbor(topic, sample.message)
+def _cbor(event: MessageEvent, topic: str) -> bytes:
+    return publish_cbor(topic, event.message)
 
 
-def _png(sample: Sample, topic: str) -> str:
-    return publish_png(sample.once(("text", topic), _text, sample, topic))
+def _png(event: MessageEvent, topic: str) -> str:
+    return publish_png(event.once(("text", topic), _text, event, topic))
 
 
-def _text(sample: Sample, topic: str) -> str | Pieces:
-    if len(sample.data) <= LONG_BYTES:
-        return publish_text(topic, to_json(sample.message))
-    return publish_parts(topic, to_json_parts(sample.message))
+def _text(event: MessageEvent, topic: str) -> str | ChunkedMessage:
+    if len(event.data) <= LONG_BYTES:
+        return publish_text(topic, to_json(event.message))
+    return publish_chunks(topic, to_json_parts(event.message))
 
 
 Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
@@ -160,21 +160,21 @@ Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
 
 
 class _LateMessage:
-    """A sample that is encoded when the client takes it."""
+    """A message that is encoded when the client takes it."""
 
-    __slots__ = ("_sample", "_settings", "_subscription")
+    __slots__ = ("_event", "_settings", "_subscription")
 
-    def __init__(self, subscription: TopicSubscription, sample: Sample, settings: Settings) -> None:
+    def __init__(self, subscription: TopicSubscription, event: MessageEvent, settings: Settings) -> None:
         self._subscription = subscription
-        self._sample = sample
+        self._event = event
         self._settings = settings
 
     @property
     def quick(self) -> bool:
-        return len(self._sample.data) <= QUICK_BYTES
+        return len(self._event.data) <= QUICK_BYTES
 
     def payloads(self) -> tuple[Payload, ...]:
-        return self._subscription.payloads(self._sample, self._settings)
+        return self._subscription.payloads(self._event, self._settings)
 
 
 class _Fragments:
@@ -254,16 +254,16 @@ class TopicSubscription:
         """Subscriptions of this topic."""
         return len(self._asked)
 
-    def offer(self, sample: Sample) -> None:
+    def offer(self, event: MessageEvent) -> None:
         """A message of the topic, in the thread that received it."""
         with self._lock:
             if self._closed:
                 return
             settings = self._settings
-            first: Sample | None = sample
+            first: MessageEvent | None = event
             if settings.interval > 0.0 or self._throttle.waits:
                 now = time.monotonic()
-                first = self._throttle.offer(sample, now, settings)
+                first = self._throttle.offer(event, now, settings)
                 self._tick_later(now, settings)
         if first is not None:
             self._send(first, settings)
@@ -282,27 +282,27 @@ class TopicSubscription:
                 return
             settings = self._settings
             now = time.monotonic()
-            sample = self._throttle.due(now, settings)
+            event = self._throttle.due(now, settings)
             self._tick_later(now, settings)
-        if sample is not None:
-            self._send(sample, settings, late=True)
+        if event is not None:
+            self._send(event, settings, late=True)
 
-    def _send(self, sample: Sample, settings: Settings, *, late: bool = False) -> None:
+    def _send(self, event: MessageEvent, settings: Settings, *, late: bool = False) -> None:
         """Encoded here, in the publisher's thread, unless the client may not take it anyway."""
         keep = settings.queue_length or None
         if late or self._channel.behind:
-            self._channel.offer(self.topic, len(sample.data), _LateMessage(self, sample, settings), keep)
+            self._channel.offer(self.topic, len(event.data), _LateMessage(self, event, settings), keep)
             return
-        payloads = self.payloads(sample, settings)
+        payloads = self.payloads(event, settings)
         if len(payloads) == 1:
             self._channel.offer(self.topic, len(payloads[0]), payloads[0], keep)
         elif payloads:
             self._channel.offer(self.topic, sum(map(len, payloads)), _Fragments(payloads), keep)
 
-    def payloads(self, sample: Sample, settings: Settings) -> tuple[Payload, ...]:
+    def payloads(self, event: MessageEvent, settings: Settings) -> tuple[Payload, ...]:
         """What is sent of a message; nothing where it cannot be decoded, which the client is told once."""
         try:
-            payload = encoded(sample, self.topic, settings.compression)
+            payload = encoded(event, self.topic, settings.compression)
         except RosError as error:
             if not self._told:
                 self._told = True
@@ -310,7 +310,7 @@ class TopicSubscription:
             return ()
         if settings.fragment_size is None or isinstance(payload, bytes):
             return (payload,)
-        if isinstance(payload, Pieces):
+        if isinstance(payload, ChunkedMessage):
             if settings.compression == "cbor-raw":
                 return (payload,)
             payload = payload.text()

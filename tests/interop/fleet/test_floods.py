@@ -14,8 +14,8 @@ from tests.support.fleet_master import Master, came_back, errors, order_over, st
 from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
+from woosh_pure.fleet.inbox import MOST_MESSAGES
 from woosh_pure.fleet.messages.schema import MOST_BYTES
-from woosh_pure.fleet.vehicle import MOST_MESSAGES
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
@@ -58,7 +58,7 @@ def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
         vandal.prefix = master.prefix
         for number in range(FLOOD):
             vandal.send(("order", "instantActions")[number % 2], pieces[number % len(pieces)])
-            most = max(most, len(ours._messages))
+            most = max(most, ours._inbox.waiting_messages)
         deadline = time.monotonic() + 30.0
         while vandal.client.want_write():
             assert time.monotonic() < deadline

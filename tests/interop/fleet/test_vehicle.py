@@ -72,6 +72,14 @@ def moved(hall: Hall) -> None:
 def test_it_comes_online_and_leaves_in_order(hall: Hall) -> None:
     """ONLINE and OFFLINE are retained; header ids go up by one; the factsheet tells the robot's outline."""
     hall.master.until(lambda c: c["connectionState"] == "ONLINE", topic="connection")
+    # The first factsheet may come before the navigation has told both; another follows then.
+    hall.master.until(
+        lambda f: (
+            f["physicalParameters"]["speedMax"] > 0.0
+            and f["physicalParameters"]["length"] == pytest.approx(0.8)
+        ),
+        topic="factsheet",
+    )
     hall.vehicle.close()
     hall.master.until(lambda c: c["connectionState"] == "OFFLINE", topic="connection")
     ids = [state["headerId"] for state in hall.master.all()]

@@ -116,12 +116,16 @@ def _own_folders_stay_importable() -> None:
 
 
 def _be_interruptible() -> None:
-    """A shell without job control starts what runs in the background (`pytest &`) with SIGINT ignored.
+    """A shell without job control starts what runs in the background (`pytest &`) with SIGINT ignored, nohup
+    with SIGHUP.
 
-    Whoever tests Ctrl-C would find it lost, and so would every program that a test starts: they inherit it.
+    Whoever tests these would find them lost, and so would every program that a test starts: they inherit it. A
+    function that does nothing is not inherited, and leaves to `nohup pytest` what it is for.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if os.name != "nt" and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, lambda *_: None)
 
 
 def _remove(folder: Path, owner: int) -> None:

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -14,6 +9,7 @@ import pytest
 from rosproto.bag import BagReader, BagWriter, partitions
 from rosproto.codec import message_class
 from rosproto.errors import BagError
+from tests.support.served_bag import served
 
 pytest.importorskip("pyarrow", reason="pyarrow is not installed (extra arrow)")
 pytest.importorskip("fsspec", reason="fsspec is not installed (extra remote)")
@@ -21,63 +17,6 @@ pytest.importorskip("aiohttp", reason="aiohttp, which fsspec needs for http, is 
 
 Image = message_class("sensor_msgs/Image")
 String = message_class("std_msgs/String")
-
-
-@contextmanager
-def served(data: bytes, lie: str = "") -> Iterator[tuple[str, list[int]]]:
-    """A URL, and the bytes of each answer.
-
-    `lie`: "short" gives half of every range; "whole" announces ranges, and gives everything; "none" knows none; "fail"
-    answers 500 from the third request on; "larger" and "smaller" tell a size that the file has not.
-    """
-    sent: list[int] = []
-    told = {"larger": len(data) + 5000, "smaller": len(data) - 5000}.get(lie, len(data))
-
-    class Handler(BaseHTTPRequestHandler):
-        protocol_version = "HTTP/1.1"
-
-        def do_HEAD(self) -> None:
-            self.answer(200, b"", told)
-
-        def do_GET(self) -> None:
-            asked = re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
-            if lie == "fail" and len(sent) > 2:
-                self.answer(500, b"", 0)
-            elif asked is None or lie in ("whole", "none"):
-                self.answer(200, data, len(data))
-            else:
-                first, last = int(asked[1]), min(int(asked[2]), len(data) - 1)
-                if lie == "short" and last - first > 1:
-                    last = (first + last) // 2
-                body = data[first : last + 1]
-                self.answer(206, body, len(body), f"bytes {first}-{last}/{told}")
-
-        def answer(self, status: int, body: bytes, length: int, part: str = "") -> None:
-            self.send_response(status)
-            self.send_header("Content-Length", str(length))
-            if lie != "none":
-                self.send_header("Accept-Ranges", "bytes")
-            if part:
-                self.send_header("Content-Range", part)
-            self.end_headers()
-            try:
-                self.wfile.write(body)
-            except OSError:
-                pass  # the client has seen enough
-            sent.append(len(body))
-
-        def log_message(self, *_: object) -> None:
-            pass
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
-    thread.start()
-    try:
-        yield f"http://127.0.0.1:{server.server_address[1]}/run.bag", sent
-    finally:
-        server.shutdown()
-        server.server_close()
-        thread.join(5)
 
 
 @pytest.fixture(scope="module")
@@ -149,3 +88,62 @@ def test_without_fsspec(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fsspec", None)
     with pytest.raises(BagError, match=r"woosh-pure\[remote\]"):
         partitions("https://127.0.0.1:1/a.bag")
+
+
+@pytest.mark.parametrize(
+    ("lie", "says"),
+    [
+        ("absent", "it cannot be opened: the server answers 404 Not Found"),
+        ("closed", "it cannot be opened: the server answers 403 Forbidden; it wants credentials"),
+        ("whole", "its server gives no ranges of it, and a bag is read by position; download it first"),
+        ("fail", "the server answers 500 Internal Server Error"),
+    ],
+)
+def test_what_the_server_says_is_told(bag: Path, lie: str, says: str) -> None:
+    """Not fsspec's words, for which everything is a file that is not found; and the URL once."""
+    with served(bag.read_bytes(), lie) as (url, _), pytest.raises(BagError) as caught:
+        _ = [piece.table() for piece in partitions(url, "/image")]
+    assert says in str(caught.value)
+    assert str(caught.value).count(url) == 1
+
+
+def test_nobody_listens() -> None:
+    """The system's reason."""
+    with served(b"") as (url, _):
+        pass
+    with pytest.raises(BagError, match="it cannot be opened: Connection refused"):
+        partitions(url)
+
+
+def test_a_page_in_place_of_the_bag() -> None:
+    """As a login answers."""
+    with (
+        served(b"<!DOCTYPE html><title>Log in</title>") as (url, _),
+        pytest.raises(BagError, match="a web page"),
+    ):
+        partitions(url)
+
+
+def test_a_server_that_fails_is_no_damage(bag: Path) -> None:
+    """Nothing is skipped because the network fails: neither a chunk, nor what a scan has not come to yet."""
+    data = bag.read_bytes()
+    with served(data, "fail") as (url, _), pytest.raises(BagError, match="500"):
+        _ = [piece.table() for piece in partitions(url, "/image", damaged="skip")]
+    with served(data[: len(data) * 3 // 4], "fail") as (url, _), pytest.raises(BagError, match="500"):
+        partitions(url, "/image", damaged="skip")
+
+
+def test_a_reader_is_of_use_again_when_the_network_is(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What failed is read when it is asked for again."""
+    from rosproto.bag import open_bag, remote
+
+    def fail(*_: object) -> bytes:
+        raise ConnectionResetError(104, "Connection reset")
+
+    with served(bag.read_bytes()) as (url, _), open_bag(url) as reader:
+        with monkeypatch.context() as patch:
+            patch.setattr(remote._Ranges, "_fetch", fail)
+            with pytest.raises(BagError, match="Connection reset"):
+                next(reader.read_messages("/said"))
+        found = [message.data for _, message, _ in reader.read_messages("/said")]
+    assert found == ["text 0", "text 30", "text 60"]

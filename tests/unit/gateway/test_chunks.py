@@ -1,4 +1,4 @@
-"""Long messages in parts: the same message as in one piece, and no part that holds up others."""
+"""Long messages in chunks: the same message as when sent whole, and no chunk that holds up other topics."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from rosproto.codec import decode, define, encode
-from rosproto.gateway.chunks import PIECE, Pieces, pieces_of
+from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage, chunked
 from rosproto.gateway.rosbridge import png
-from rosproto.gateway.rosbridge.cbor import publish_cbor_raw, publish_cbor_raw_parts
-from rosproto.gateway.rosbridge.protocol import publish_parts, publish_text
+from rosproto.gateway.rosbridge.cbor import publish_cbor_raw, publish_cbor_raw_chunks
+from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
 from rosproto.gateway.rosbridge.values import to_json, to_json_parts
 from rosproto.time import Time
 
@@ -47,37 +47,42 @@ def message() -> Any:
     return decode(LONG, encode(made))
 
 
-def test_json_in_parts(message: Any) -> None:
+def test_json_in_chunks(message: Any) -> None:
     """The same text; also where long arrays are inside others, and texts hold the mark for them."""
     whole = to_json(message)
     assert json.loads(whole)["inner"][2] == {"more": [0.5] * 30_000, "s": "2"}
     parts = to_json_parts(message)
     assert "".join(parts) == whole
-    pieces = publish_parts("/t", parts)
-    assert pieces.text() == publish_text("/t", whole)
-    assert len(pieces) == len(pieces.text())
-    assert max(map(len, pieces.parts)) <= PIECE
-    assert len(pieces.parts) < 2 * len(pieces) / PIECE + 2
+    sent = publish_chunks("/t", parts)
+    assert sent.text() == publish_text("/t", whole)
+    assert len(sent) == len(sent.text())
+    assert max(map(len, sent.chunks)) <= CHUNK_SIZE
+    assert len(sent.chunks) < 2 * len(sent) / CHUNK_SIZE + 2
 
 
-def test_a_picture_of_parts(message: Any) -> None:
+def test_a_picture_of_chunks(message: Any) -> None:
     """The text is in its pixels."""
-    pieces = publish_parts("/t", to_json_parts(message))
-    assert png.unpack(png.pack(pieces), 1 << 30).rstrip("\n") == pieces.text()
+    sent = publish_chunks("/t", to_json_parts(message))
+    assert png.unpack(png.pack(sent), 1 << 30).rstrip("\n") == sent.text()
 
 
-@pytest.mark.parametrize("size", [0, 23, 24, 255, 256, 70_000, PIECE, 3 * PIECE + 1])
-def test_raw_bytes_in_parts(size: int) -> None:
+@pytest.mark.parametrize("size", [0, 23, 24, 255, 256, 70_000, CHUNK_SIZE, 3 * CHUNK_SIZE + 1])
+def test_raw_bytes_in_chunks(size: int) -> None:
     """The same bytes, of which the robot's are not copied."""
     pytest.importorskip("cbor2")
     data = bytes(range(256)) * (size // 256 + 1)
     data = data[:size]
-    pieces = publish_cbor_raw_parts("/t", 1, 2, data)
-    assert b"".join(pieces.parts) == publish_cbor_raw("/t", 1, 2, data)  # type: ignore[arg-type]
-    assert all(part.obj is data for part in pieces.parts[1:])  # type: ignore[union-attr]
+    sent = publish_cbor_raw_chunks("/t", 1, 2, data)
+    assert b"".join(sent.chunks) == publish_cbor_raw("/t", 1, 2, data)  # type: ignore[arg-type]
+    assert all(chunk.obj is data for chunk in sent.chunks[1:])  # type: ignore[union-attr]
 
 
 def test_short_texts_are_joined() -> None:
-    """A part is worth its frame."""
-    assert pieces_of(["a"] * 10 + ["b" * (PIECE + 1), "c"]).parts == ("a" * 10, "b" * PIECE, "b", "c")
-    assert repr(Pieces([b"ab", b"c"])) == "<Pieces: 3 in 2>"
+    """A chunk is worth its frame."""
+    assert chunked(["a"] * 10 + ["b" * (CHUNK_SIZE + 1), "c"]).chunks == (
+        "a" * 10,
+        "b" * CHUNK_SIZE,
+        "b",
+        "c",
+    )
+    assert repr(ChunkedMessage([b"ab", b"c"])) == "<ChunkedMessage: 3 in 2>"

@@ -12,7 +12,7 @@ import pytest
 from rosproto import Master, Node
 from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import LocalProtocolError
-from rosproto.gateway import GatewayLimits, Sample, Taps
+from rosproto.gateway import GatewayLimits, MessageEvent, Taps
 
 String = message_class("std_msgs/String")
 
@@ -21,10 +21,10 @@ class Receiver:
     """Keeps what it is offered."""
 
     def __init__(self) -> None:
-        self.got: queue.Queue[Sample] = queue.Queue()
+        self.got: queue.Queue[MessageEvent] = queue.Queue()
 
-    def offer(self, sample: Sample) -> None:
-        self.got.put(sample)
+    def offer(self, event: MessageEvent) -> None:
+        self.got.put(event)
 
     def text(self) -> str:
         text: str = self.got.get(timeout=10).message.data
@@ -60,16 +60,16 @@ def test_one_subscription_for_any_number_of_receivers(graph: tuple[Node, Node]) 
     publisher.wait_for_connection(10)
     assert publisher.connections == 1
     publisher.publish(data="one")
-    samples = [receiver.got.get(timeout=10) for receiver in receivers]
-    assert len({id(sample) for sample in samples}) == 1
-    sample = samples[0]
-    assert (sample.topic, sample.type_name, sample.md5sum) == ("/a", "std_msgs/String", String._md5sum)
-    assert (sample.message.data, sample.latched) == ("one", False)
-    assert "string data" in sample.definition
-    assert bytes(sample.data) == b"\x03\0\0\0one"
+    events = [receiver.got.get(timeout=10) for receiver in receivers]
+    assert len({id(event) for event in events}) == 1
+    event = events[0]
+    assert (event.topic, event.type_name, event.md5sum) == ("/a", "std_msgs/String", String._md5sum)
+    assert (event.message.data, event.latched) == ("one", False)
+    assert "string data" in event.definition
+    assert bytes(event.data) == b"\x03\0\0\0one"
     made: list[int] = []
-    assert sample.once("json", lambda: made.append(1) or "text") == "text"  # type: ignore[func-returns-value]
-    assert sample.once("json", lambda: made.append(1) or "text") == "text"  # type: ignore[func-returns-value]
+    assert event.once("json", lambda: made.append(1) or "text") == "text"  # type: ignore[func-returns-value]
+    assert event.once("json", lambda: made.append(1) or "text") == "text"  # type: ignore[func-returns-value]
     assert made == [1]
     for tap in opened:
         tap.close()
@@ -125,7 +125,7 @@ def test_newcomers_get_the_last_message_of_each_latched_publisher(graph: tuple[N
 
 
 def test_a_topic_may_change_its_type(graph: tuple[Node, Node]) -> None:
-    """Each sample has its own publisher's definition."""
+    """Each message comes with its own publisher's definition."""
     robot, node = graph
     other = define("my_msgs/Other", "int32 x\n")
     taps = Taps(node)
@@ -138,8 +138,8 @@ def test_a_topic_may_change_its_type(graph: tuple[Node, Node]) -> None:
     with robot.publisher("/a", other) as publisher:
         publisher.wait_for_connection(10)
         publisher.publish(x=7)
-        sample = receiver.got.get(timeout=10)
-    assert (sample.type_name, sample.message.x) == ("my_msgs/Other", 7)
+        event = receiver.got.get(timeout=10)
+    assert (event.type_name, event.message.x) == ("my_msgs/Other", 7)
     taps.close()
 
 
@@ -164,7 +164,7 @@ def test_a_receiver_that_raises_costs_itself_only(graph: tuple[Node, Node]) -> N
     robot, node = graph
 
     class Broken:
-        def offer(self, sample: Sample) -> None:
+        def offer(self, event: MessageEvent) -> None:
             raise RuntimeError("broken")
 
     publisher = robot.publisher("/a", String)

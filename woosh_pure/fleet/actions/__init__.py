@@ -6,14 +6,14 @@ from rosproto.late import late_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from woosh_pure.fleet.actions.abilities import Task
+    from woosh_pure.fleet.actions.task import Task
 
 __all__ = ["Task"]
 
 __getattr__ = late_names(
     __name__,
     {
-        "Task": "abilities",
+        "Task": "task",
     },
 )
 

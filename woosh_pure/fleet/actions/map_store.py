@@ -1,112 +1,36 @@
-"""The maps on a vehicle (6.7): downloaded, enabled, deleted, as files beside its state.
+"""The maps on a vehicle (6.7), as files beside its state: downloaded, enabled, deleted.
 
-A chassis has one map at a time. The one it has when we come is its own, by the name of the configuration;
-others lie on a shelf. `enableMap` of another version of the map in use replaces it (`set_map`, with the pose
-that the robot has); of a map that is not in use it only marks it, and `initPosition` with its id takes the
-robot there. So a map that is ENABLED and not in use changes nothing, and orders are for the map in use.
-
-A map comes as one file, as the standard wants it: a ZIP of a map_server YAML and its picture. What is in it
-is read with limits, and written anew: no name out of it becomes a name on this disk.
+A chassis has one map at a time. The one that it has when we come is its own, under the name in the
+configuration; others are only stored. `enableMap` of another version of the map in use replaces it
+(`set_map`, with the pose that the robot has); of a map that is not in use it only marks it, and
+`initPosition` with its id, instant or at a node of an order, takes the robot there. So a map that is ENABLED
+and not in use changes nothing by itself.
 """
 
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
-import tempfile
 import threading
-import zipfile
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-from urllib.error import URLError
-from urllib.parse import urlsplit
-from urllib.request import Request, urlopen
+from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
-from rosproto.text import printable
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.state import MapEntry
-from woosh_pure.gridmap import GridMap
 
-__all__ = ["MapShelf", "fetch", "unpack"]
+if TYPE_CHECKING:
+    from woosh_pure.gridmap import GridMap
+
+__all__ = ["MapStore"]
 
 _log = get_logger("woosh_pure.fleet.actions.map_store")
-MOST_DOWNLOAD = 64_000_000
-"""Bytes of a file that is downloaded."""
-MOST_UNPACKED = 256_000_000
-"""Bytes of what is in it."""
 MOST_MAPS = 50
-_SILENCE = 20.0  # s without a byte after which a download has failed
-_HASHES = {32: "md5", 40: "sha1", 64: "sha256", 128: "sha512"}  # by their hexadecimal digits
 
 
-def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
-    """A file of a map server.
-
-    Args:
-        link: http:// or https://; nothing else is opened, no file of this computer either.
-        cancelled: Whether to give up; asked between two pieces.
-        digest: In hexadecimal digits: MD5, SHA-1, SHA-256 or SHA-512 by their number; "" checks nothing.
-
-    Raises:
-        ChassisError: It could not be fetched, is too large, or is not what the digest says.
-    """
-    where = printable(link)[:200]
-    if urlsplit(link).scheme not in ("http", "https") or not urlsplit(link).hostname:
-        raise ChassisError(f"mapDownloadLink {where}: expected http:// or https://")
-    kind = _HASHES.get(len(digest)) if digest else "sha256"
-    if kind is None:
-        raise ChassisError(
-            f"mapHash of {len(digest)} characters: expected 32, 40, 64 or 128 hexadecimal digits"
-        )
-    found = bytearray()
-    try:
-        with urlopen(Request(link), timeout=_SILENCE) as reply:
-            while piece := reply.read(65536):
-                found += piece
-                if len(found) > MOST_DOWNLOAD:
-                    raise ChassisError(f"{where}: more than {MOST_DOWNLOAD} bytes; send a smaller map")
-                if cancelled():
-                    raise ChassisError("the download was cancelled")
-    except (OSError, ValueError, URLError) as error:
-        raise ChassisError(f"{where} could not be fetched: {error}") from error
-    if digest and hashlib.new(kind, found).hexdigest() != digest.lower():
-        raise ChassisError(f"{where}: what came is not what mapHash says ({kind})")
-    return bytes(found)
-
-
-def unpack(data: bytes) -> GridMap:
-    """The map in a ZIP of a map_server YAML and its picture.
-
-    Raises:
-        ChassisError: It is no such file.
-    """
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:
-            infos = [info for info in packed.infolist() if not info.is_dir()]
-            if sum(info.file_size for info in infos) > MOST_UNPACKED:
-                raise ChassisError(f"the map is larger than {MOST_UNPACKED} bytes when unpacked")
-            names = [Path(info.filename.replace("\\", "/")).name for info in infos]
-            sheets = [name for name in names if name.lower().endswith((".yaml", ".yml"))]
-            if len(sheets) != 1 or len(set(names)) != len(names):
-                listed = ", ".join(printable(name) for name in names[:10]) or "nothing"
-                raise ChassisError(
-                    f"a map is a ZIP of one YAML of map_server and its picture; in this are {listed}"
-                )
-            for info, name in zip(infos, names, strict=True):
-                (Path(folder) / name).write_bytes(packed.read(info))
-            return GridMap.load(Path(folder) / sheets[0], beside=True)
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, OSError) as error:
-        raise ChassisError(f"the file is no ZIP of a map: {error}") from error
-    except (ValueError, RuntimeError) as error:
-        raise ChassisError(f"the map cannot be read: {error}") from error
-
-
-class MapShelf:
+class MapStore:
     """The maps of one vehicle.
 
     Args:
@@ -138,11 +62,16 @@ class MapShelf:
         """The version of a map that is enabled."""
         return next((each for each in self.entries if each.map_id == map_id and each.enabled), None)
 
+    @property
+    def enabled_ids(self) -> tuple[str, ...]:
+        """Ids of the maps of which a version is enabled; the one in use is among them."""
+        return tuple(dict.fromkeys([self.active, *(each.map_id for each in self.entries if each.enabled)]))
+
     def add(self, map_id: str, version: str, grid: GridMap) -> None:
-        """Put a map on the shelf, DISABLED.
+        """Store a map, DISABLED.
 
         Raises:
-            ChassisError: It is there already, or the shelf is full.
+            ChassisError: It is there already, or there are too many.
         """
         with self._lock:
             if self.find(map_id, version) is not None:
@@ -165,7 +94,7 @@ class MapShelf:
             self._save()
 
     def delete(self, map_id: str, version: str) -> None:
-        """Take a map off the shelf.
+        """Delete a map.
 
         Raises:
             ChassisError: It is not there, is enabled, or is the chassis's own.
@@ -183,7 +112,7 @@ class MapShelf:
             for path in self._place(map_id, version):
                 path.unlink(missing_ok=True)
 
-    def put_on(self, chassis: Any, map_id: str, version: str, pose: Any) -> None:
+    def use(self, chassis: Any, map_id: str, version: str, pose: Any) -> None:
         """Give the chassis another map, and keep the one that it had.
 
         Raises:
@@ -198,7 +127,7 @@ class MapShelf:
             sheet = self._place(map_id, version)[0]
             if self.find(map_id, version) is None or not sheet.exists():
                 raise ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
-            chassis.set_map(GridMap.load(sheet), pose)
+            chassis.set_map(_loaded(sheet), pose)
             self.active, self.version = map_id, version
             self._save()
 
@@ -208,7 +137,7 @@ class MapShelf:
             if (self.active, self.version) == (self.own.map_id, self.own.version):
                 return
             try:
-                given = GridMap.load(self._place(self.active, self.version)[0])
+                given = _loaded(self._place(self.active, self.version)[0])
                 same = _alike(chassis.get_map(), given)
                 why = "it has another"
             except Exception as error:
@@ -260,6 +189,14 @@ class MapShelf:
         self._entries = there
         if any((each.map_id, each.version) == (active, version) for each in there):
             self.active, self.version = str(active), str(version)
+
+
+def _loaded(sheet: Path) -> GridMap:
+    from woosh_pure.gridmap import (
+        GridMap,  # late: it needs numpy, which takes longer to load than all of this
+    )
+
+    return GridMap.load(sheet)
 
 
 def _alike(one: GridMap, other: GridMap) -> bool:

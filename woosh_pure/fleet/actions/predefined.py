@@ -5,9 +5,11 @@ An action of the user's with one of these names is declared in the factsheet as 
 
 from __future__ import annotations
 
-from woosh_pure.fleet.order.actions import Parameter, Scope
+from typing import Any
 
-__all__ = ["MOVING", "PARAMETERS", "SCOPES"]
+from woosh_pure.fleet.order.actions import Ability, Parameter, Scope
+
+__all__ = ["MOVING", "PARAMETERS", "SCOPES", "predefined"]
 
 _NODE, _EDGE, _INSTANT = Scope.NODE, Scope.EDGE, Scope.INSTANT
 SCOPES: dict[str, tuple[Scope, ...]] = {
@@ -41,3 +43,8 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
 }  # fmt: skip
 MOVING = frozenset(("startCharging", "stopCharging", "pick", "drop", "finePositioning"))
 """Those that move the robot, unless a function says otherwise."""
+
+
+def predefined(name: str, **given: Any) -> Ability:
+    """An ability of the standard's, with the scopes and parameters that it has there."""
+    return Ability(name, SCOPES[name], PARAMETERS.get(name, ()), moves=name in MOVING, **given)

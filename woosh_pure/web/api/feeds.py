@@ -17,8 +17,8 @@ from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, problems, robot_of
-from woosh_pure.web.house import House
+from woosh_pure.web.api.dependencies import PROBLEMS, context_of, problems, robot_of
+from woosh_pure.web.context import WebContext
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.snapshot import plain
 
@@ -33,7 +33,7 @@ _EVENTS: dict[int | str, dict[str, Any]] = {
 
 
 def list_feeds() -> list[dict[str, Any]]:
-    """What can be read; pictures and clouds have their own addresses."""
+    """The feeds that can be read here. Camera pictures have their own addresses."""
     return [
         {
             "name": row.feed,
@@ -66,7 +66,7 @@ def _value(name: str, feed: ChassisFeed[Any]) -> dict[str, Any]:
 
 
 def get_feed(feed: str, request: Request) -> dict[str, Any]:
-    """The newest value; null where nothing was heard yet."""
+    """The newest value of a feed; null if nothing was heard yet."""
     found = _feed(feed, request)
     found.connect()
     return _value(feed, found)
@@ -75,40 +75,40 @@ def get_feed(feed: str, request: Request) -> dict[str, Any]:
 def stream_feed(
     feed: str, request: Request, rate: float = Query(10.0, gt=0.0, le=20.0, description="events a second")
 ) -> Response:
-    """New values as they come; a slow reader gets fewer, and the newest."""
-    found, house = _feed(feed, request), house_of(request)
+    """New values as Server-Sent Events. A slow reader gets fewer of them, and always the newest."""
+    found, context = _feed(feed, request), context_of(request)
     found.open()
-    if house.streams >= MOST_STREAMS:
+    if context.streams >= MOST_STREAMS:
         raise Problem(429, f"{MOST_STREAMS} streams are open already; close one first")
-    return _Events(house, feed, found, rate)
+    return _Events(context, feed, found, rate)
 
 
 class _Events(Response):
-    """The stream; whoever takes nothing for ten seconds is let go."""
+    """The stream of events. It ends if the reader accepts nothing for ten seconds."""
 
     media_type = "text/event-stream"
 
-    def __init__(self, house: House, name: str, feed: ChassisFeed[Any], rate: float) -> None:
+    def __init__(self, context: WebContext, name: str, feed: ChassisFeed[Any], rate: float) -> None:
         super().__init__()
         del self.headers["content-length"]
-        self._house, self._name, self._feed, self._rate = house, name, feed, rate
+        self._context, self._name, self._feed, self._rate = context, name, feed, rate
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
-        self._house.streams += 1
+        self._context.streams += 1
         gone = asyncio.ensure_future(_gone(receive))
         try:
             await self._events(send, gone)
-        except (RosError, asyncio.TimeoutError) as error:  # its status has been sent: the stream ends here
+        except (RosError, asyncio.TimeoutError) as error:  # too late for a status: the stream just ends
             _logger.debug("! the stream of %s ends: %s", self._name, error or "nobody takes it")
         finally:
             gone.cancel()
-            self._house.streams -= 1
+            self._context.streams -= 1
 
     async def _events(self, send: Send, gone: asyncio.Future[None]) -> None:
         count, said = -1, 0.0
         await run_in_threadpool(self._feed.connect)
-        while not (gone.done() or self._feed.closed or self._house.closed):
+        while not (gone.done() or self._feed.closed or self._context.closed):
             if self._feed.count != count and self._feed.known is not None:
                 count = self._feed.count
                 text = json.dumps(_value(self._name, self._feed), ensure_ascii=False, allow_nan=False)
@@ -120,9 +120,9 @@ class _Events(Response):
             await send({"type": "http.response.body", "body": b""})
 
     async def _rest(self, gone: asyncio.Future[None]) -> None:
-        """Until the next event is due, or the server ends."""
+        """Wait until the next event is due, the reader has gone, or the server ends."""
         until = time.monotonic() + 1.0 / self._rate
-        while (left := until - time.monotonic()) > 0.0 and not (gone.done() or self._house.closed):
+        while (left := until - time.monotonic()) > 0.0 and not (gone.done() or self._context.closed):
             await asyncio.wait([gone], timeout=min(left, LOOK_SECONDS))
 
 

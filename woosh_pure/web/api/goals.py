@@ -1,4 +1,4 @@
-"""POST goals and what follows: GET goals, wait, cancel, pause, resume."""
+"""POST goals; GET goals, and waiting for, cancelling, pausing and resuming one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from starlette.concurrency import run_in_threadpool
 
 from woosh_pure.enums import Direction
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, check_command, client_of, context_of, problems, robot_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
 
@@ -24,13 +24,13 @@ ORDERS = problems(403, 409, 422, 429, 501)
 
 
 def create_goal(body: models.GoalRequest, request: Request) -> dict[str, Any]:
-    """Begin a motion. It goes on without this connection, until it is done, cancelled, or its time is up."""
-    robot, person = orderer(request)
+    """Start a motion. It does not depend on this connection: it ends when done, cancelled, or timed out."""
+    robot, client = check_command(request)
     options: dict[str, Any] = {"replace": body.replace}
     if body.timeout is not None:
         options["timeout"] = body.timeout
     what, start = _verb(robot, body, options)
-    return robot.goals.begin(body.kind, person.name, what, start).as_json()
+    return robot.goals.begin(body.kind, client.name, what, start).as_json()
 
 
 def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> tuple[str, Callable[[], Any]]:
@@ -60,26 +60,26 @@ def list_goals(request: Request) -> list[dict[str, Any]]:
 
 
 def get_goal(goal: str, request: Request) -> dict[str, Any]:
-    """One goal."""
+    """One goal by its id."""
     return robot_of(request).goals.get(goal).as_json()
 
 
 async def wait_for_goal(
     goal: str, request: Request, timeout: float = Query(30.0, gt=0.0, le=300.0)
 ) -> dict[str, Any]:
-    """Wait for its end; the goal as it stands when the time is up: look at `done`."""
+    """Wait until the goal has ended or the time is up; `done` tells which."""
     found, until = robot_of(request).goals.get(goal), time.monotonic() + timeout
     while not found.done and time.monotonic() < until:
-        if house_of(request).closed or await request.is_disconnected():
+        if context_of(request).closed or await request.is_disconnected():
             break
         await asyncio.sleep(0.05)
     return await run_in_threadpool(found.as_json)
 
 
 def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
-    """Cancel it, and wait until the robot confirms; it may have arrived meanwhile."""
+    """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
     found = robot_of(request).goals.get(goal)
-    who = person_of(request)
+    who = client_of(request)
     if not found.done:
         robot_of(request).journal.note(who.name, f"cancel goal {found.id}")
         found.handle.cancel()
@@ -88,17 +88,17 @@ def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
 
 
 async def pause_goal(goal: str, request: Request) -> dict[str, Any]:
-    """Hold it."""
+    """Pause the goal."""
     return await run_in_threadpool(_hold, goal, request, "pause")
 
 
 async def resume_goal(goal: str, request: Request) -> dict[str, Any]:
-    """Go on after a pause."""
+    """Resume a paused goal."""
     return await run_in_threadpool(_hold, goal, request, "resume")
 
 
 def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
-    robot, person = orderer(request, lease=verb == "resume")
+    robot, client = check_command(request, lease=verb == "resume")
     goal = robot.goals.get(number)
     act = getattr(goal.handle, verb, None)
     if act is None:
@@ -109,7 +109,7 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
         raise Problem(409, f"{goal.handle.description}: it has ended already", "ended")
     act()
     goal.paused = verb == "pause"
-    robot.journal.note(person.name, f"{verb} goal {goal.id}")
+    robot.journal.note(client.name, f"{verb} goal {goal.id}")
     return goal.as_json()
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import APIRouter, Request
 
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, check_command, client_of, problems, robot_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.snapshot import lease_part
 
@@ -17,37 +17,37 @@ router = APIRouter(tags=["lease"], responses=PROBLEMS)
 
 
 def get_lease(request: Request) -> dict[str, Any]:
-    """Who commands the robot, and who asks for it."""
-    return lease_part(robot_of(request).chassis.lease.state, mine=person_of(request).name)
+    """Who commands the robot, and who has asked for it."""
+    return lease_part(robot_of(request).chassis.lease.state, mine=client_of(request).name)
 
 
 def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, Any]:
-    """Take it when it is free, or keep it; else ask the holder: look at `yours`."""
-    robot, person = orderer(request, lease=False)
+    """Take the lease if it is free, or renew it. Otherwise its holder is asked; `yours` tells which."""
+    robot, client = check_command(request, lease=False)
     lease = robot.chassis.lease
-    if not lease.acquire(person.name, (body or models.LeaseRequest()).seconds):
-        lease.request(person.name)
+    if not lease.acquire(client.name, (body or models.LeaseRequest()).seconds):
+        lease.request(client.name)
     return get_lease(request)
 
 
 def give_lease_back(request: Request) -> dict[str, Any]:
-    """Give it back, or take the question back."""
-    robot, person = robot_of(request), person_of(request)
-    robot.chassis.lease.release(person.name)
-    if robot.seat.driver == person.name:
-        robot.seat.end("the lease was given back")
+    """Give the lease back, or withdraw the request for it."""
+    robot, client = robot_of(request), client_of(request)
+    robot.chassis.lease.release(client.name)
+    if robot.teleop.driver == client.name:
+        robot.teleop.halt("the lease was given back")
     return get_lease(request)
 
 
 def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, Any]:
-    """Hand it over to somebody who asks."""
-    robot, person = robot_of(request), person_of(request)
+    """Hand the lease over to a client that has asked for it."""
+    robot, client = robot_of(request), client_of(request)
     lease = robot.chassis.lease
     to = (None if body is None else body.to) or next(iter(lease.state.asking), "")
-    if not lease.grant(person.name, to):
+    if not lease.grant(client.name, to):
         raise Problem(409, "the lease is not yours to grant, or nobody of that name asks for it", "lease")
-    if robot.seat.driver == person.name:
-        robot.seat.end("the lease was handed over")
+    if robot.teleop.driver == client.name:
+        robot.teleop.halt("the lease was handed over")
     return get_lease(request)
 
 

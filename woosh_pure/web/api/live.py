@@ -6,8 +6,8 @@ from typing import cast
 
 from fastapi import APIRouter, WebSocket
 
-from woosh_pure.web.house import House
-from woosh_pure.web.live.session import Session
+from woosh_pure.web.context import WebContext
+from woosh_pure.web.live.viewer import Viewer
 from woosh_pure.web.problems import Problem
 
 __all__ = ["router"]
@@ -17,31 +17,31 @@ MOST_VIEWERS = 64
 
 
 async def live(socket: WebSocket) -> None:
-    """One viewer, until it goes."""
-    house = cast(House, socket.app.state.house)
+    """Serve one viewer until it disconnects."""
+    context = cast(WebContext, socket.app.state.context)
     try:
-        robot = house.robot(socket.path_params.get("robot"))
+        robot = context.robot(socket.path_params.get("robot"))
     except Problem as problem:
         await _refuse(socket, 4404, problem.text)
         return
     address = socket.client.host if socket.client else "an unknown address"
-    if house.viewers >= MOST_VIEWERS:
+    if context.viewers >= MOST_VIEWERS:
         await _refuse(socket, 4429, f"{MOST_VIEWERS} look already; close a page first")
         return
-    person = house.people.arrive(address, socket.query_params.get("session", "")[:100])
-    if person is None:
+    client = context.clients.connect(address, socket.query_params.get("session", "")[:100])
+    if client is None:
         await _refuse(socket, 4429, "too many pages; close one first")
         return
-    house.viewers += 1
+    context.viewers += 1
     try:
         await socket.accept()
         asked = socket.headers.get("accept-language", "").strip().lower()
-        await Session(socket, house, house.hubs[robot.name], person).run(
+        await Viewer(socket, context, context.hubs[robot.name], client).run(
             "zh" if asked.startswith("zh") else "en"
         )
     finally:
-        house.viewers -= 1
-        house.people.leave(person)
+        context.viewers -= 1
+        context.clients.disconnect(client)
 
 
 async def _refuse(socket: WebSocket, code: int, reason: str) -> None:

@@ -1,4 +1,4 @@
-"""GET access, POST and DELETE login: the token of the page stands in a cookie that no script can read."""
+"""GET access, POST and DELETE login: the page's token is kept in a cookie that scripts cannot read."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from fastapi import APIRouter, Request, Response
 
 from woosh_pure.web import models
 from woosh_pure.web.access import COOKIE
-from woosh_pure.web.api.asking import address_of, house_of, problems
-from woosh_pure.web.guard import token_of
+from woosh_pure.web.api.dependencies import address_of, context_of, problems
+from woosh_pure.web.middleware import token_of
 from woosh_pure.web.problems import Problem
 
-__all__ = ["house_router"]
+__all__ = ["server_router"]
 
-house_router = APIRouter(tags=["access"], responses=problems(401, 403, 429))
+server_router = APIRouter(tags=["access"], responses=problems(401, 403, 429))
 
 
 def get_access(request: Request) -> dict[str, Any]:
-    """What is needed to ask more; open to all."""
-    house = house_of(request)
+    """Whether a token is needed, and what this client may do. Needs no token itself."""
+    context = context_of(request)
     given = token_of(dict(request.headers))
-    refusal = house.access.check_token(given, address_of(request), time.monotonic())
+    refusal = context.access.check_token(given, address_of(request), time.monotonic())
     return {
-        "needs_token": house.access.needs_token,
+        "needs_token": context.access.needs_token,
         "logged_in": refusal is None,
-        "allow_driving": house.allow_driving,
-        "robots": list(house.robots) if refusal is None else [],
+        "allow_driving": context.allow_driving,
+        "robots": list(context.robots) if refusal is None else [],
     }
 
 
 def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
-    """Keep the token in a cookie."""
-    house = house_of(request)
-    refusal = house.access.check_token(body.token, address_of(request), time.monotonic())
+    """Store the token in a cookie."""
+    context = context_of(request)
+    refusal = context.access.check_token(body.token, address_of(request), time.monotonic())
     if refusal is not None:
         raise Problem(refusal.status, refusal.text)
     response.set_cookie(
@@ -49,7 +49,7 @@ def log_in(body: models.LoginRequest, request: Request, response: Response) -> d
 
 
 def log_out(request: Request, response: Response) -> dict[str, Any]:
-    """Forget the token in this browser."""
+    """Delete the token's cookie in this browser."""
     response.delete_cookie(COOKIE, path=_place(request))
     return {"logged_in": False}
 
@@ -58,6 +58,6 @@ def _place(request: Request) -> str:
     return str(request.scope.get("root_path", "")) or "/"
 
 
-house_router.add_api_route("/access", get_access, response_model=models.AccessAnswer)
-house_router.add_api_route("/login", log_in, methods=["POST"], response_model=models.Answer)
-house_router.add_api_route("/login", log_out, methods=["DELETE"], response_model=models.Answer)
+server_router.add_api_route("/access", get_access, response_model=models.AccessAnswer)
+server_router.add_api_route("/login", log_in, methods=["POST"], response_model=models.Answer)
+server_router.add_api_route("/login", log_out, methods=["DELETE"], response_model=models.Answer)

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import FileResponse
 
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, check_command, client_of, problems, robot_of
 from woosh_pure.web.problems import Problem
 
 __all__ = ["router"]
@@ -20,36 +20,36 @@ _BAG: dict[int | str, dict[str, Any]] = {
 
 
 def list_recordings(request: Request) -> list[dict[str, Any]]:
-    """Those of this server, the oldest first."""
+    """The recordings of this server, the oldest first."""
     return [one.as_json() for one in robot_of(request).recordings.all()]
 
 
 def create_recording(request: Request, body: models.RecordingRequest | None = None) -> dict[str, Any]:
-    """Begin to record; one at a time, at most an hour or 1 GiB."""
-    robot, person = orderer(request, lease=False)
+    """Start a recording: one at a time, for an hour or 1 GiB at most."""
+    robot, client = check_command(request, lease=False)
     body = body or models.RecordingRequest()
-    found = robot.recordings.begin(person.name, body.seconds, body.camera)
-    robot.journal.note(person.name, f"record bag {found.id}", "begun")
+    found = robot.recordings.begin(client.name, body.seconds, body.camera)
+    robot.journal.note(client.name, f"record bag {found.id}", "begun")
     return found.as_json()
 
 
 def get_recording(recording: str, request: Request) -> dict[str, Any]:
-    """One of them."""
+    """One recording by its id."""
     return robot_of(request).recordings.get(recording).as_json()
 
 
 def end_recording(recording: str, request: Request) -> dict[str, Any]:
-    """End it; the bag stays, and can be downloaded."""
-    robot, person = robot_of(request), person_of(request)
+    """End the recording. Its bag is kept, and can be downloaded."""
+    robot, client = robot_of(request), client_of(request)
     running = robot.recordings.get(recording).running
     found = robot.recordings.end(recording)
     if running:
-        robot.journal.note(person.name, f"end bag {found.id}")
+        robot.journal.note(client.name, f"end bag {found.id}")
     return found.as_json()
 
 
 def download(recording: str, request: Request) -> FileResponse:
-    """The bag, when it is finished."""
+    """Download the bag of a finished recording."""
     found = robot_of(request).recordings.get(recording)
     if found.running:
         raise Problem(409, f"recording {found.id} still runs; end it first", "recording")

@@ -7,17 +7,17 @@ from typing import Any
 from fastapi import APIRouter, Request
 
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, robot_of
-from woosh_pure.web.live import look
+from woosh_pure.web.api.dependencies import PROBLEMS, context_of, robot_of
+from woosh_pure.web.live import robot_state
 
-__all__ = ["house_router", "router"]
+__all__ = ["router", "server_router"]
 
-router, house_router = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter(tags=["robots"])
+router, server_router = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter(tags=["robots"])
 
 
 def get_status(request: Request) -> dict[str, Any]:
-    """The state in a few words."""
-    shown = look.snapshot(robot_of(request))
+    """The state in brief."""
+    shown = robot_state.snapshot(robot_of(request))
     status, battery, readiness = shown["status"], shown["battery"], shown["readiness"]
     ages = [age for age in shown["ages"].values() if age is not None]
     return {
@@ -32,18 +32,18 @@ def get_status(request: Request) -> dict[str, Any]:
 
 
 def get_snapshot(request: Request) -> dict[str, Any]:
-    """Everything at once, with the age of each part."""
-    return look.snapshot(robot_of(request))
+    """The whole state at once, with the age of each part."""
+    return robot_state.snapshot(robot_of(request))
 
 
 def get_readiness(request: Request) -> Any:
-    """Whether it would move now, and why not."""
-    return look.slow_parts(robot_of(request))["readiness"]
+    """Whether the robot would move now, and if not, why."""
+    return robot_state.slow_parts(robot_of(request))["readiness"]
 
 
 def get_faults(request: Request) -> Any:
-    """Faults that are active now."""
-    return look.slow_parts(robot_of(request))["faults"]
+    """The faults that are active now."""
+    return robot_state.slow_parts(robot_of(request))["faults"]
 
 
 def get_marks(request: Request) -> list[dict[str, Any]]:
@@ -57,11 +57,11 @@ def get_journal(request: Request) -> list[dict[str, Any]]:
 
 
 def list_robots(request: Request) -> list[dict[str, Any]]:
-    """The robots of this server; the plain paths mean the first one."""
+    """The robots of this server. Paths without a robot's name mean the first one."""
     root = str(request.scope.get("root_path", ""))
     return [
         {"name": name, "page": f"{root}/robots/{name}/", "api": f"{root}/api/v1/robots/{name}/"}
-        for name in house_of(request).robots
+        for name in context_of(request).robots
     ]
 
 
@@ -71,4 +71,4 @@ router.add_api_route("/readiness", get_readiness, response_model=models.Readines
 router.add_api_route("/faults", get_faults, response_model=models.Faults)
 router.add_api_route("/marks", get_marks, response_model=list[models.Mark])
 router.add_api_route("/journal", get_journal, response_model=list[models.Entry])
-house_router.add_api_route("/robots", list_robots, response_model=list[models.RobotEntry])
+server_router.add_api_route("/robots", list_robots, response_model=list[models.RobotEntry])

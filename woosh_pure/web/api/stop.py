@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request
 
 from woosh_pure.geometry import Pose2D
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, check_command, client_of, context_of, problems, robot_of
 
 __all__ = ["router"]
 
@@ -17,11 +17,13 @@ router = APIRouter(tags=["stop"], responses=PROBLEMS)
 
 
 async def stop(request: Request, body: models.StopRequest | None = None) -> dict[str, Any]:
-    """Stop the robot: no lease, no limit. NO emergency stop: the answer tells whether it stands."""
-    robot, person = robot_of(request), person_of(request)
+    """Stop the robot. Needs no lease and is not limited. This is NO emergency stop; the answer tells whether
+    the robot stands still.
+    """
+    robot, client = robot_of(request), client_of(request)
     everything = True if body is None else body.everything
-    robot.seat.end(f"{person.name} stopped the robot")  # at once, before any thread is free
-    report = await house_of(request).stops.run(partial(robot.stop, person.name, everything=everything))
+    robot.teleop.halt(f"{client.name} stopped the robot")  # at once, before any thread is free
+    report = await context_of(request).stops.run(partial(robot.stop, client.name, everything=everything))
     return {
         "stands_still": report.standing,
         "text": report.sentence(),
@@ -31,10 +33,10 @@ async def stop(request: Request, body: models.StopRequest | None = None) -> dict
 
 
 def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
-    """Tell the robot where it stands, after power-up for example."""
-    robot, person = orderer(request)
+    """Tell the robot where it is, for example after power-up."""
+    robot, client = check_command(request)
     pose = Pose2D(body.x, body.y, body.theta).require_sensible()
-    entry = robot.journal.begin(person.name, f"set the pose to {pose}")
+    entry = robot.journal.begin(client.name, f"set the pose to {pose}")
     try:
         robot.chassis.set_pose(pose)
     except Exception as error:

@@ -1,8 +1,8 @@
-"""What all viewers of one robot are shown: the newest of each kind, encoded once, each with a version.
+"""What all viewers of one robot are shown: the newest content of each kind, encoded once, with a version.
 
-It runs only while somebody looks, in the event loop of the application, and asks the robot in threads. A
-viewer remembers which version of each kind it was sent: so memory does not grow with what a slow one has
-missed.
+It runs in the event loop of the application, only while there are viewers, and asks the robot in threads. A
+viewer remembers which version of each kind it was sent last, so memory does not grow with what a slow viewer
+has missed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.web.camera import jpeg_of
-from woosh_pure.web.live import look
+from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.costmap import Costmap
 from woosh_pure.web.live.frames import camera_frame, scan_frame
 from woosh_pure.web.snapshot import ages, pose_part, state_parts
@@ -32,7 +32,7 @@ __all__ = ["STATE_PARTS", "Hub", "text_of"]
 _logger = get_logger("woosh_pure.web")
 TICK, SLOW, CAMERA_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
 LOST_AFTER = 1.5
-"""Seconds for which nothing at all was heard: a living chassis says something many times a second."""
+"""A robot counts as lost after so many seconds without any message; a running chassis sends many a second."""
 STATE_PARTS = (
     *("status", "battery", "velocity", "odometer"),
     *("readiness", "faults", "goals", "recordings", "driver", "rates"),
@@ -40,13 +40,13 @@ STATE_PARTS = (
 
 
 def text_of(document: Any) -> str:
-    """As it is sent."""
+    """A document as the JSON text that is sent."""
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-async def _kept_up(loop: Callable[[], Awaitable[None]]) -> None:
-    """A loop for as long as somebody looks; what fails in it nobody foresaw, and is no reason to show
-    nothing.
+async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
+    """Run a loop as long as there are viewers. After an unexpected error it is logged and started again, so
+    that the page keeps showing the rest.
     """
     while True:
         try:
@@ -57,11 +57,10 @@ async def _kept_up(loop: Callable[[], Awaitable[None]]) -> None:
 
 
 class Hub:
-    """See above. Everything here belongs to the event loop, except what is called in threads by it.
+    """See above. Used in the event loop only; it calls the robot in threads itself.
 
     Attributes:
-        newest: By kind: version, and the text or bytes.
-        changed: Set when anything is new; viewers wait for it.
+        newest: For each kind, its version and its text or bytes.
     """
 
     def __init__(self, robot: Robot, workers: Workers) -> None:
@@ -70,47 +69,52 @@ class Hub:
         self._viewers: set[Callable[[], None]] = set()
         self._version = 0
         self._tasks: list[asyncio.Task[None]] = []
-        self._looking = dict.fromkeys(("color", "depth", "costmap"), 0)
+        self._watched = dict.fromkeys(("color", "depth", "costmap"), 0)
         self._costmap = Costmap(robot)
         self._seen: dict[str, float] = {}
         self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=60)
-        self._mounting: tuple[str, look.Mounting] | None = None
+        self._mounting: tuple[str, robot_state.Mounting] | None = None
 
     # -- viewers ---------------------------------------------------------------------------------------------
 
     def join(self, wake: Callable[[], None]) -> None:
-        """A viewer comes; `wake()` is called when something is new."""
+        """Add a viewer; its `wake()` is called when something is new."""
         self._viewers.add(wake)
         if not self._tasks:
-            cameras = [partial(self._camera, source) for source in self.robot.cameras]
-            loops: list[Callable[[], Awaitable[None]]] = [self._quick, self._slow, self._maps, *cameras]
-            self._tasks = [asyncio.ensure_future(_kept_up(loop)) for loop in loops]
+            cameras = [partial(self._camera_loop, source) for source in self.robot.cameras]
+            loops: list[Callable[[], Awaitable[None]]] = [
+                self._fast_loop,
+                self._slow_loop,
+                self._map_loop,
+                *cameras,
+            ]
+            self._tasks = [asyncio.ensure_future(_keep_running(loop)) for loop in loops]
 
     def leave(self, wake: Callable[[], None]) -> None:
-        """A viewer goes; with the last one everything rests."""
+        """Remove a viewer. After the last one, all loops end."""
         self._viewers.discard(wake)
         if not self._viewers:
             tasks, self._tasks = self._tasks, []
             for task in tasks:
                 task.cancel()
-            self.newest.clear()  # what is old must not be the first thing the next viewer sees
+            self.newest.clear()  # the next viewer must not be shown old values first
             self._seen.clear()
             for camera in self.robot.cameras.values():
-                self._workers.run(camera.tidy, 0.0)
+                self._workers.run(camera.close_idle, 0.0)
 
-    async def look(self, what: str, on: bool) -> None:
-        """A viewer begins or ends to look at "color", "depth" or "costmap"."""
-        self._looking[what] = max(0, self._looking[what] + (1 if on else -1))
+    async def watch(self, what: str, on: bool) -> None:
+        """A viewer wants, or no longer wants, "color", "depth" or "costmap"."""
+        self._watched[what] = max(0, self._watched[what] + (1 if on else -1))
         if what == "costmap":
-            await self._try(partial(self._costmap.look, self._looking[what] > 0))
+            await self._in_thread(partial(self._costmap.set_wanted, self._watched[what] > 0))
             return
         camera = self.robot.cameras[what]
-        await self._try(camera.look if on else camera.leave)
-        if not self._looking[what]:
+        await self._in_thread(camera.add_viewer if on else camera.remove_viewer)
+        if not self._watched[what]:
             self.newest.pop(f"camera {what}", None)
 
     def put(self, kind: str, content: str | bytes, *, again: bool = False) -> None:
-        """Something new of a kind; the same is nothing new, but of what tells its age by coming `again`."""
+        """Set the content of a kind. Equal content is not new, unless `again` says that it must be resent."""
         before = self.newest.get(kind)
         if not again and before is not None and before[1] == content:
             return
@@ -124,10 +128,10 @@ class Hub:
 
     # -- loops -----------------------------------------------------------------------------------------------
 
-    async def _quick(self) -> None:
-        """What is heard, many times a second."""
+    async def _fast_loop(self) -> None:
+        """What comes by topics: look at the newest values many times a second."""
         robot, due = self.robot, 0.0
-        await self._try(robot.listen)
+        await self._in_thread(robot.listen)
         while True:
             before, now = self._version, time.monotonic()
             readings = robot.readings()
@@ -140,55 +144,55 @@ class Hub:
             if now >= due:
                 due = now + 0.5
                 self._ages(readings, now)
-            self._lost(now)
+            self._check_silence(now)
             if self._version != before:
                 self.wake()
             await asyncio.sleep(TICK)
 
-    async def _slow(self) -> None:
-        """What takes a moment to find out: in a thread."""
+    async def _slow_loop(self) -> None:
+        """What takes a moment to find out is asked in a thread, a few times a second."""
         robot = self.robot
         self.put("marks", text_of({"t": "marks", "marks": [mark.as_json() for mark in robot.marks]}))
-        outline = {"t": "footprint", "points": look.round_outline(), "assumed": True}
+        outline = {"t": "footprint", "points": robot_state.round_outline(), "assumed": True}
         self.put("footprint", text_of(outline))
         while True:
-            await self._try(robot.listen)  # again, where the robot was not there yet
-            parts = await self._try(lambda: look.slow_parts(robot))
+            await self._in_thread(robot.listen)  # once more, in case the robot was not there yet
+            parts = await self._in_thread(lambda: robot_state.slow_parts(robot))
             for part, value in (parts or {}).items():
                 self.put(part, text_of(value))
-            self.put("driver", text_of(robot.seat.driver))
-            points = await self._try(lambda: look.path_points(robot))
+            self.put("driver", text_of(robot.teleop.driver))
+            points = await self._in_thread(lambda: robot_state.path_points(robot))
             if points is not None:
                 self.put("plan", text_of({"t": "plan", "points": points}))
-            frame = await self._try(self._costmap.frame)
-            if frame is not None and self._looking["costmap"]:
+            frame = await self._in_thread(self._costmap.frame)
+            if frame is not None and self._watched["costmap"]:
                 self.put("costmap", frame)
             for camera in robot.cameras.values():
-                await self._try(camera.tidy)
+                await self._in_thread(camera.close_idle)
             self.wake()
             await asyncio.sleep(SLOW)
 
-    async def _maps(self) -> None:
+    async def _map_loop(self) -> None:
         while True:
-            known = await self._try(self.robot.map.get)
+            known = await self._in_thread(self.robot.map.get)
             if known is not None:
                 self.put("map", text_of({"t": "map", **known.as_json()}))
                 self.wake()
             await asyncio.sleep(MAP_EVERY)
 
-    async def _camera(self, source: str) -> None:
+    async def _camera_loop(self, source: str) -> None:
         camera = self.robot.cameras[source]
         while True:
-            reading = camera.newest() if self._looking[source] else None
+            reading = camera.newest() if self._watched[source] else None
             if reading is not None and self._is_new(source, reading.received):
-                jpeg = await self._try(partial(jpeg_of, reading.value))
-                if jpeg is not None and self._looking[source]:
+                jpeg = await self._in_thread(partial(jpeg_of, reading.value))
+                if jpeg is not None and self._watched[source]:
                     self.put(f"camera {source}", camera_frame(source, jpeg), again=True)
                     self.wake()
-            await asyncio.sleep(CAMERA_EVERY if self._looking[source] else 0.2)
+            await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
 
-    async def _try(self, ask: Callable[[], Any]) -> Any:
-        """In a thread; None when the robot does not answer: what is not known is shown by its age."""
+    async def _in_thread(self, ask: Callable[[], Any]) -> Any:
+        """Call in a thread. None if the robot does not answer; the page shows how old its values are."""
         try:
             return await self._workers.run(ask)
         except (RosError, ValueError) as error:
@@ -213,7 +217,7 @@ class Hub:
         self._seen["scan"] = scan.received
         value = scan.value
         if self._mounting is None or self._mounting[0] != value.frame:
-            mounted = await self._try(partial(look.laser_mounting, self.robot, value))
+            mounted = await self._in_thread(partial(robot_state.laser_mounting, self.robot, value))
             if mounted is None:
                 return
             self._mounting = (value.frame, mounted)
@@ -236,10 +240,10 @@ class Hub:
             rates = {name: round((counts[name] - before[name]) / (now - then), 1) for name in names}
             self.put("rates", text_of(rates))
 
-    def _lost(self, now: float) -> None:
+    def _check_silence(self, now: float) -> None:
         heard = [
             r.received
-            for r in (self.robot.feed(n).known for n in (*look.LASER_FEEDS, "velocity", "pose"))
+            for r in (self.robot.feed(n).known for n in (*robot_state.LASER_FEEDS, "velocity", "pose"))
             if r
         ]
         began = self._seen.setdefault("began", now)

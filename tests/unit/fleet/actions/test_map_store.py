@@ -1,24 +1,26 @@
-"""Maps of a vehicle: fetched, unpacked, put on the shelf, enabled, deleted."""
+"""Maps of a vehicle: fetched, unpacked, stored, enabled, deleted."""
 
 from __future__ import annotations
 
 import hashlib
 import io
 import json
-import threading
 import zipfile
 from collections.abc import Callable, Iterator
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.support.fleet_maps import packed as packed_map
+from tests.support.fleet_maps import serving
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.actions import map_store as maps
-from woosh_pure.fleet.actions.abilities import Doing, Task, abilities_of
-from woosh_pure.fleet.actions.map_store import MapShelf, fetch, unpack
+from woosh_pure.fleet.actions import map_archive
+from woosh_pure.fleet.actions.abilities import abilities_of
+from woosh_pure.fleet.actions.map_archive import fetch, unpack
+from woosh_pure.fleet.actions.map_store import MapStore
+from woosh_pure.fleet.actions.task import Handler, Task
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.state import MapEntry
@@ -35,16 +37,7 @@ def grid(fill: int = 0) -> GridMap:
 
 
 def packed(folder: Path, given: GridMap | None = None, **more: bytes) -> bytes:
-    """A ZIP as a map server would have it."""
-    folder.mkdir(exist_ok=True)
-    (given or grid()).save(folder / "hall.yaml")
-    found = io.BytesIO()
-    with zipfile.ZipFile(found, "w", zipfile.ZIP_DEFLATED) as file:
-        for path in sorted(folder.iterdir()):
-            file.write(path, f"some/folder/{path.name}")
-        for name, data in more.items():
-            file.writestr(name.replace("_", "."), data)
-    return found.getvalue()
+    return packed_map(folder, given or grid(), **more)
 
 
 class Robot:
@@ -79,39 +72,24 @@ class Robot:
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> MapShelf:
-    return MapShelf(tmp_path / "shelf", MapEntry("hall", "1"))
+def shelf(tmp_path: Path) -> MapStore:
+    return MapStore(tmp_path / "shelf", MapEntry("hall", "1"))
 
 
-def told(shelf: MapShelf) -> list[tuple[str, str, bool]]:
+def told(shelf: MapStore) -> list[tuple[str, str, bool]]:
     return [(each.map_id, each.version, each.enabled) for each in shelf.entries]
 
 
 @pytest.fixture
 def served(tmp_path: Path) -> Iterator[str]:
     """A map server with /good.zip."""
-    data = packed(tmp_path / "made", grid(3))
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200 if self.path == "/good.zip" else 404)
-            self.end_headers()
-            self.wfile.write(data)
-
-        def log_message(self, format: str, *args: Any) -> None:
-            pass
-
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_address[1]}"
-        server.shutdown()
-        thread.join(5.0)
+    with serving(packed(tmp_path / "made", grid(3))) as address:
+        yield address
 
 
-def doings(shelf: MapShelf | None) -> dict[str, Doing]:
+def handlers(shelf: MapStore | None) -> dict[str, Handler]:
     config = VehicleConfig(manufacturer="W", serial="1", map_id="hall")
-    return {name: doing for name, (_, doing) in abilities_of(config, shelf=shelf).items()}
+    return {name: handler for name, (_, handler) in abilities_of(config, maps=shelf).items()}
 
 
 def task(robot: Robot, **parameters: Any) -> Task:
@@ -119,9 +97,9 @@ def task(robot: Robot, **parameters: Any) -> Task:
     return Task(Action("a", "x", "NONE", parameters), chassis, [])
 
 
-def test_a_map_is_downloaded_enabled_and_deleted(shelf: MapShelf, served: str) -> None:
+def test_a_map_is_downloaded_enabled_and_deleted(shelf: MapStore, served: str) -> None:
     """DISABLED at first; enabled it replaces the map in use, where the robot is; the other can be had again."""
-    robot, do = Robot(), doings(shelf)
+    robot, do = Robot(), handlers(shelf)
     first = robot.map
     do["downloadMap"](task(robot, mapId="hall", mapVersion="2", mapDownloadLink=f"{served}/good.zip"))
     assert told(shelf) == [("hall", "1", True), ("hall", "2", False)]
@@ -143,17 +121,17 @@ def test_a_map_is_downloaded_enabled_and_deleted(shelf: MapShelf, served: str) -
     assert not [path for path in shelf.folder.iterdir() if path.suffix == ".pgm" and path.stat().st_size == 0]
 
 
-def test_what_is_there_already_is_not_downloaded(shelf: MapShelf, served: str) -> None:
+def test_what_is_there_already_is_not_downloaded(shelf: MapStore, served: str) -> None:
     """6.7.3: it is deleted first."""
     with pytest.raises(ChassisError, match="already"):
-        doings(shelf)["downloadMap"](
+        handlers(shelf)["downloadMap"](
             task(Robot(), mapId="hall", mapVersion="1", mapDownloadLink=f"{served}/good.zip")
         )
 
 
-def test_another_map_is_taken_by_init_position(shelf: MapShelf) -> None:
+def test_another_map_is_taken_by_init_position(shelf: MapStore) -> None:
     """Enabling a map that is not in use changes nothing; initPosition with its id takes the robot there."""
-    robot, do = Robot(), doings(shelf)
+    robot, do = Robot(), handlers(shelf)
     shelf.add("up", "1", grid(5))
     where = {"x": 0.5, "y": 0.0, "theta": 0.0}
     with pytest.raises(ChassisError, match="ENABLED"):
@@ -170,25 +148,25 @@ def test_another_map_is_taken_by_init_position(shelf: MapShelf) -> None:
 def test_a_map_that_is_not_there_is_none_to_stand_in() -> None:
     """Also where maps are not the fleet manager's: before, any mapId was let pass."""
     with pytest.raises(ChassisError, match="no map up"):
-        doings(None)["initPosition"](task(Robot(), mapId="up", x=0.0, y=0.0, theta=0.0))
+        handlers(None)["initPosition"](task(Robot(), mapId="up", x=0.0, y=0.0, theta=0.0))
 
 
-def test_a_chassis_that_refuses_leaves_all_as_it_was(shelf: MapShelf) -> None:
+def test_a_chassis_that_refuses_leaves_all_as_it_was(shelf: MapStore) -> None:
     """What is told as in use is in use."""
     robot = Robot()
     robot.refuses = True
     shelf.add("hall", "2", grid(5))
     with pytest.raises(ChassisError, match="refused"):
-        doings(shelf)["enableMap"](task(robot, mapId="hall", mapVersion="2"))
+        handlers(shelf)["enableMap"](task(robot, mapId="hall", mapVersion="2"))
     assert (shelf.version, told(shelf)) == ("1", [("hall", "1", True), ("hall", "2", False)])
 
 
-def test_maps_outlive_the_process_if_the_robot_has_them_still(shelf: MapShelf, tmp_path: Path) -> None:
+def test_maps_outlive_the_process_if_the_robot_has_them_still(shelf: MapStore, tmp_path: Path) -> None:
     """A robot that was switched off may have its own map again: then that is in use, and told."""
     robot = Robot()
     shelf.add("hall", "2", grid(5))
-    doings(shelf)["enableMap"](task(robot, mapId="hall", mapVersion="2"))
-    again = MapShelf(shelf.folder, MapEntry("hall", "1"))
+    handlers(shelf)["enableMap"](task(robot, mapId="hall", mapVersion="2"))
+    again = MapStore(shelf.folder, MapEntry("hall", "1"))
     again.confirm(robot)
     assert (again.version, told(again)) == ("2", [("hall", "1", False), ("hall", "2", True)])
     again.confirm(Robot())
@@ -199,7 +177,7 @@ def test_maps_outlive_the_process_if_the_robot_has_them_still(shelf: MapShelf, t
 def test_an_index_that_makes_no_sense_is_an_empty_shelf(tmp_path: Path, text: str) -> None:
     """And no traceback at the start."""
     (tmp_path / "index.json").write_text(text)
-    assert told(MapShelf(tmp_path, MapEntry("hall", "1"))) == [("hall", "1", True)]
+    assert told(MapStore(tmp_path, MapEntry("hall", "1"))) == [("hall", "1", True)]
 
 
 def test_a_hash_is_compared(served: str, tmp_path: Path) -> None:
@@ -227,7 +205,7 @@ def test_a_download_is_bounded_and_can_be_cancelled(served: str, monkeypatch: py
         fetch(f"{served}/other.zip", lambda: False)
     with pytest.raises(ChassisError, match="could not be fetched"):
         fetch("http://127.0.0.1:1/x", lambda: False)
-    monkeypatch.setattr(maps, "MOST_DOWNLOAD", 10)
+    monkeypatch.setattr(map_archive, "MOST_DOWNLOAD", 10)
     with pytest.raises(ChassisError, match="more than 10 bytes"):
         fetch(f"{served}/good.zip", lambda: False)
 
@@ -249,7 +227,7 @@ def test_what_is_no_map_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         file.writestr("a.yaml", f"image: {tmp_path}/good/hall.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n")
     with pytest.raises(ChassisError, match=r"hall\.pgm"):
         unpack(lone.getvalue())
-    monkeypatch.setattr(maps, "MOST_UNPACKED", 100)
+    monkeypatch.setattr(map_archive, "MOST_UNPACKED", 100)
     with pytest.raises(ChassisError, match="larger than 100"):
         unpack(packed(tmp_path / "good"))
 
@@ -261,7 +239,7 @@ def test_no_name_out_of_a_file_leads_out_of_its_folder(tmp_path: Path) -> None:
     with zipfile.ZipFile(data, "w") as file:
         file.writestr("../../m.yaml", (tmp_path / "m.yaml").read_bytes())
         file.writestr("..\\..\\m.pgm", (tmp_path / "m.pgm").read_bytes())
-    shelf = MapShelf(tmp_path / "a" / "b" / "shelf", MapEntry("hall", "1"))
+    shelf = MapStore(tmp_path / "a" / "b" / "shelf", MapEntry("hall", "1"))
     shelf.add("../../x", "/etc", unpack(data.getvalue()))
     names = {path.name for path in (tmp_path / "a").rglob("*") if path.is_file()}
     assert len(names) == 3

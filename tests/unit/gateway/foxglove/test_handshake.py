@@ -1,17 +1,17 @@
-"""The request that opens a WebSocket: who may come in, what is passed on, and that nothing else happens."""
+"""The opening handshake: who may connect, and what is passed on to the SDK's server."""
 
 from __future__ import annotations
 
 import pytest
 
 from rosproto.gateway.foxglove.handshake import (
-    MOST_BYTES,
+    MAX_HEAD_BYTES,
     BadRequest,
-    accepted,
-    answer,
-    forwarded,
-    judged,
-    parsed,
+    check_request,
+    client_response,
+    error_response,
+    parse_request,
+    upstream_request,
 )
 
 KEY = "dGhlIHNhbXBsZSBub25jZQ=="
@@ -28,15 +28,15 @@ def request(*more: str, target: str = "/", host: str = "localhost:8765", method:
 SDK = "Sec-WebSocket-Protocol: foxglove.sdk.v1"
 
 
-def judge(
+def check(
     head: bytes, *, bound: str = "127.0.0.1", origins: tuple[str, ...] = (), token: str | None = None
 ) -> str:
-    return judged(parsed(head), bound=bound, origins=origins, token=token)
+    return check_request(parse_request(head), bound=bound, origins=origins, token=token)
 
 
 def refusal(head: bytes, **how: object) -> BadRequest:
     with pytest.raises(BadRequest) as caught:
-        judge(head, **how)  # type: ignore[arg-type]
+        check(head, **how)  # type: ignore[arg-type]
     return caught.value
 
 
@@ -51,7 +51,7 @@ def refusal(head: bytes, **how: object) -> BadRequest:
 )
 def test_both_names_of_the_protocol(offered: str, name: str) -> None:
     """Viewers of before the SDK are let in under the name they know."""
-    assert judge(request(f"Sec-WebSocket-Protocol: {offered}")) == name
+    assert check(request(f"Sec-WebSocket-Protocol: {offered}")) == name
 
 
 def test_a_client_of_another_protocol_is_told_so() -> None:
@@ -77,7 +77,7 @@ def test_pages_from_elsewhere(origin: str | None, comes_in: bool) -> None:
     """A page comes in from this computer, or from where it was said."""
     head = request(SDK, *([] if origin is None else [f"Origin: {origin}"]))
     if comes_in:
-        assert judge(head, origins=("https://app.foxglove.dev",))
+        assert check(head, origins=("https://app.foxglove.dev",))
     else:
         assert refusal(head, origins=("https://app.foxglove.dev",)).status == 403
 
@@ -85,7 +85,7 @@ def test_pages_from_elsewhere(origin: str | None, comes_in: bool) -> None:
 def test_another_name_for_this_computer_is_no_way_in() -> None:
     """A page whose own name leads to 127.0.0.1 is of that name, and not ours."""
     assert refusal(request(SDK, host="evil.example:8765")).status == 403
-    assert judge(request(SDK, host="robot.local:8765"), bound="10.0.0.7", token=None)
+    assert check(request(SDK, host="robot.local:8765"), bound="10.0.0.7", token=None)
 
 
 def test_the_token() -> None:
@@ -94,7 +94,7 @@ def test_the_token() -> None:
         request(SDK, target="/?token=se%20cret"),
         request(SDK, "Authorization: Bearer se cret"),
     ):
-        assert judge(head, token="se cret") == "foxglove.sdk.v1"
+        assert check(head, token="se cret") == "foxglove.sdk.v1"
     for head in (
         request(SDK),
         request(SDK, target="/?token="),
@@ -104,7 +104,7 @@ def test_the_token() -> None:
     ):
         problem = refusal(head, token="se cret")
         assert problem.status == 401
-        assert b"WWW-Authenticate: Bearer" in answer(problem)
+        assert b"WWW-Authenticate: Bearer" in error_response(problem)
         assert "se cret" not in problem.text
 
 
@@ -116,7 +116,7 @@ def test_what_is_passed_on_has_no_token_and_no_extension() -> None:
         "Sec-WebSocket-Extensions: permessage-deflate",
         target="/?token=secret",
     )
-    text = forwarded(parsed(head), 4711).decode()
+    text = upstream_request(parse_request(head), 4711).decode()
     assert text.startswith("GET / HTTP/1.1\r\nHost: 127.0.0.1:4711\r\n")
     assert "secret" not in text
     assert "Extensions" not in text
@@ -127,11 +127,11 @@ def test_what_is_passed_on_has_no_token_and_no_extension() -> None:
 def test_the_answer_says_the_name_that_was_offered() -> None:
     """A browser hangs up when it is told another one."""
     head = b"HTTP/1.1 101 Switching Protocols\r\nsec-websocket-protocol: foxglove.sdk.v1\r\nUpgrade: websocket\r\n\r\n"
-    text = accepted(head, "foxglove.websocket.v1").decode()
+    text = client_response(head, "foxglove.websocket.v1").decode()
     assert text.lower().count("sec-websocket-protocol") == 1
     assert "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n" in text
     with pytest.raises(BadRequest):
-        accepted(b"HTTP/1.1 400 Bad Request\r\n\r\n", "foxglove.sdk.v1")
+        client_response(b"HTTP/1.1 400 Bad Request\r\n\r\n", "foxglove.sdk.v1")
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_the_answer_says_the_name_that_was_offered() -> None:
         (request(SDK, method="POST"), 405),
         (request(SDK).replace(b"Upgrade: WebSocket\r\n", b""), 426),
         (request(SDK).replace(b"Sec-WebSocket-Key", b"Other"), 426),
-        (b"GET / HTTP/1.1\r\n" + b"A: " + b"b" * MOST_BYTES + b"\r\n\r\n", 431),
+        (b"GET / HTTP/1.1\r\n" + b"A: " + b"b" * MAX_HEAD_BYTES + b"\r\n\r\n", 431),
         (bytes(range(256)) + b"\r\n\r\n", 400),
     ],
 )
@@ -155,5 +155,5 @@ def test_everything_else_is_answered(head: bytes, status: int) -> None:
     """With the status, and a sentence of plain text."""
     problem = refusal(head)
     assert problem.status == status
-    assert answer(problem).startswith(f"HTTP/1.1 {status} ".encode())
-    assert problem.text.encode() in answer(problem)
+    assert error_response(problem).startswith(f"HTTP/1.1 {status} ".encode())
+    assert problem.text.encode() in error_response(problem)

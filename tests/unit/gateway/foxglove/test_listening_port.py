@@ -1,4 +1,4 @@
-"""Each viewer's port behind the door: nobody but the door gets in, and who tries is not taken for the viewer."""
+"""Each viewer's port behind the proxy: nobody else gets in, or is taken for the viewer."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from msgdefs.std_msgs.msg import String
 from msgdefs.std_srvs.srv import SetBool
 from rosproto.codec import encode
 from rosproto.gateway import Access
-from rosproto.gateway.foxglove import listening_port as seal
-from rosproto.gateway.foxglove import session
+from rosproto.gateway.foxglove import listening_port, session
 from tests.support.foxglove_ground import Ground, until
 from tests.support.viewer import Viewer
 
@@ -27,7 +26,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="the port is closed o
 
 
 class Thief:
-    """Another program of this computer that is at the port before the door has closed it, or is led there.
+    """Another program of this computer that is at the port before the proxy has closed it, or is led there.
 
     Args:
         closes: Whether the port can be closed, as on Linux.
@@ -36,12 +35,12 @@ class Thief:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, *, closes: bool) -> None:
         self.viewer: Viewer | None = None
         self._closes = closes
-        monkeypatch.setattr(session, "sealed", self._sealed)
+        monkeypatch.setattr(session, "close_listening_port", self._close)
 
-    def _sealed(self, port: int, client: int) -> bool:
+    def _close(self, port: int, client: int) -> bool:
         if self.viewer is None:
             self.viewer = Viewer(f"ws://127.0.0.1:{port}")
-        return self._closes and seal.sealed(port, client)
+        return self._closes and listening_port.close_listening_port(port, client)
 
 
 @linux
@@ -50,7 +49,7 @@ def test_the_port_is_closed_when_the_viewer_is_there(ground: Ground) -> None:
     ground.robot.publisher("/chatter", String, latch=True).publish(data="x")
     server = ground.serve()
     viewer = ground.view(server)
-    one = next(iter(server._house.sessions))
+    one = next(iter(server._shared.sessions))
     assert one.alone
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.1", one.port), timeout=5)
@@ -89,7 +88,7 @@ def test_sockets_of_others_are_left_as_they_are(monkeypatch: pytest.MonkeyPatch)
     with socket.create_server(("127.0.0.1", 0)) as server:
         with monkeypatch.context() as patch:
             patch.setattr(socket, "getdefaulttimeout", lambda: 5.0)
-            assert not seal.sealed(server.getsockname()[1], 1)
+            assert not listening_port.close_listening_port(server.getsockname()[1], 1)
         with socket.create_connection(server.getsockname(), timeout=5):
             assert server.getblocking()
 
@@ -151,7 +150,7 @@ def test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer(
     thief = Thief(monkeypatch, closes=False)
     server = ground.serve(token="secret", access=Access(write=["*"]))
     viewer = Viewer(server.url + "?token=secret")
-    assert not next(iter(server._house.sessions)).alone
+    assert not next(iter(server._shared.sessions)).alone
     assert thief.viewer is not None
     act(thief.viewer)
     until(lambda: server.stats().clients == 0, "the session goes on")

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rosproto import Master, Node
+from rosproto import ActionServer, Master, Node
 from rosproto.errors import (
     ConnectionLost,
     LocalProtocolError,
@@ -17,6 +17,7 @@ from rosproto.errors import (
     RemoteProtocolError,
 )
 from rosproto.node.graph.master_client import MasterClient
+from tests.support.victim import eventually
 
 
 @pytest.fixture
@@ -147,6 +148,22 @@ def test_a_block_that_raises_closes_what_it_opened(master: Master, node: Node) -
     assert not any(registered(master, name) for name in ("/a", "/b", "/c"))
     opened(node)  # nothing of it is in the way
     assert all(registered(master, name) for name in ("/a", "/b", "/c"))
+
+
+@pytest.mark.parametrize("refused", ["/work/status", "all of it"])
+def test_an_action_server_whose_topics_are_closed_is_closed_and_logs_no_error(
+    node: Node, asked: Asked, caplog: pytest.LogCaptureFixture, refused: str
+) -> None:
+    """Ctrl-C at the start of a program ends its block; a status that nobody can hear is no reason for a message."""
+    asked.refuse[refused] = "no"
+    with pytest.raises((KeyboardInterrupt, MasterError)), node.registering():  # noqa: PT012
+        server = ActionServer(node, "/work", "actionlib/TestAction", lambda goal: None)
+        if refused == "all of it":
+            raise KeyboardInterrupt
+    eventually(lambda: server.close not in node._context.closers)  # at its next tick
+    assert server.goals == []
+    assert not [one for one in caplog.records if one.levelname == "ERROR"]
+    assert not node._topics.publications()
 
 
 def test_one_refusal_is_raised_as_it_is_and_the_others_stand(

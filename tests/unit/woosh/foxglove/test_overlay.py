@@ -24,7 +24,7 @@ from woosh_pure.values.convert import to_value
 
 HERE = Pose2D(1.0, 2.0, 0.5)
 NOW = Time(100, 5)
-FAULT = decode_status_code(140201000103)
+FAULT, UNKNOWN = decode_status_code(110201000013), decode_status_code(140201000103)
 MARKS = (UserMark("A1", Pose2D(3.0, 1.0, 1.57)), UserMark("nowhere"), UserMark("充电", Pose2D(0.0, 0.0, 0.0)))
 
 
@@ -68,6 +68,8 @@ def test_faults_are_read_in_red() -> None:
     assert f"{FAULT.chinese} ({FAULT.code:012d})" in texts(chinese)
     assert colour(drawn(english)["fault", 0]) == RED
     assert colour(drawn(english)["robot", 0]) == RED
+    nameless = Overlay().markers(OverlayState(HERE, faults=(UNKNOWN,)), NOW)
+    assert texts(nameless)[-1].count(f"{UNKNOWN.code}") == 1
 
 
 def test_marks_are_where_they_are() -> None:

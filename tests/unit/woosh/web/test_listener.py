@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
+from woosh_pure.web.connection_slots import ConnectionSlots
 from woosh_pure.web.listener import Listener
-from woosh_pure.web.places import Places
 
 
 def test_small_messages_are_sent_at_once() -> None:
@@ -24,7 +24,7 @@ def test_small_messages_are_sent_at_once() -> None:
             found.set_result(sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
             writer.close()
 
-        with Listener("127.0.0.1", 0, Places()) as listener:
+        with Listener("127.0.0.1", 0, ConnectionSlots()) as listener:
             async with await asyncio.start_server(come, sock=listener):
                 _, writer = await asyncio.open_connection(*listener.getsockname())
                 value = await asyncio.wait_for(found, 20)

@@ -14,9 +14,9 @@ from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleS
 from woosh_pure.geometry import Pose2D
 from woosh_pure.lease import LeaseState
 from woosh_pure.readiness.assessment import Readiness, Reason
+from woosh_pure.web.clients import MOST_SESSIONS, Clients
 from woosh_pure.web.journal import Journal
 from woosh_pure.web.live.frames import MOST_RANGES, camera_frame, costmap_frame, scan_frame
-from woosh_pure.web.people import MOST_SESSIONS, People
 from woosh_pure.web.problems import Problem, problem_of
 from woosh_pure.web.snapshot import lease_part, plain, readiness_part, state_parts
 
@@ -128,26 +128,26 @@ def test_what_somebody_puts_into_the_journal_is_one_short_line() -> None:
 
 
 def test_sessions_are_secret_different_and_can_be_taken_up_again() -> None:
-    people = People()
-    anna, bert = people.arrive("10.0.0.1"), people.arrive("10.0.0.1")
+    clients = Clients()
+    anna, bert = clients.connect("10.0.0.1"), clients.connect("10.0.0.1")
     assert anna is not None
     assert bert is not None
     assert anna.name != bert.name
     assert anna.session not in bert.name
-    again = people.arrive("10.0.0.9", anna.session)
+    again = clients.connect("10.0.0.9", anna.session)
     assert again is not anna, "while the page is here, its session is nobody else's"
-    people.leave(anna)
-    assert people.arrive("10.0.0.9", anna.session) is anna
+    clients.disconnect(anna)
+    assert clients.connect("10.0.0.9", anna.session) is anna
 
 
 def test_sessions_have_a_bound_and_those_that_went_first_make_room() -> None:
-    people = People()
-    here = [people.arrive("a") for _ in range(MOST_SESSIONS)]
-    assert people.arrive("a") is None
+    clients = Clients()
+    here = [clients.connect("a") for _ in range(MOST_SESSIONS)]
+    assert clients.connect("a") is None
     assert here[5] is not None
-    people.leave(here[5])
-    assert people.arrive("a") is not None
-    assert people.by_session(here[5].session) is None
+    clients.disconnect(here[5])
+    assert clients.connect("a") is not None
+    assert clients.by_session(here[5].session) is None
 
 
 @pytest.mark.parametrize(

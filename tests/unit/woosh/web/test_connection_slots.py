@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from woosh_pure.web.places import KNOWN_SECONDS, MOST_KNOWN, Key, Places
+from woosh_pure.web.connection_slots import KNOWN_SECONDS, MOST_KNOWN, ConnectionSlots, Key
 
 STRANGER, OWNER, HERE = "192.168.1.66", "192.168.1.7", "127.0.0.1"
 
@@ -18,52 +18,52 @@ class Door:
     """Places, with ports that count up and a list of who was ended."""
 
     def __init__(self, **options: float) -> None:
-        self.places = Places(**options)  # type: ignore[arg-type]
+        self.slots = ConnectionSlots(**options)  # type: ignore[arg-type]
         self.ended: list[Key] = []
         self._ports = itertools.count(1)
 
-    def come(self, address: str, now: float = 0.0) -> Key | None:
+    def admit(self, address: str, now: float = 0.0) -> Key | None:
         key = (address, next(self._ports))
-        return key if self.places.come(key, self.end_of(key), now) else None
+        return key if self.slots.admit(key, self.end_of(key), now) else None
 
     def end_of(self, key: Key) -> Callable[[], None]:
         return lambda: self.ended.append(key)
 
     def ask(self, key: Key, now: float = 0.0) -> None:
-        self.places.begin(key, now, let_in=True)
+        self.slots.request_begins(key, now, authorized=True)
 
 
 def test_who_says_nothing_leaves_after_a_while() -> None:
     door = Door(silence=10.0)
-    key = door.come(STRANGER, 0.0)
+    key = door.admit(STRANGER, 0.0)
     assert key is not None
-    door.places.tidy(9.9)
+    door.slots.drop_silent(9.9)
     assert door.ended == []
-    door.places.tidy(10.1)
+    door.slots.drop_silent(10.1)
     assert door.ended == [key]
-    assert len(door.places) == 0
+    assert len(door.slots) == 0
 
 
 def test_a_request_under_way_is_no_silence_and_the_time_begins_anew_after_it() -> None:
     door = Door(silence=10.0)
-    key = door.come(STRANGER)
+    key = door.admit(STRANGER)
     assert key is not None
-    door.places.begin(key, 5.0, let_in=False)
-    door.places.tidy(100.0)
+    door.slots.request_begins(key, 5.0, authorized=False)
+    door.slots.drop_silent(100.0)
     assert door.ended == []
-    door.places.end(key, 100.0, let_in=False)
-    door.places.tidy(109.0)
+    door.slots.request_ends(key, 100.0, authorized=False)
+    door.slots.drop_silent(109.0)
     assert door.ended == []
-    door.places.tidy(111.0)
+    door.slots.drop_silent(111.0)
     assert door.ended == [key]
 
 
 def test_one_address_has_so_many_and_then_its_own_newest_takes_the_place_of_its_own_oldest() -> None:
     door = Door(most=100, reserved=10, each=3)
-    other = door.come(OWNER)
-    keys = [door.come(STRANGER, float(i)) for i in range(3)]
+    other = door.admit(OWNER)
+    keys = [door.admit(STRANGER, float(i)) for i in range(3)]
     assert None not in keys
-    assert door.come(STRANGER, 4.0) is not None
+    assert door.admit(STRANGER, 4.0) is not None
     assert door.ended == [keys[0]]
     assert other not in door.ended
 
@@ -71,67 +71,67 @@ def test_one_address_has_so_many_and_then_its_own_newest_takes_the_place_of_its_
 def test_one_address_that_asks_with_all_it_has_gets_no_more() -> None:
     door = Door(most=100, reserved=10, each=2)
     for _ in range(2):
-        key = door.come(STRANGER)
+        key = door.admit(STRANGER)
         assert key is not None
         door.ask(key)
-    assert door.come(STRANGER) is None
+    assert door.admit(STRANGER) is None
     assert door.ended == []
 
 
 def test_strangers_cannot_take_the_reserved_places() -> None:
     door = Door(most=10, reserved=4, each=100)
     for n in range(6):
-        key = door.come(f"10.0.0.{n}")
+        key = door.admit(f"10.0.0.{n}")
         assert key is not None
         door.ask(key)
-    assert door.come("10.0.0.9") is None
-    door.places.know(OWNER, 0.0)
-    assert [door.come(address) is not None for address in (OWNER, HERE, OWNER, OWNER)] == [True] * 4
+    assert door.admit("10.0.0.9") is None
+    door.slots.remember(OWNER, 0.0)
+    assert [door.admit(address) is not None for address in (OWNER, HERE, OWNER, OWNER)] == [True] * 4
     assert door.ended == []
 
 
 def test_a_newcomer_takes_the_place_of_the_most_silent_of_the_largest_crowd() -> None:
     door = Door(most=6, reserved=0, each=100)
-    alone = door.come(OWNER, 0.0)
-    crowd = [door.come(STRANGER, float(n)) for n in range(1, 6)]
-    assert door.come("192.168.1.8", 6.0) is not None
+    alone = door.admit(OWNER, 0.0)
+    crowd = [door.admit(STRANGER, float(n)) for n in range(1, 6)]
+    assert door.admit("192.168.1.8", 6.0) is not None
     assert door.ended == [crowd[0]], "although the other one has been silent for longer"
     assert alone is not None
 
 
 def test_who_is_known_is_forgotten_after_a_while_and_the_list_is_bounded() -> None:
     door = Door(most=2, reserved=1, each=9, silence=1e9)
-    door.places.know(OWNER, 0.0)
-    key = door.come(STRANGER)
+    door.slots.remember(OWNER, 0.0)
+    key = door.admit(STRANGER)
     assert key is not None
     door.ask(key)
-    assert door.come(STRANGER, KNOWN_SECONDS / 2) is None
-    assert door.come(OWNER, KNOWN_SECONDS + 1.0) is None, "no longer known"
-    door.places.know(OWNER, 0.0)
+    assert door.admit(STRANGER, KNOWN_SECONDS / 2) is None
+    assert door.admit(OWNER, KNOWN_SECONDS + 1.0) is None, "no longer known"
+    door.slots.remember(OWNER, 0.0)
     for n in range(MOST_KNOWN):
-        door.places.know(f"10.0.{n // 256}.{n % 256}", 0.0)
-    assert door.come(OWNER, 1.0) is None, "others came later"
+        door.slots.remember(f"10.0.{n // 256}.{n % 256}", 0.0)
+    assert door.admit(OWNER, 1.0) is None, "others came later"
 
 
 def test_the_end_of_an_old_connection_does_not_take_the_place_of_a_new_one_from_the_same_port() -> None:
     door = Door()
     key = (STRANGER, 7)
     old, new = door.end_of(key), door.end_of(key)
-    assert door.places.come(key, old, 0.0)
-    assert door.places.come(key, new, 1.0)
-    door.places.gone(key, old)
-    assert len(door.places) == 1
-    door.places.gone(key, new)
-    assert len(door.places) == 0
+    assert door.slots.admit(key, old, 0.0)
+    assert door.slots.admit(key, new, 1.0)
+    door.slots.closed(key, old)
+    assert len(door.slots) == 1
+    door.slots.closed(key, new)
+    assert len(door.slots) == 0
 
 
 def test_what_is_no_connection_of_ours_is_no_matter() -> None:
     """Mounted in somebody's own server, requests come without a place."""
-    places = Places()
-    places.begin(("x", 1), 0.0, let_in=True)
-    places.end(("x", 1), 0.0, let_in=True)
-    places.tidy(100.0)
-    assert len(places) == 0
+    slots = ConnectionSlots()
+    slots.request_begins(("x", 1), 0.0, authorized=True)
+    slots.request_ends(("x", 1), 0.0, authorized=True)
+    slots.drop_silent(100.0)
+    assert len(slots) == 0
 
 
 @pytest.mark.parametrize("address", [OWNER, HERE])
@@ -146,15 +146,15 @@ def test_whoever_is_known_finds_a_place_whatever_strangers_do(
 ) -> None:
     """As long as strangers are not let in: who has the token may use all places, and then it is their own crowd."""
     door, now = Door(most=8, reserved=2, each=4), 0.0
-    door.places.know(OWNER, now)
+    door.slots.remember(OWNER, now)
     strangers: list[Key] = []
     for who, act in acts:
         now += 0.01
-        if act == "come" and (key := door.come(f"10.0.0.{who}", now)):
+        if act == "come" and (key := door.admit(f"10.0.0.{who}", now)):
             strangers.append(key)
         elif act == "wait":
-            door.places.tidy(now)
+            door.slots.drop_silent(now)
         elif strangers:
-            door.places.begin(strangers[who % len(strangers)], now, let_in=False)
-        assert len(door.places) <= 8
-    assert door.come(address, now) is not None
+            door.slots.request_begins(strangers[who % len(strangers)], now, authorized=False)
+        assert len(door.slots) <= 8
+    assert door.admit(address, now) is not None

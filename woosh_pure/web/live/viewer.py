@@ -1,8 +1,7 @@
-"""One viewer: what is sent to the page at the pace at which it reads, and the dead man's hand of who holds
-it.
+"""One viewer: sends frames to a page at the pace at which the page reads, and applies its dead-man switch.
 
-Two frames may be under way; the page acknowledges each. So a slow link gets fewer values, and fresh ones, and
-one that has stopped reading costs two frames and ends in a sentence.
+At most two frames are under way; the page acknowledges each. So a slow link gets fewer values, but fresh
+ones, and a page that has stopped reading costs two frames of memory and is disconnected with a reason.
 """
 
 from __future__ import annotations
@@ -29,64 +28,64 @@ from woosh_pure.web.snapshot import lease_part
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
-    from woosh_pure.web.house import House
+    from woosh_pure.web.clients import Client
+    from woosh_pure.web.context import WebContext
     from woosh_pure.web.live.hub import Hub
-    from woosh_pure.web.people import Person
 
-__all__ = ["Session"]
+__all__ = ["Viewer"]
 
 CREDITS = 2
 MOST_TEXT, MOST_ENTRIES = 4096, 50
 NOTHING_READ, SEND_SECONDS = 15.0, 10.0
-"""Seconds after which a viewer who acknowledges nothing, or takes nothing, is let go."""
-MOST_TRIP = 0.4
-"""Seconds that a frame and its acknowledgement may take when somebody begins to drive: how long the first
-message of a hand was under way, no clock tells."""
+"""Seconds after which a viewer that acknowledges nothing, or accepts nothing, is disconnected."""
+MOST_ROUND_TRIP = 0.4
+"""Seconds that a frame and its acknowledgement may take when a person begins to drive. No clock tells how
+long the first press itself was under way."""
 _AT_ONCE = ("lost",)
 _ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
 
 
-class Nonsense(Exception):
-    """The page sent what no page of ours sends; its text says what."""
+class BadMessage(Exception):
+    """A message that our page would not send; the text says what is wrong with it."""
 
 
-class Session:
-    """See above; belongs to the event loop. `run` is its whole life."""
+class Viewer:
+    """See above. Used in the event loop only. `run` lasts as long as the connection."""
 
-    def __init__(self, socket: WebSocket, house: House, hub: Hub, person: Person) -> None:
-        self._socket, self._house, self._hub, self._person = socket, house, hub, person
+    def __init__(self, socket: WebSocket, context: WebContext, hub: Hub, client: Client) -> None:
+        self._socket, self._context, self._hub, self._client = socket, context, hub, client
         self._robot = hub.robot
         self._wake = asyncio.Event()
         self._sent = self._acked = 0
-        self._under_way: deque[float] = deque()  # when each frame was sent that is not acknowledged
-        self._trip = 0.0  # how long the newest acknowledged one took, there and back
-        self._heard = time.monotonic()  # when the page acknowledged last, or all was acknowledged
+        self._under_way: deque[float] = deque()  # when each unacknowledged frame was sent
+        self._round_trip = 0.0  # how long the last frame and its acknowledgement took
+        self._heard = time.monotonic()  # the last acknowledgement, or when one became due
         self._versions: dict[str, int] = {}
-        self._turns: dict[str, int] = {}  # the number of the last frame of each kind
+        self._last_sent: dict[str, int] = {}  # for each kind, the number of its last frame
         self._journal = -1
         self._lease: object = None
-        self._said: deque[str] = deque(maxlen=32)
-        self._looks: set[str] = set()
+        self._own_messages: deque[str] = deque(maxlen=32)
+        self._watched: set[str] = set()
         self._confirmed = False
         self._dead_man = DeadMan()
         self._presses = 0
-        self._seated = False
+        self._driving = False
         self._drive_entry = 0
         self._tasks: set[asyncio.Task[None]] = set()
         self._pace = TokenBucket(200.0, 400.0)
 
     async def run(self, lang: str) -> None:
-        """Until it ends, whoever ends it. The drive is over before anything else."""
+        """Serve the page until the connection ends. The drive is ended first of all."""
         self._hub.join(self._wake.set)
-        self._say(self._hello(lang))
+        self._tell(self._hello(lang))
         tasks = [asyncio.ensure_future(part()) for part in (self._read, self._write, self._watch)]
         code, reason = 1000, ""
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
                 error = task.exception()
-                if isinstance(error, Nonsense):
+                if isinstance(error, BadMessage):
                     code, reason = 1008, str(error)
                 elif isinstance(error, TimeoutError):
                     code, reason = 4408, str(error)
@@ -96,12 +95,12 @@ class Session:
                     raise error
         finally:
             self._dead_man.end("gone")
-            if self._seated:
-                self._stand("gone")
+            if self._driving:
+                self._end_drive("gone")
             try:
                 await _end_all({*tasks, *self._tasks})
-                for what in list(self._looks):
-                    await self._hub.look(what, False)
+                for what in list(self._watched):
+                    await self._hub.watch(what, False)
             finally:
                 self._hub.leave(self._wake.set)
         try:
@@ -113,12 +112,12 @@ class Session:
         return {
             "t": "hello",
             "robot": self._robot.name,
-            "robots": list(self._house.robots),
-            "session": self._person.session,
-            "you": self._person.name,
-            "allow_driving": self._house.allow_driving,
+            "robots": list(self._context.robots),
+            "session": self._client.session,
+            "you": self._client.name,
+            "allow_driving": self._context.allow_driving,
             "lang": lang,
-            "limits": self._robot.seat.limits,
+            "limits": self._robot.teleop.limits,
             "dead_man": {"beat": 0.1, "silence": SILENCE},
             "version": __version__,
             "time": round(time.time(), 3),
@@ -126,8 +125,8 @@ class Session:
 
     # -- to the page -----------------------------------------------------------------------------------------
 
-    def _say(self, document: Mapping[str, Any]) -> None:
-        self._said.append(text_of(document))
+    def _tell(self, document: Mapping[str, Any]) -> None:
+        self._own_messages.append(text_of(document))
         self._wake.set()
 
     async def _write(self) -> None:
@@ -143,7 +142,7 @@ class Session:
                     pass
                 continue
             if self._sent == self._acked:
-                self._heard = time.monotonic()  # from now on something is awaited
+                self._heard = time.monotonic()  # from now on an acknowledgement is due
             self._sent += 1
             self._under_way.append(time.monotonic())
             is_bytes = isinstance(frame, bytes)
@@ -154,8 +153,8 @@ class Session:
                 raise TimeoutError("you take nothing any more; connect again") from None
 
     def _next(self) -> str | bytes | None:
-        if self._said:  # what is said to this one alone is little, and cannot wait
-            return self._said.popleft()
+        if self._own_messages:  # messages for this page alone are few, and cannot wait
+            return self._own_messages.popleft()
         if self._sent - self._acked >= CREDITS:
             return None
         lease = self._lease_news()
@@ -164,17 +163,17 @@ class Session:
         for kind in self._in_turn():
             frame = self._state() if kind == "state" else self._news(kind)
             if frame is not None:
-                self._turns[kind] = self._sent
+                self._last_sent[kind] = self._sent
                 return frame
         return None
 
     def _in_turn(self) -> list[str]:
-        """All kinds, what comes first first. Over a slow link the pose is always new again, and so is the
-        scan: they must not keep all else away. So the pose has every other frame, and the rest takes turns.
+        """All kinds, in the order in which to send them. Over a slow link, pose and scan have always changed
+        again, and must not keep out the rest. So the pose gets every other frame, and the rest takes turns.
         """
-        looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self._looks]
-        others = sorted([*_ORDER, *looked_at], key=lambda kind: self._turns.get(kind, -1))
-        if self._turns.get("pose", -2) == self._sent - 1:
+        looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self._watched]
+        others = sorted([*_ORDER, *looked_at], key=lambda kind: self._last_sent.get(kind, -1))
+        if self._last_sent.get("pose", -2) == self._sent - 1:
             return [*_AT_ONCE, *others, "pose"]
         return [*_AT_ONCE, "pose", *others]
 
@@ -216,7 +215,7 @@ class Session:
         if seen == self._lease:
             return None
         self._lease = seen
-        return text_of({"t": "lease", **lease_part(state, mine=self._person.name)})
+        return text_of({"t": "lease", **lease_part(state, mine=self._client.name)})
 
     # -- from the page ---------------------------------------------------------------------------------------
 
@@ -227,171 +226,173 @@ class Session:
                 return
             text = event.get("text")
             if text is None or len(text) > MOST_TEXT:
-                raise Nonsense(f"expected text of at most {MOST_TEXT} letters")
+                raise BadMessage(f"expected text of at most {MOST_TEXT} letters")
             if not self._pace.take(time.monotonic()):
-                raise Nonsense("more than 200 messages a second")
-            await self._take(_document(text))
+                raise BadMessage("more than 200 messages a second")
+            await self._handle(_document(text))
 
-    async def _take(self, said: dict[str, Any]) -> None:
-        kind = said.get("t")
+    async def _handle(self, message: dict[str, Any]) -> None:
+        kind = message.get("t")
         if kind == "ack":
-            self._ack(said.get("n"))
+            self._ack(message.get("n"))
         elif kind == "beat":
-            self._obey(self._dead_man.beat(*_held(said), time.monotonic()))
+            self._apply(self._dead_man.beat(*_control_fields(message), time.monotonic()))
             self._keep_lease()
         elif kind == "press":
-            self._press(*_held(said))
+            self._press(*_control_fields(message))
         elif kind == "release":
-            self._obey(self._dead_man.end("released"))
+            self._apply(self._dead_man.end("released"))
         elif kind == "confirm":
             self._confirmed = True
         elif kind == "look":
-            await self._look(said)
+            await self._look(message)
         elif kind == "lease":
-            self._ask_lease(said)
+            self._ask_lease(message)
         else:
-            raise Nonsense(f"t={kind!r:.40} is no message of this connection")
+            raise BadMessage(f"t={kind!r:.40} is no message of this connection")
 
     def _ack(self, number: object) -> None:
         if isinstance(number, bool) or not isinstance(number, int) or not self._acked <= number <= self._sent:
-            raise Nonsense(
+            raise BadMessage(
                 f"n={number!r:.40}: expected the number of frames you have got, {self._sent} at most"
             )
         now = time.monotonic()
         for _ in range(number - self._acked):
-            self._trip = now - self._under_way.popleft()
+            self._round_trip = now - self._under_way.popleft()
         self._acked, self._heard = number, now
         self._wake.set()
 
-    async def _look(self, said: dict[str, Any]) -> None:
-        camera, costmap = said.get("camera"), said.get("costmap", "costmap" in self._looks)
+    async def _look(self, message: dict[str, Any]) -> None:
+        camera, costmap = message.get("camera"), message.get("costmap", "costmap" in self._watched)
         if camera not in ("color", "depth", None) or not isinstance(costmap, bool):
-            raise Nonsense('look: expected camera "color", "depth" or null, and costmap true or false')
+            raise BadMessage('look: expected camera "color", "depth" or null, and costmap true or false')
         wanted = {what for what, on in ((camera, True), ("costmap", costmap)) if on and what}
-        for what in self._looks ^ wanted:
-            await self._hub.look(what, what in wanted)
-        self._looks = wanted
+        for what in self._watched ^ wanted:
+            await self._hub.watch(what, what in wanted)
+        self._watched = wanted
 
-    def _ask_lease(self, said: dict[str, Any]) -> None:
-        lease, me, op = self._robot.chassis.lease, self._person.name, said.get("op")
+    def _ask_lease(self, message: dict[str, Any]) -> None:
+        lease, me, op = self._robot.chassis.lease, self._client.name, message.get("op")
         if op == "ask":
             if not lease.acquire(me):
                 lease.request(me)
         elif op == "give":
-            self._obey(self._dead_man.end("no lease"))
+            self._apply(self._dead_man.end("no lease"))
             lease.release(me)
         elif op == "keep":
             lease.renew(me)
         elif op == "grant":
-            to = said.get("to") or next(iter(lease.state.asking), "")
+            to = message.get("to") or next(iter(lease.state.asking), "")
             if isinstance(to, str) and lease.grant(me, to):
-                self._obey(self._dead_man.end("no lease"))
+                self._apply(self._dead_man.end("no lease"))
         else:
-            raise Nonsense(f"op={op!r:.40}: expected ask, give, keep or grant")
+            raise BadMessage(f"op={op!r:.40}: expected ask, give, keep or grant")
         self._lease = None
         self._hub.wake()
 
     def _keep_lease(self) -> None:
-        if self._dead_man.held and not self._robot.chassis.lease.renew(self._person.name):
-            self._obey(self._dead_man.end("no lease"))
+        if self._dead_man.held and not self._robot.chassis.lease.renew(self._client.name):
+            self._apply(self._dead_man.end("no lease"))
 
     # -- driving ---------------------------------------------------------------------------------------------
 
     def _press(self, seq: int, at: float, vx: float, wz: float) -> None:
-        refusal = self._why_not()
+        refusal = self._refusal()
         if refusal is not None:
-            self._say({"t": "drive", "state": "refused", "reason": refusal[0], "text": refusal[1]})
+            self._tell({"t": "drive", "state": "refused", "reason": refusal[0], "text": refusal[1]})
             return
-        self._obey(self._dead_man.press(seq, at, vx, wz, time.monotonic()))
+        self._apply(self._dead_man.press(seq, at, vx, wz, time.monotonic()))
 
-    def _why_not(self) -> tuple[str, str] | None:
-        if not self._house.allow_driving:
+    def _refusal(self) -> tuple[str, str] | None:
+        if not self._context.allow_driving:
             return "not allowed", "driving is off; it is allowed by starting the server with --allow-driving"
-        if self._robot.chassis.lease.holder != self._person.name:
+        if self._robot.chassis.lease.holder != self._client.name:
             return "no lease", "ask for the lease first: one person drives at a time"
         if not self._confirmed:
             return "not confirmed", "read and confirm the warning first"
         oldest = time.monotonic() - self._under_way[0] if self._under_way else 0.0
-        trip = max(self._trip, oldest)
-        if trip > MOST_TRIP:
+        trip = max(self._round_trip, oldest)
+        if trip > MOST_ROUND_TRIP:
             return "slow link", f"the network takes {trip:.1f} s: nobody can drive through that"
-        driver = self._robot.seat.driver
-        if driver not in (None, self._person.name):
+        driver = self._robot.teleop.driver
+        if driver not in (None, self._client.name):
             return "busy", f"{driver} drives, or has just let go"
         return None
 
-    def _obey(self, verdict: Verdict) -> None:
-        """Do what the dead man says; nothing here waits."""
+    def _apply(self, verdict: Verdict) -> None:
+        """Do what the dead-man switch says, without waiting."""
         if verdict.act == "drive":
             try:
-                self._robot.seat.steer(verdict.vx, verdict.wz, verdict.valid_for)
+                self._robot.teleop.steer(verdict.vx, verdict.wz, verdict.valid_for)
             except (RosError, ValueError) as error:
-                self._over(error)
+                self._drive_failed(error)
         elif verdict.act == "open":
-            self._say({"t": "drive", "state": "opening", "reason": "", "text": ""})
+            self._tell({"t": "drive", "state": "opening", "reason": "", "text": ""})
             self._presses += 1
             self._start(self._open(self._presses))
         elif verdict.act == "zero":
-            self._stand(verdict.reason)
+            self._end_drive(verdict.reason)
         elif verdict.reason:
-            self._say({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
+            self._tell({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
 
     async def _open(self, press: int) -> None:
-        """Open a drive for one press; of an earlier one than the newest, it is ended again at once."""
-        seat, name = self._robot.seat, self._person.name
-        opening = self._house.drives.run(seat.open, name)
+        """Open a drive for one press. If another press came meanwhile, it is ended again at once."""
+        teleop, name = self._robot.teleop, self._client.name
+        opening = self._context.drives.run(teleop.open, name)
         try:
             await asyncio.shield(opening)
-        except asyncio.CancelledError:  # the page is gone while it was being opened
-            opening.add_done_callback(lambda done: self._leave_again(done, "the page has gone"))
+        except asyncio.CancelledError:  # the page disconnected while the drive was being opened
+            opening.add_done_callback(lambda done: self._abandon(done, "the page has gone"))
             raise
         except Exception as error:
             if press == self._presses:
                 problem = problem_of(error)
                 reason = problem.kind if isinstance(error, Problem) else "refused"
                 self._dead_man.end(reason)
-                self._say({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
+                self._tell({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
             return
         if press != self._presses:
-            self._leave_again(opening, "the hand has let go meanwhile")
+            self._abandon(opening, "the hand has let go meanwhile")
             return
-        self._seated = True
+        self._driving = True
         entry = self._robot.journal.begin(name, "drive")
         verdict = self._dead_man.opened(time.monotonic())
         if self._dead_man.state == "driving":
-            self._say({"t": "drive", "state": "driving", "reason": "", "text": "", "limits": seat.limits})
+            self._tell({"t": "drive", "state": "driving", "reason": "", "text": "", "limits": teleop.limits})
         self._drive_entry = entry
-        self._obey(verdict)
+        self._apply(verdict)
 
-    def _leave_again(self, opening: asyncio.Future[None], why: str) -> None:
-        """Nobody waits for that drive any more, if there is one: another's must not be ended for it."""
+    def _abandon(self, opening: asyncio.Future[None], why: str) -> None:
+        """End a drive that is no longer wanted, if it was opened. If it was not, another's drive may be open,
+        which must not be ended.
+        """
         if not opening.cancelled() and opening.exception() is None:
-            self._house.drives.run(self._robot.seat.leave, why)
+            self._context.drives.run(self._robot.teleop.finish, why)
 
-    def _stand(self, reason: str, text: str = "") -> None:
-        """Zero, now; the journal and the page are told afterwards."""
-        if not self._seated:
+    def _end_drive(self, reason: str, text: str = "") -> None:
+        """Send zero now; the journal and the page are told afterwards."""
+        if not self._driving:
             if reason:
-                self._say({"t": "drive", "state": "ended", "reason": reason, "text": text})
+                self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
             return
-        self._seated = False
+        self._driving = False
         why = text or f"the hand at the page: {reason}"
-        self._robot.seat.end(why)
+        self._robot.teleop.halt(why)
         self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
-        self._say({"t": "drive", "state": "ended", "reason": reason, "text": text})
-        self._house.drives.run(self._robot.seat.leave, why)
+        self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
+        self._context.drives.run(self._robot.teleop.finish, why)
 
-    def _over(self, error: Exception) -> None:
-        """The robot, a stop or the link has ended the drive."""
+    def _drive_failed(self, error: Exception) -> None:
+        """The drive was ended by the robot, a stop, or a lost link."""
         self._dead_man.end("over")
-        self._stand("over", str(error))
+        self._end_drive("over", str(error))
 
     async def _watch(self) -> None:
-        """The silence of the hand, and a drive that ended by itself, seen within a twentieth of a second."""
+        """Check for silence every 50 ms."""
         while True:
             await asyncio.sleep(0.05)
             if self._dead_man.held:
-                self._obey(self._dead_man.tick(time.monotonic()))
+                self._apply(self._dead_man.tick(time.monotonic()))
 
     def _start(self, job: Any) -> None:
         task = asyncio.ensure_future(job)
@@ -400,7 +401,7 @@ class Session:
 
 
 async def _end_all(tasks: set[asyncio.Task[None]]) -> None:
-    """Cancel them until they have ended: up to Python 3.11 `asyncio.wait_for` may swallow a cancel."""
+    """Cancel tasks until they have ended: up to Python 3.11, `asyncio.wait_for` may swallow a cancel."""
     until = time.monotonic() + 2.0
     while tasks and time.monotonic() < until:
         for task in tasks:
@@ -413,24 +414,24 @@ async def _end_all(tasks: set[asyncio.Task[None]]) -> None:
 
 def _document(text: str) -> dict[str, Any]:
     try:
-        said = json.loads(text)
+        message = json.loads(text)
     except (ValueError, RecursionError):
-        raise Nonsense("expected JSON") from None
-    if not isinstance(said, dict):
-        raise Nonsense("expected an object")
-    return said
+        raise BadMessage("expected JSON") from None
+    if not isinstance(message, dict):
+        raise BadMessage("expected an object")
+    return message
 
 
-def _held(said: dict[str, Any]) -> tuple[int, float, float, float]:
-    seq = said.get("seq")
+def _control_fields(message: dict[str, Any]) -> tuple[int, float, float, float]:
+    seq = message.get("seq")
     if isinstance(seq, bool) or not isinstance(seq, int) or not 0 <= seq < 2**53:
-        raise Nonsense(f"seq={seq!r:.40}: expected a whole number that grows")
-    return seq, *(_number(said, name) for name in ("at", "vx", "wz"))  # type: ignore[return-value]
+        raise BadMessage(f"seq={seq!r:.40}: expected a whole number that grows")
+    return seq, *(_number(message, name) for name in ("at", "vx", "wz"))  # type: ignore[return-value]
 
 
-def _number(said: dict[str, Any], name: str) -> float:
-    value = said.get(name, 0.0)
+def _number(message: dict[str, Any], name: str) -> float:
+    value = message.get(name, 0.0)
     good = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e15
     if not good or not math.isfinite(value):
-        raise Nonsense(f"{name}={value!r:.40}: expected a finite number")
+        raise BadMessage(f"{name}={value!r:.40}: expected a finite number")
     return float(value)

@@ -20,10 +20,10 @@ pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
-from tests.support.web import Hand, Served, serving
+from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis
-from woosh_pure.web import guard
-from woosh_pure.web.places import MOST
+from woosh_pure.web import middleware
+from woosh_pure.web.connection_slots import MOST
 
 HALVES = [
     b"",
@@ -43,8 +43,8 @@ def web(chassis: Chassis) -> Iterator[Served]:
         yield served
 
 
-def places_of(web: Served) -> Any:
-    return web.app.state.house.places  # type: ignore[attr-defined]
+def slots_of(web: Served) -> Any:
+    return web.app.state.context.slots  # type: ignore[attr-defined]
 
 
 def crowd(port: int, count: int, stack: ExitStack) -> list[socket.socket]:
@@ -70,34 +70,34 @@ def is_over(one: socket.socket) -> bool:
 
 
 def test_a_stop_gets_in_however_many_wait_with_half_a_request(web: Served) -> None:
-    places = places_of(web)
+    slots = slots_of(web)
     with ExitStack() as stack:
         crowd(web.port, MOST + 60, stack)
         answer = web.post("stop", timeout=10.0)
         assert answer.status == 200
         assert answer.json["stands_still"] is True
-        assert len(places) <= MOST
-        with Hand(web.port) as page:
+        assert len(slots) <= MOST
+        with PageClient(web.port) as page:
             page.of("hello")
 
 
 def test_who_says_half_of_something_is_let_go(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     """Headers, bodies and what is no HTTP at all: none of it holds a place for long."""
-    places = places_of(web)
-    monkeypatch.setattr(places, "_silence", 0.5)
-    monkeypatch.setattr(guard, "BODY_SECONDS", 0.5)
-    with ExitStack() as stack, Hand(web.port) as page:
+    slots = slots_of(web)
+    monkeypatch.setattr(slots, "_silence", 0.5)
+    monkeypatch.setattr(middleware, "BODY_SECONDS", 0.5)
+    with ExitStack() as stack, PageClient(web.port) as page:
         page.of("hello")
         assert all(map(is_over, crowd(web.port, 2 * len(HALVES), stack)))
         page.forget()
         page.of("pose")
-        assert len(places) == 1, "the page's"
+        assert len(slots) == 1, "the page's"
 
 
 def test_a_body_that_does_not_come_is_a_problem_in_words(
     web: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guard, "BODY_SECONDS", 0.3)
+    monkeypatch.setattr(middleware, "BODY_SECONDS", 0.3)
     with socket.create_connection(("127.0.0.1", web.port), timeout=10) as slow:
         slow.sendall(HALVES[-1])
         answer = slow.recv(65536).decode()
@@ -107,9 +107,9 @@ def test_a_body_that_does_not_come_is_a_problem_in_words(
 
 def test_a_stop_needs_no_thread_that_others_have_taken(web: Served, chassis: Chassis) -> None:
     """Forty wait for pictures, each in a thread: the stop of a named robot has its own."""
-    house = web.app.state.house  # type: ignore[attr-defined]
+    context = web.app.state.context  # type: ignore[attr-defined]
     go_on = threading.Event()
-    house.robot(None).map.get = lambda: go_on.wait(20.0)
+    context.robot(None).map.get = lambda: go_on.wait(20.0)
     try:
         with ExitStack() as stack:
             for _ in range(50):
@@ -158,26 +158,26 @@ def resident() -> int:
 @pytest.mark.slow
 def test_ten_thousand_connects_leave_nothing(web: Served, until: Callable[..., None]) -> None:
     """No thread, no task, no file, no memory; and the page of somebody who looks all the time goes on."""
-    house, places = web.app.state.house, places_of(web)  # type: ignore[attr-defined]
+    context, slots = web.app.state.context, slots_of(web)  # type: ignore[attr-defined]
 
     def tasks() -> int:
         loop = web.loop()  # type: ignore[attr-defined]
         return len(asyncio.all_tasks(loop))
 
-    with Hand(web.port) as page:
+    with PageClient(web.port) as page:
         page.of("hello")
         for number in range(400):  # what is made once is made
             come_and_leave(web.port, number)
-        until(lambda: len(places) == 1 and house.viewers == 1, what="an empty hall")
+        until(lambda: len(slots) == 1 and context.viewers == 1, what="an empty hall")
         time.sleep(0.5)
         before = threading.active_count(), tasks(), open_files(), resident()
         for number in range(CONNECTS):
             come_and_leave(web.port, number)
-        until(lambda: len(places) == 1 and house.viewers == 1, 30.0, "an empty hall")
+        until(lambda: len(slots) == 1 and context.viewers == 1, 30.0, "an empty hall")
         until(lambda: threading.active_count() <= before[0] + 2, 30.0, "no thread more")
         until(lambda: tasks() <= before[1] + 2, 30.0, "no task more")
         until(lambda: open_files() <= before[2] + 4, 30.0, "no file more")
         assert resident() - before[3] < 30e6
-        assert len(house.people._known) <= 256
+        assert len(context.clients._known) <= 256
         page.forget()
         page.of("pose")

@@ -1,14 +1,14 @@
-"""A page in a process of its own, to be stopped and killed: `python -m tests.support.web_hand PORT SPEED` holds the robot."""
+"""A page in a process of its own, to be stopped and killed: `python -m tests.support.web_driving_page PORT SPEED` holds the robot."""
 
 from __future__ import annotations
 
 import sys
 import threading
 
-from tests.support.web import Hand
+from tests.support.web import PageClient
 
 if __name__ == "__main__":
-    with Hand(int(sys.argv[1])) as page:
+    with PageClient(int(sys.argv[1])) as page:
         page.of("hello")
         page.ready()
         page.drive(float(sys.argv[2]))

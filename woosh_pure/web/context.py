@@ -1,13 +1,13 @@
-"""All robots of one application, who is connected, and the rules for them."""
+"""What the parts of one application share: its robots, who is connected, and the rules."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from woosh_pure.web.clients import Clients
+from woosh_pure.web.connection_slots import ConnectionSlots
 from woosh_pure.web.live.hub import Hub
-from woosh_pure.web.people import People
-from woosh_pure.web.places import Places
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.workers import Workers
 
@@ -15,39 +15,39 @@ if TYPE_CHECKING:
     from woosh_pure.web.access import Access
     from woosh_pure.web.robot import Robot
 
-__all__ = ["House"]
+__all__ = ["WebContext"]
 
 
-class House:
+class WebContext:
     """What the parts of one application share.
 
     Attributes:
-        robots: By name; the first one is that of the plain paths.
-        access: Who may ask.
+        robots: By name. Paths without a robot's name mean the first one.
+        access: Who may send requests.
         allow_driving: Whether a page may drive by velocity.
-        people: Who is connected.
-        places: Who has a place at the server, where that is ours.
-        stops, drives, looks: Threads for each of these.
+        clients: Who is connected.
+        slots: The slots for connections. Unused if the application is mounted in another server.
+        stops, drives, reads: Threads for each of these purposes.
         hubs: What viewers are shown, by the robot's name.
         streams, viewers: How many are open.
-        closed: The server ends.
+        closed: True once the server is ending.
     """
 
     def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
-        self.people, self.places = People(), Places()
+        self.clients, self.slots = Clients(), ConnectionSlots()
         self.stops, self.drives = Workers("stop", 8), Workers("drive", 8)
-        self.looks = Workers("look", 8)
-        self.hubs = {name: Hub(robot, self.looks) for name, robot in self.robots.items()}
+        self.reads = Workers("read", 8)
+        self.hubs = {name: Hub(robot, self.reads) for name, robot in self.robots.items()}
         self.streams = 0
         self.viewers = 0
         self.closed = False
 
     def robot(self, name: str | None) -> Robot:
-        """A robot by its name, the first one for None.
+        """The robot with that name; the first one for None.
 
         Raises:
-            Problem: There is none of that name.
+            Problem: There is no robot with that name.
         """
         if name is None:
             return next(iter(self.robots.values()))
@@ -56,9 +56,9 @@ class House:
         return self.robots[name]
 
     def close(self, why: str) -> None:
-        """End what moves, at once; whoever waits for something here is told soon."""
+        """End driving by velocity at once. Requests that still wait for something end soon."""
         self.closed = True
         for robot in self.robots.values():
             robot.close(why)
-        for workers in (self.stops, self.drives, self.looks):
+        for workers in (self.stops, self.drives, self.reads):
             workers.close()

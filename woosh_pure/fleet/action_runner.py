@@ -1,0 +1,107 @@
+"""Runs the actions that the order machine begins, each in a thread of its own."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
+from woosh_pure.fleet.actions.task import Handler, Task
+from woosh_pure.fleet.order.effects import Begin
+from woosh_pure.fleet.state import Load
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+
+__all__ = ["ActionRunner"]
+
+_log = get_logger("woosh_pure.fleet.action_runner")
+
+
+class ActionRunner:
+    """The running actions of one vehicle; its methods are for one thread.
+
+    Args:
+        chassis: The chassis.
+        handlers: What each action type does.
+        ended: Called with the action's id, whether it ended well, and its result; in the action's thread.
+
+    Attributes:
+        loads: The loads on the vehicle, as pick and drop have told.
+    """
+
+    def __init__(
+        self,
+        chassis: Chassis,
+        handlers: Mapping[str, Handler],
+        ended: Callable[[str, bool, str], object],
+    ) -> None:
+        self._chassis, self._handlers, self._ended = chassis, handlers, ended
+        self.loads: list[Load] = []
+        self._tasks: dict[str, Task] = {}
+        self._workers: set[threading.Thread] = set()
+        self._deferring = False
+        self._deferred: list[Begin] = []
+
+    def begin(self, effect: Begin) -> None:
+        """Begin an action, or defer it."""
+        if self._deferring:
+            self._deferred.append(effect)
+            return
+        action = effect.action
+        task = Task(action, self._chassis, self.loads)
+        self._tasks[action.id] = task
+        worker = threading.Thread(
+            target=self._work, args=(task,), name=f"woosh:action-{action.type}", daemon=True
+        )
+        self._workers = {each for each in self._workers if each.is_alive()} | {worker}
+        worker.start()
+
+    def _work(self, task: Task) -> None:
+        ok, text, action = False, "", task.action
+        try:
+            text = str(self._handlers[action.type](task) or "")
+            ok = True
+        except Exception as error:
+            text = str(error) or type(error).__name__
+            if not isinstance(error, (RosError, ValueError, OSError)):
+                _log.exception("! the action %s has failed", action.type)
+        self._ended(action.id, ok, text)
+
+    def forget(self, action_id: str) -> None:
+        """An action has ended."""
+        self._tasks.pop(action_id, None)
+
+    def end(self, action_id: str) -> None:
+        """Ask an action to end; one that was deferred has ended before it began."""
+        for effect in [each for each in self._deferred if each.action.id == action_id]:
+            self._deferred.remove(effect)
+            self._ended(action_id, False, "it was ended before it began")
+        task = self._tasks.get(action_id)
+        if task is not None:
+            task.cancelled.set()
+
+    def defer(self) -> None:
+        """Begin nothing until `resume`: what is not on disk as begun would begin again after a restart."""
+        self._deferring = True
+
+    def resume(self) -> None:
+        """Begin what was deferred."""
+        self._deferring = False
+        waiting, self._deferred = self._deferred, []
+        for effect in waiting:
+            self.begin(effect)
+
+    def end_all(self) -> None:
+        """Ask all to end."""
+        for task in list(self._tasks.values()):
+            task.cancelled.set()
+
+    def join(self, timeout: float) -> None:
+        """Wait for their ends, no longer than that in all."""
+        deadline = time.monotonic() + timeout
+        for worker in self._workers:
+            worker.join(max(0.0, deadline - time.monotonic()))

@@ -1,0 +1,98 @@
+"""A map as a map server has it: one file (6.7), a ZIP of a map_server YAML and its picture.
+
+What is in it is read with limits, and no name out of it becomes a name on this disk.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+from rosproto.text import printable
+from woosh_pure.errors import ChassisError
+
+if TYPE_CHECKING:
+    from woosh_pure.gridmap import GridMap
+
+__all__ = ["fetch", "unpack"]
+
+MOST_DOWNLOAD = 64_000_000
+"""Bytes of a file that is downloaded."""
+MOST_UNPACKED = 256_000_000
+"""Bytes of what is in it."""
+_SILENCE = 20.0  # s without a byte after which a download has failed
+_HASHES = {32: "md5", 40: "sha1", 64: "sha256", 128: "sha512"}  # by their hexadecimal digits
+
+
+def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
+    """A file of a map server.
+
+    Args:
+        link: http:// or https://; nothing else is opened, no file of this computer either.
+        cancelled: Whether to give up; asked between two pieces.
+        digest: In hexadecimal digits: MD5, SHA-1, SHA-256 or SHA-512 by their number; "" checks nothing.
+
+    Raises:
+        ChassisError: It could not be fetched, is too large, or is not what the digest says.
+    """
+    from urllib.error import URLError  # late, as below: a vehicle that starts fetches no map
+    from urllib.request import Request, urlopen
+
+    where = printable(link)[:200]
+    if urlsplit(link).scheme not in ("http", "https") or not urlsplit(link).hostname:
+        raise ChassisError(f"mapDownloadLink {where}: expected http:// or https://")
+    kind = _HASHES.get(len(digest)) if digest else "sha256"
+    if kind is None:
+        raise ChassisError(
+            f"mapHash of {len(digest)} characters: expected 32, 40, 64 or 128 hexadecimal digits"
+        )
+    found = bytearray()
+    try:
+        with urlopen(Request(link), timeout=_SILENCE) as reply:
+            while piece := reply.read(65536):
+                found += piece
+                if len(found) > MOST_DOWNLOAD:
+                    raise ChassisError(f"{where}: more than {MOST_DOWNLOAD} bytes; send a smaller map")
+                if cancelled():
+                    raise ChassisError("the download was cancelled")
+    except (OSError, ValueError, URLError) as error:
+        raise ChassisError(f"{where} could not be fetched: {error}") from error
+    if digest and hashlib.new(kind, found).hexdigest() != digest.lower():
+        raise ChassisError(f"{where}: what came is not what mapHash says ({kind})")
+    return bytes(found)
+
+
+def unpack(data: bytes) -> GridMap:
+    """The map in a ZIP of a map_server YAML and its picture.
+
+    Raises:
+        ChassisError: It is no such file.
+    """
+    import tempfile
+    import zipfile
+
+    from woosh_pure.gridmap import GridMap
+
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:
+            infos = [info for info in packed.infolist() if not info.is_dir()]
+            if sum(info.file_size for info in infos) > MOST_UNPACKED:
+                raise ChassisError(f"the map is larger than {MOST_UNPACKED} bytes when unpacked")
+            names = [Path(info.filename.replace("\\", "/")).name for info in infos]
+            sheets = [name for name in names if name.lower().endswith((".yaml", ".yml"))]
+            if len(sheets) != 1 or len(set(names)) != len(names):
+                listed = ", ".join(printable(name) for name in names[:10]) or "nothing"
+                raise ChassisError(
+                    f"a map is a ZIP of one YAML of map_server and its picture; in this are {listed}"
+                )
+            for info, name in zip(infos, names, strict=True):
+                (Path(folder) / name).write_bytes(packed.read(info))
+            return GridMap.load(Path(folder) / sheets[0], beside=True)
+    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, OSError) as error:
+        raise ChassisError(f"the file is no ZIP of a map: {error}") from error
+    except (ValueError, RuntimeError) as error:
+        raise ChassisError(f"the map cannot be read: {error}") from error

@@ -1,0 +1,59 @@
+"""An action that runs, as the function that carries it out sees it.
+
+A function is called in a thread of its own with a `Task`; what it returns is the action's
+`resultDescription`, and what it raises makes the action FAILED. It looks at `task.cancelled` from time to
+time, or waits on it.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.messages.elements import Action
+from woosh_pure.fleet.state import Load
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+
+__all__ = ["Handler", "Task"]
+
+
+@dataclass(slots=True)
+class Task:
+    """An action that runs.
+
+    Attributes:
+        action: The action.
+        chassis: The chassis; an action that moves it must be declared so (a function with `moves = True`).
+        cancelled: Set when it is to end.
+        loads: The loads on the vehicle; pick and drop change them.
+    """
+
+    action: Action
+    chassis: Chassis
+    loads: list[Load]
+    cancelled: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """By key."""
+        return self.action.parameters
+
+    def wait(self, handle: Any) -> str:
+        """Wait for a goal of the chassis, cancelled with the action; its words.
+
+        Raises:
+            GoalFailed: It ended in anything but an arrival.
+        """
+        while not self.cancelled.wait(0.1):
+            if handle.done:
+                return handle.wait(1.0).text or ""
+        handle.cancel()
+        raise ChassisError("it was cancelled")
+
+
+Handler = Callable[[Task], "str | None"]

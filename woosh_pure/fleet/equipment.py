@@ -1,0 +1,74 @@
+"""What a vehicle of a configuration has: its abilities, and the places beside its kept order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from woosh_pure.fleet.actions.abilities import abilities_of
+from woosh_pure.fleet.actions.log_report import Journal
+from woosh_pure.fleet.actions.map_store import MapStore
+from woosh_pure.fleet.actions.task import Handler
+from woosh_pure.fleet.actions.triggers import Triggers
+from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.state import Facts, MapEntry
+from woosh_pure.fleet.store import Store
+
+__all__ = ["Equipment", "equipment_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Equipment:
+    """What is there before a chassis was heard.
+
+    Attributes:
+        limits: What the vehicle can obey.
+        handlers: What each action type does.
+        facts: What its state tells.
+        triggers: What waitForTrigger waits for.
+        journal: Where logReport writes; None where nothing is kept.
+        maps: Its maps; None where the fleet manager may not change them.
+    """
+
+    limits: Limits
+    handlers: Mapping[str, Handler]
+    facts: Facts
+    triggers: Triggers
+    journal: Journal | None
+    maps: MapStore | None
+
+
+def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[str], str]) -> Equipment:
+    """Make it.
+
+    Args:
+        config: Who the vehicle is and what it can do.
+        store: Where its order is kept; reports and maps are kept beside it, and without it there are none.
+        report: Stores a report for a reason, and gives its name.
+
+    Raises:
+        ValueError: An action of the configuration cannot be loaded.
+    """
+    own = MapEntry(config.map_id, config.map_version)
+    journal = maps = None
+    if store is not None:
+        journal = Journal(store.path.parent / "logs", store.path.stem)
+        if config.map_actions:
+            maps = MapStore(store.path.parent / "maps" / store.path.stem, own)
+    triggers = Triggers()
+    found = abilities_of(config, maps=maps, report=None if store is None else report, triggers=triggers)
+    limits = Limits(
+        abilities={name: ability for name, (ability, _) in found.items()},
+        maps=(config.map_id,) if maps is None else maps.enabled_ids,
+        tolerance=config.tolerance,
+        turn_tolerance=config.turn_tolerance,
+        marks=config.marks,
+        zone_set=config.zone_set,
+    )
+    facts = Facts(
+        map_id=config.map_id, maps=(own,), zone_set=config.zone_set, loads=() if config.marks else None
+    )
+    return Equipment(
+        limits, {name: handler for name, (_, handler) in found.items()}, facts, triggers, journal, maps
+    )

@@ -1,0 +1,90 @@
+"""Which client asks for which robot; used by all routes of the REST API."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, cast
+
+from fastapi import Path, Request
+
+from woosh_pure.web.clients import Client
+from woosh_pure.web.problems import MEDIA_TYPE, Problem
+
+if TYPE_CHECKING:
+    from woosh_pure.web.context import WebContext
+    from woosh_pure.web.robot import Robot
+
+__all__ = [
+    "PROBLEMS",
+    "address_of",
+    "check_command",
+    "client_of",
+    "context_of",
+    "named_robot",
+    "problems",
+    "robot_of",
+]
+
+SESSION = "x-woosh-session"
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """The error answers of an operation, for /openapi.json."""
+    content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
+    return {status: {"description": "a problem, in words", "content": content} for status in statuses}
+
+
+PROBLEMS = problems(401, 404, 503, 504)
+
+
+async def named_robot(
+    robot: str = Path(description="name of a robot, of GET robots", max_length=100),
+) -> None:
+    """Describes the robot's name in the path for /openapi.json. It is async, or else a stop would wait for a
+    free thread.
+    """
+
+
+def context_of(request: Request) -> WebContext:
+    """What the parts of the application share."""
+    return cast("WebContext", request.app.state.context)
+
+
+def robot_of(request: Request) -> Robot:
+    """The robot that the path names, or the first one."""
+    return context_of(request).robot(request.path_params.get("robot"))
+
+
+def address_of(request: Request) -> str:
+    """The client's IP address."""
+    return request.client.host if request.client else "an unknown address"
+
+
+def client_of(request: Request) -> Client:
+    """The client that sent the request.
+
+    Raises:
+        Problem: The session is not known, or no longer.
+    """
+    session = request.headers.get(SESSION, "")
+    if not session:
+        return Client("", f"program at {address_of(request)}", address_of(request))
+    client = context_of(request).clients.by_session(session)
+    if client is None:
+        raise Problem(403, f"{SESSION}: this session is over; connect to api/v1/live again", "session")
+    return client
+
+
+def check_command(request: Request, *, lease: bool = True) -> tuple[Robot, Client]:
+    """Robot and client of a command, after checking the rate and that no other client has the lease.
+
+    Raises:
+        Problem: The command is not allowed now.
+    """
+    refusal = context_of(request).access.check_rate(address_of(request), time.monotonic())
+    if refusal is not None:
+        raise Problem(refusal.status, refusal.text)
+    robot, client = robot_of(request), client_of(request)
+    if lease:
+        robot.require_lease(client)
+    return robot, client
