@@ -63,9 +63,8 @@ def test_topics_both_ways(web_world: World, page: Callable[[str], Page]) -> None
     eventually(lambda: ["from a page ☃!"] in opened.said("heard"), 20)
     eventually(lambda: ["0.25 0.0"] in opened.said("heard"), 20)
     assert web_world.node.wait_for_message("/from_page", timeout=20).data == "latched by a page"
-    ((count, milliseconds),) = opened.said(
-        "slow"
-    )  # more than 2000 where the page has to wait for a processor
+    # More than 2,000 ms pass where the page has to wait for a processor.
+    ((count, milliseconds),) = opened.said("slow")
     assert 3 <= count <= milliseconds / 400 + 1
 
 

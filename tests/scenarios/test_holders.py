@@ -124,7 +124,12 @@ def by_a_peer(node: rosproto.Node) -> None:
 
 
 def by_the_master(node: rosproto.Node) -> None:
-    rosproto.Node(node.name, master_uri=node.master_uri).close()
+    """Another node takes the name, and has it until the older one has obeyed.
+
+    If it left before the master's call arrives, our node would be registered again, and refuse the call.
+    """
+    with rosproto.Node(node.name, master_uri=node.master_uri):
+        node.wait(20.0)
 
 
 @pytest.mark.parametrize("topic", ["smooth", "direct"])
