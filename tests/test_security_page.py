@@ -346,6 +346,12 @@ HOLDS = {
         "unit/gateway/test_access.py::test_origins",
         "unit/gateway/test_access.py::test_hosts",
     ],
+    "With `--authenticate` a rosbridge client is served only after the service": [
+        "unit/gateway/test_rosbridge.py::test_a_client_is_served_after_its_credentials_are_accepted",
+        "unit/gateway/test_rosbridge.py::test_anything_else_ends_the_connection",
+        "unit/gateway/test_rosbridge.py::test_without_the_service_nobody_is_served",
+        "unit/gateway/test_rosbridge.py::test_credentials_have_to_come_in_time",
+    ],
     "Nothing is written through a gateway unless a pattern opens it": [
         "unit/gateway/test_access.py::test_everything_is_read_and_nothing_written_at_first",
         "unit/gateway/test_rosbridge.py::test_a_client_publishes_what_a_pattern_opens",

@@ -11,10 +11,14 @@ from rosproto.bag.limits import BagLimits, Budget
 from rosproto.bag.remote import is_remote, open_remote
 from rosproto.errors import BagError
 
-__all__ = ["BagFile", "Scanning"]
+__all__ = ["BagFile", "Scanning", "Unreachable"]
 
 Scanning = Callable[[int, int], None]
 """Called now and then while a file is searched for what it holds: bytes done, and of how many."""
+
+
+class Unreachable(BagError):
+    """The network or the server before the file fails: that is no damage, and nothing is skipped for it."""
 
 
 class BagFile:
@@ -43,6 +47,8 @@ class BagFile:
         scanning: Scanning | None = None,
     ) -> None:
         self._scanning = scanning
+        self._searching = True
+        self._failure: Unreachable | None = None
         self.path: str | None
         self._file: BinaryIO
         self._lock = threading.Lock()
@@ -84,15 +90,22 @@ class BagFile:
         Any thread may call it.
 
         Raises:
-            BagError: The disk or the network behind it fails.
+            Unreachable: The network or the server behind it fails.
+            BagError: The disk fails.
         """
+        if self._failure is not None and self._searching:
+            raise self._failure
         count = min(count, self.size - position)
         if count <= 0:
             return b""
         try:
             return self._read(position, count)
         except OSError as problem:
-            raise self.error(f"{count} bytes cannot be read: {problem.strerror}", position) from problem
+            text = f"{count} bytes cannot be read: {problem.strerror}"
+            if self.far:
+                self._failure = Unreachable(text, path=self.path, offset=position)
+                raise self._failure from problem
+            raise self.error(text, position) from problem
 
     def _read(self, position: int, count: int) -> bytes:
         with self._lock:  # or another thread could move the position, or close the file, in between
@@ -112,6 +125,19 @@ class BagFile:
         """What lies before this position has been searched: tell who waits for it."""
         if self._scanning is not None:
             self._scanning(min(position, self.size), self.size)
+
+    def searched(self) -> None:
+        """The search for what the file holds is over.
+
+        A search takes a record that cannot be read for damaged, and goes on behind it. Where the network has
+        failed, all that follows would look damaged: nothing more was read from there on, which is told here.
+
+        Raises:
+            Unreachable: That happened; what was found is not all.
+        """
+        self._searching = False
+        if self._failure is not None:
+            raise self._failure
 
     def allow_unpacking(self, position: int, size: int) -> None:
         """Count a compressed chunk, by its declared size, before it is decompressed. Any thread may call it.

@@ -39,6 +39,7 @@ _NO_BAGS = {
     b"version https://git-lfs": "this stands in for the file until `git lfs pull`",
     b"PK\x03\x04": "this is a ZIP archive, unpack it first",
     b"\x1f\x8b": "this is packed with gzip, unpack it first",
+    b"<": "this is a web page: a login, or the page about the file",
     b"BZh": "this is packed with bzip2, unpack it first",
     b"\x28\xb5\x2f\xfd": "this is packed with zstd, unpack it first",
 }

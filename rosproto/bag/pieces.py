@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import glob
 import importlib
+import logging
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -28,6 +29,7 @@ __all__ = ["PIECE_BYTES", "Damaged", "Files", "Partition", "cluster_module", "pa
 Damaged = Literal["raise", "skip"]
 Files = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 PIECE_BYTES = 64 << 20
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +101,14 @@ def partitions(
         topics: Only these; None for all. Each piece has one.
         size: A piece is full when its chunks take this many bytes of the file; a chunk is never cut.
         fields: Of each message; see `BagReader.to_arrow`.
-        damaged: What pieces do where a chunk is damaged: "raise", or "skip" that chunk.
+        damaged: What pieces do where a chunk is damaged: "raise", or "skip" that chunk. With "skip", a file
+            found in a folder or by a pattern that is no recording at all is left out; the log has a warning.
         limits: How much each file may ask for.
 
     Raises:
-        BagError: A file cannot be opened or is no recording; nothing matches; none has these topics; a scan,
-            in place of a missing index, found that messages are missing (not with `damaged="skip"`).
+        BagError: A file cannot be opened or is no recording; nothing is named or matches; none has these
+            topics; a scan, in place of a missing index, found that messages are missing (not with
+            `damaged="skip"`).
         ValueError: `size` or `damaged` is out of range.
     """
     if size < 1:
@@ -115,8 +119,17 @@ def partitions(
     wanted = None if topics is None else {topics} if isinstance(topics, str) else set(topics)
     found: list[Partition] = []
     seen: set[str] = set()
-    for path in _paths(files):
-        with open_bag(path, limits=limits) as bag:
+    for path, named in _paths(files):
+        try:
+            bag = open_bag(path, limits=limits)
+        except BagError as problem:
+            # Of a thousand files in a folder some are empty. One that is named is meant, and what cannot be
+            # opened or reached (another error is behind it then) is not damaged.
+            if named or damaged == "raise" or problem.__cause__ is not None:
+                raise
+            _log.warning("left out: %s", problem)
+            continue
+        with bag:
             if bag._lost and damaged == "raise":
                 raise BagError(
                     f'messages are missing ({"; ".join(bag.damage)}); damaged="skip" takes the others',
@@ -192,16 +205,21 @@ def _ends(bag: BagReader) -> dict[int, int]:
 # -- files -------------------------------------------------------------------------------------------------
 
 
-def _paths(files: Files) -> list[str]:
+def _paths(files: Files) -> list[tuple[str, bool]]:
+    """Each file once, and whether it was named, not found in a folder or by a pattern."""
     several = [files] if isinstance(files, (str, os.PathLike)) else list(files)
-    found: list[str] = []
+    found: dict[str, bool] = {}
     for each in several:
         path = os.fspath(each)
-        matching = remote_files(path) if is_remote(path) else _local(path)
+        matching = remote_files(path) if is_remote(path) else _local(os.path.expanduser(path))
         if not matching:
-            raise BagError("nothing there is a bag or an MCAP file", path=path)
-        found += matching
-    return list(dict.fromkeys(found))
+            why = "no file matches" if glob.has_magic(path) else "no file in there ends in .bag or .mcap"
+            raise BagError(why, path=path)
+        for one in matching:
+            found[one] = found.get(one, False) or matching == [path]
+    if not found:
+        raise BagError("no files were named, so there is nothing to cut into pieces")
+    return list(found.items())
 
 
 def _local(path: str) -> list[str]:

@@ -94,6 +94,7 @@ class BagReader(RunReader):
         self._source = file if isinstance(file, BagFile) else BagFile(file, limits, scanning)
         try:
             found = open_index(self._source)
+            self._source.searched()
         except BaseException:
             self._source.close()
             raise

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import errno
 import io
+import os
+from http.client import responses
 from typing import Any, BinaryIO, cast
 
 from rosproto.errors import BagError
@@ -16,6 +18,11 @@ __all__ = ["is_remote", "open_remote", "remote_files"]
 AHEAD = 32 << 10
 """The least that one request fetches: the head of a chunk, and the beginning of the chunk with it."""
 _ENDINGS = (".bag", ".mcap")
+_CREDENTIALS = (
+    "; it wants credentials, or others: they are taken from where the package for that scheme looks for them,"
+    " in the environment and in its configuration"
+)
+_NO_RANGES = "its server gives no ranges of it, and a bag is read by position; download it first"
 
 
 def is_remote(path: str) -> bool:
@@ -36,10 +43,10 @@ def open_remote(url: str) -> BinaryIO:
         file = filesystem.open(path, "rb", cache_type="none")
         size = file.seek(0, io.SEEK_END) if file.seekable() else None
     except Exception as problem:  # every file system has errors of its own
-        raise BagError(f"it cannot be opened: {_said(problem)}", path=url) from problem
+        raise BagError(f"it cannot be opened: {_why(problem)}", path=url) from problem
     if size is None:
         file.close()
-        raise BagError("its server gives no ranges of it, and a bag is read by position", path=url)
+        raise BagError(_NO_RANGES, path=url)
     return cast(BinaryIO, _Ranges(file, url, size))
 
 
@@ -60,7 +67,7 @@ def remote_files(url: str) -> list[str]:
         else:
             return [url]
     except Exception as problem:
-        raise BagError(f"the place cannot be listed: {_said(problem)}", path=url) from problem
+        raise BagError(f"the place cannot be listed: {_why(problem)}", path=url) from problem
     return sorted(filesystem.unstrip_protocol(name) for name in found)
 
 
@@ -78,7 +85,30 @@ def _filesystem(url: str) -> tuple[Any, str]:
     return filesystem, path
 
 
-def _said(problem: Exception) -> str:
+def _why(problem: BaseException) -> str:
+    """In words for who typed the URL: fsspec says of nearly everything that there is no such file."""
+    chain = [problem]
+    while (deeper := chain[-1].__cause__ or chain[-1].__context__) is not None and deeper not in chain:
+        chain.append(deeper)
+    for each in chain:
+        status = getattr(each, "status", None)
+        if isinstance(status, int) and status >= 400:
+            text = f"the server answers {status} {responses.get(status, '')}".rstrip()
+            return text + _CREDENTIALS if status in (401, 403) else text
+    root = chain[-1]
+    if isinstance(root, PermissionError) or "Credentials" in type(root).__name__:
+        return _said(root) + _CREDENTIALS
+    if "range requests" in str(root):
+        return _NO_RANGES
+    if isinstance(root, FileNotFoundError):
+        return "there is no such file"
+    if isinstance(root, OSError) and root.errno:
+        # What asyncio says in place of the system ("Connect call failed") tells less.
+        return os.strerror(root.errno) if root.errno > 0 else str(root.strerror)
+    return _said(root)
+
+
+def _said(problem: BaseException) -> str:
     return f"{type(problem).__name__}: {problem}" if str(problem) else type(problem).__name__
 
 
@@ -134,7 +164,7 @@ class _Ranges(io.RawIOBase):
             self._file.seek(at)
             data = bytes(self._file.read(count))
         except Exception as problem:
-            raise OSError(errno.EIO, f"the place it lies at fails: {_said(problem)}") from problem
+            raise OSError(errno.EIO, f"{_why(problem)}") from problem
         self.fetched += len(data)
         if len(data) != count:
             raise OSError(errno.EIO, f"its server gave {len(data)} bytes where {count} were asked for")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosproto.bag.bag_file import BagFile
+from rosproto.bag.bag_file import BagFile, Unreachable
 from rosproto.bag.chunk import ChunkData, plain_data, read_chunk
 from rosproto.bag.large_messages import Found, few_alone, few_messages, few_places
 from rosproto.bag.merge import Batch, merge
@@ -183,6 +183,8 @@ class RunReader:
         return rows.take(mask)
 
     def _skipped(self, info: ChunkInfo, problem: BagError) -> None:
+        if isinstance(problem, Unreachable):
+            raise problem
         if not self._skip:
             raise BagError(
                 f"the chunk at byte {info.pos} cannot be read: {problem}; BagReader(..., skip_damaged=True) "

@@ -26,11 +26,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which graph, where to listen, what is open."""
     add_graph_options(parser, as_json=False)
     add_gateway_options(parser, 9090)
+    parser.add_argument(
+        "--authenticate",
+        action="store_true",
+        help="serve a client only after the service /authenticate (rosauth) has accepted its credentials",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until interrupted; where it serves is the only thing on stdout."""
-    options = gateway_options(arguments)
+    options = {**gateway_options(arguments), "authenticate": arguments.authenticate}
     allow_open_files(4096)
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 from tests.support.fleet import LIMITS, PureVehicle
+from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.order.machine import OrderMachine
 
 __all__ = ["finish_order", "kinds", "restart"]
@@ -19,8 +20,8 @@ def kinds(vehicle: PureVehicle) -> list[str]:
     return vehicle.problems
 
 
-def restart(vehicle: PureVehicle) -> PureVehicle:
+def restart(vehicle: PureVehicle, limits: Limits = LIMITS) -> PureVehicle:
     """As after kill -9: what was put on disk last is all that is left."""
     kept = json.loads(json.dumps(vehicle.saved))
     place = vehicle.machine.position
-    return PureVehicle(machine=OrderMachine.from_json(kept, LIMITS), x=0.0 if place is None else place.x)
+    return PureVehicle(machine=OrderMachine.from_json(kept, limits), x=0.0 if place is None else place.x)

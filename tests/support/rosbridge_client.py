@@ -58,6 +58,18 @@ class RosbridgeClient:
         self.send(op="call_service", service=service, args=args, id=id)
         return self.until(lambda m: m["op"] == "service_response" and m.get("id") == id)
 
+    def closed(self, timeout: float = SECONDS) -> tuple[int, str]:
+        """Code and reason with which the server ends the connection; messages before it are passed over."""
+        from websockets.exceptions import ConnectionClosed
+
+        end: Any = None
+        while end is None:
+            try:
+                self.raw(timeout)
+            except ConnectionClosed as closed:
+                end = closed
+        return end.rcvd.code, end.rcvd.reason
+
     def abort(self) -> None:
         """Gone without a word."""
         self._ws.socket.close()

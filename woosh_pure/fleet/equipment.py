@@ -60,7 +60,7 @@ def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[s
     found = abilities_of(config, maps=maps, report=None if store is None else report, triggers=triggers)
     limits = Limits(
         abilities={name: ability for name, (ability, _) in found.items()},
-        maps=(config.map_id,) if maps is None else (maps.active,),
+        maps=(config.map_id,) if maps is None else maps.enabled_ids,
         tolerance=config.tolerance,
         turn_tolerance=config.turn_tolerance,
         marks=config.marks,

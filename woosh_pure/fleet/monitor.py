@@ -85,7 +85,7 @@ class ChassisMonitor:
         return Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
 
     def _on_pose(self, pose: Pose2D) -> None:
-        self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw)
+        self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw, self._facts.map_id)
         self._hear()
 
     def _on_velocity(self, velocity: Velocity) -> None:

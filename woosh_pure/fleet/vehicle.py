@@ -359,8 +359,11 @@ class Vehicle:
 
     def _use_maps(self) -> None:
         if self._maps is not None:
-            self.facts.maps, self.facts.map_id = self._maps.entries, self._maps.active
-            self.limits = replace(self.limits, maps=(self._maps.active,))
+            facts = self.facts
+            facts.maps, facts.map_id = self._maps.entries, self._maps.active
+            if facts.position is not None:
+                facts.position = replace(facts.position, map_id=facts.map_id)
+            self.limits = replace(self.limits, maps=self._maps.enabled_ids)
             self._machine.limits = replace(self._machine.limits, maps=self.limits.maps)
 
     def _report(self, reason: str) -> str:

@@ -8,8 +8,8 @@ A program has the same with its own server:
 
 from __future__ import annotations
 
+from woosh_pure.foxglove.chassis_topics import ChassisTopics
 from woosh_pure.foxglove.layout import chassis_layout, write_layout
-from woosh_pure.foxglove.live import ChassisTopics
 from woosh_pure.foxglove.overlay import Overlay, OverlayState
 
 __all__ = ["ChassisTopics", "Overlay", "OverlayState", "chassis_layout", "write_layout"]

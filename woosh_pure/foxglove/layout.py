@@ -1,6 +1,6 @@
 """A layout for the chassis, as Foxglove and Lichtblick read it (Layouts, Import from file).
 
-The topics come from the interface table, so that they are those of the chassis and not of a memory of it.
+The topics are looked up in the interface table, so that they stay those of the chassis.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from woosh_pure.foxglove.live import MAP, OVERLAY
+from woosh_pure.foxglove.chassis_topics import MAP, OVERLAY
 from woosh_pure.interface.table import find
 
 __all__ = ["chassis_layout", "write_layout"]
@@ -19,7 +19,7 @@ PLAN = "/move_base/global_plan"
 
 
 def chassis_layout() -> dict[str, Any]:
-    """The layout: 3-D with map, scan, path, pose and overlay; the camera; battery and state; plots."""
+    """The layout: a 3-D view with map, scan, path, pose and overlay; camera; battery and state; plots."""
     scan, camera = find("scan").name, find("camera").name
     battery, status = find("battery").name, find("status").name
     velocity, pose = find("velocity").name, find("localization").name
@@ -31,7 +31,7 @@ def chassis_layout() -> dict[str, Any]:
                 scan: {
                     "visible": True,
                     "pointSize": 6,
-                    # Without a field the viewer chooses all of this itself, by the intensity.
+                    # Without a field the viewer overrides all of this and colours by intensity.
                     "colorField": "intensity",
                     "colorMode": "flat",
                     "flatColor": "#ff5252ff",
@@ -117,7 +117,7 @@ def chassis_layout() -> dict[str, Any]:
 
 
 def _title(text: str) -> dict[str, str]:
-    """A panel's title, under the name that each of the two viewers gives it."""
+    """A panel's title, under the key of each of the two viewers."""
     return {"foxglovePanelTitle": text, "lichtblickPanelTitle": text}
 
 
@@ -185,10 +185,10 @@ def _plot(title: str, *lines: tuple[str, str]) -> dict[str, Any]:
 
 
 def write_layout(path: str | os.PathLike[str]) -> Path:
-    """Write the layout; an interrupted write leaves the old file.
+    """Write the layout to a file; if writing is interrupted, the old file stays.
 
     Raises:
-        OSError: It cannot be written there.
+        OSError: The file cannot be written.
     """
     file = Path(path)
     temporary = file.with_name(file.name + ".new")

@@ -1,7 +1,7 @@
-"""The state of a chassis as markers in its map: where it is, how it is, its faults, your marks.
+"""The state of a chassis as markers in its map: pose, state, faults, and your marks.
 
-Markers (visualization_msgs/MarkerArray) because Foxglove, Lichtblick and RViz all draw them. Pure: values in,
-a message out.
+Foxglove, Lichtblick and RViz all draw markers (visualization_msgs/MarkerArray). Pure: values in, a message
+out.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ _FRAME = "map"
 
 @dataclass(frozen=True, slots=True)
 class OverlayState:
-    """What is drawn; None for what is not known.
+    """The state to draw; None for what is not known.
 
     Attributes:
-        pose: Of the robot, in the map.
+        pose: The robot's, in the map.
         status: Its state and task.
         battery: Its charge.
-        faults: Active ones, the worst first.
-        marks: Of the user's list; those without a pose are not drawn.
-        old: Seconds since the pose was heard, where that is too long ago to be believed.
+        faults: The active ones, the worst first.
+        marks: The user's; those without a pose are not drawn.
+        old: Age of the pose in seconds, if it is too old to be relied on.
     """
 
     pose: Pose2D | None = None
@@ -59,7 +59,7 @@ class OverlayState:
     old: float | None = None
 
     def sentence(self) -> str:
-        """State, task and charge, over the robot."""
+        """The text over the robot: state, task and charge."""
         words = [str(self.status.robot_state) if self.status else "state not known"]
         if self.status is not None and self.status.destination:
             words.append(f"to {self.status.destination}")
@@ -71,17 +71,17 @@ class OverlayState:
 
     @property
     def colour(self) -> tuple[float, float, float]:
-        """Of the robot: grey where its state is not known."""
+        """The robot's colour; grey while its state is not known."""
         if self.faults:
             return RED
         return GREY if self.status is None else _COLOURS.get(self.status.robot_state, GREEN)
 
 
 class Overlay:
-    """Makes markers of states; keeps in mind what was drawn, to take away what is no more.
+    """Turns states into markers, and deletes the markers of earlier states that are no longer needed.
 
     Args:
-        language: Of the faults' words, "en" or "zh".
+        language: Of the texts of faults, "en" or "zh".
     """
 
     def __init__(self, language: str = "en") -> None:
@@ -89,7 +89,7 @@ class Overlay:
         self._drawn: set[tuple[str, int]] = set()
 
     def markers(self, state: OverlayState, stamp: Time) -> Any:
-        """A `MarkerArray` that shows this state in place of the one before."""
+        """A `MarkerArray` that replaces the previous state with this one."""
         made = [*self._robot(state), *self._faults(state), *self._marks(state.marks)]
         names = {(one.ns, one.id) for one in made}
         gone = [self._gone(ns, number) for ns, number in sorted(self._drawn - names)]

@@ -1,5 +1,5 @@
-"""The robot in a browser, and a REST door for any language: `woosh web`, or mounted in an application of
-yours.
+"""The robot in a browser, and a REST API for any language: run `woosh web`, or mount it in your own
+application.
 
     app = FastAPI()
     app.mount("/robot", woosh_pure.web.app(chassis))
@@ -34,26 +34,28 @@ def app(
     marks: Iterable[Any] = (),
     recordings: str | Path | None = None,
 ) -> FastAPI:
-    """The page and the API of one robot, or of several, as an ASGI application to serve or to mount.
+    """The page and the API of one or more robots, as an ASGI application to serve or to mount.
 
-    It starts nothing: no thread, no connection, before somebody asks. The Chassis is yours: open it before,
-    in the lifespan of your application, and close it afterwards (`close` first ends what the web has begun).
+    This starts nothing: there is no thread and no connection before the first request. The Chassis is
+    yours: open it in the lifespan of your application. At the end, call `close` first, which ends what the
+    web has started, and then close the Chassis.
 
     Args:
-        chassis: The robot; or several by their names, the first one being that of the plain paths.
-        token: What every request must carry, at least 8 letters; None lets everybody in who reaches it.
-        allow_driving: Whether a page may drive by velocity, past the chassis's obstacle avoidance.
-        origins: Pages of other servers that may ask, as "https://host:port".
-        hosts: Names by which the server may be called, beside localhost and addresses in numbers.
-        name: Of the robot, where it is one.
-        marks: To be shown and driven to: of a `MarkFile`, or anything with `name` and `pose`. The chassis
-            cannot list its own. Of several robots: a mapping by their names.
-        recordings: Folder of recorded bags; None makes a temporary one with the first.
+        chassis: The robot, or several by name. Paths without a robot's name mean the first one.
+        token: The secret that every request must carry, at least 8 characters. With None, everybody who can
+            reach the server may use it.
+        allow_driving: Whether a page may drive by velocity, which bypasses the chassis's obstacle avoidance.
+        origins: Origins of other servers' pages that may send requests, as "https://host:port".
+        hosts: Host names under which the server may be reached, besides localhost and IP addresses.
+        name: The robot's name, if there is only one robot.
+        marks: Marks to show and to drive to: those of a `MarkFile`, or any objects with `name` and `pose`.
+            The chassis cannot list its own. With several robots, a mapping from robot name to marks.
+        recordings: Folder for recorded bags. With None, the first recording creates a temporary folder.
 
     Raises:
         ImportError: The extra `web` is not installed.
-        ValueError: A token that can be guessed, an origin that is none, a name that cannot stand in an
-            address.
+        ValueError: The token is too easy to guess, an origin is not valid, or a name cannot be part of a
+            URL.
     """
     from woosh_pure.web.extra import require
 
@@ -88,7 +90,5 @@ def app(
 
 
 def close(app: FastAPI, why: str = "the server ends") -> None:
-    """End what an application of `app` has begun and moves the robot by velocity, at once; and its
-    recordings.
-    """
+    """End driving by velocity and the recordings of an application made by `app`. Does so at once."""
     app.state.context.close(why)

@@ -1,9 +1,9 @@
-"""Who may ask: token, Host, Origin, and how often. Pure: headers and times are given.
+"""Who may send requests: token, Host, Origin, and the rate. Pure: headers and times are arguments.
 
-A browser sends requests for whatever page is open in it. So a page of somebody else must not reach the robot
-on this computer: `Origin` says whose page asks, and `Host` by which name the server was found. DNS rebinding
-makes a foreign name point at us; an address in numbers, or localhost, cannot be made to. Programs send
-neither and pass.
+A browser sends requests on behalf of any page that is open in it. A page from somebody else's site must not
+reach the robot through the browser on this computer. `Origin` tells which site's page sent the request, and
+`Host` under which name the server was reached. By DNS rebinding an attacker can make a foreign name point to
+this server, but not an IP address or localhost. Programs do not send `Origin`, and pass that check.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ MOST_BUCKETS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why a request is not answered: a status of HTTP, and a sentence."""
+    """Why a request is refused: an HTTP status and a sentence."""
 
     status: int
     text: str
 
 
 def host_of(header: str) -> str:
-    """The name in a Host header or an authority, without its port, in small letters; "" when it is none."""
+    """The lower-case name in a Host header or a URL's authority, without the port; "" if it is malformed."""
     found = _AUTHORITY.fullmatch(header.strip())
     return "" if found is None else (found[1] or found[2]).rstrip(".").lower()
 
 
 def is_loopback(address: str) -> bool:
-    """Whether an address to bind to is reachable from this computer only."""
+    """Whether an address to listen on can be reached from this computer only."""
     if address.lower() == "localhost":
         return True
     try:
@@ -59,7 +59,7 @@ def _is_number(host: str) -> bool:
 
 @dataclass(slots=True)
 class TokenBucket:
-    """So many at once, and so many a second. Pure."""
+    """A rate limit: at most `burst` at once, and `rate` per second after that. Pure."""
 
     rate: float
     burst: float
@@ -79,16 +79,16 @@ class TokenBucket:
 
 
 class Access:
-    """The rules of one application.
+    """The access rules of one application.
 
     Args:
-        token: What every request must carry; None lets everybody in.
-        origins: Pages that may ask beside our own, as "https://host:port"; their hosts are names of ours,
-            too.
-        hosts: More names by which this server may be called.
+        token: The secret that every request must carry; None lets everybody in.
+        origins: Origins whose pages may send requests, besides our own page, as "https://host:port". Their
+            host names are accepted as names of this server, too.
+        hosts: Further host names under which this server may be reached.
 
     Raises:
-        ValueError: A token that can be guessed, or an origin that is none.
+        ValueError: The token is too easy to guess, or an origin is not valid.
     """
 
     def __init__(
@@ -109,11 +109,11 @@ class Access:
 
     @property
     def needs_token(self) -> bool:
-        """Whether a token is asked for."""
+        """Whether requests need a token."""
         return self._token is not None
 
     def check_host(self, host: str | None) -> Refusal | None:
-        """A name of ours: localhost, an address in numbers, or one that was given."""
+        """Accept localhost, IP addresses, and the host names that were given."""
         name = host_of(host or "")
         if name in self._hosts or _is_number(name):
             return None
@@ -124,7 +124,7 @@ class Access:
         )
 
     def check_origin(self, origin: str | None, host: str | None, site: str | None = None) -> Refusal | None:
-        """Our own page, a page that was allowed, or no page at all."""
+        """Accept our own page, an origin that was allowed, and programs, which are no page at all."""
         if origin is None:
             if site in (None, "same-origin", "none"):
                 return None
@@ -139,7 +139,7 @@ class Access:
         )
 
     def check_token(self, given: str | None, who: str, now: float) -> Refusal | None:
-        """The right token. Who guesses is slowed down: ten at once, then one every six seconds."""
+        """Accept the right token. Guessing is slowed down to ten at once, then one every six seconds."""
         if self._token is None:
             return None
         bucket = _bucket(self._guesses, who, 1.0 / 6.0, 10.0)
@@ -151,7 +151,7 @@ class Access:
         return Refusal(401, f"{missing}; send it as `Authorization: Bearer TOKEN`, or log in")
 
     def check_rate(self, who: str, now: float) -> Refusal | None:
-        """For what moves: five a second, ten at once, for each address. A stop is never counted."""
+        """Limit commands to five a second, ten at once, from each address. A stop is never counted."""
         if _bucket(self._moves, who, 5.0, 10.0).take(now):
             return None
         return Refusal(429, "too many orders at once from this address; at most five a second")
@@ -169,7 +169,7 @@ _PORTS = {"http": ":80", "https": ":443"}
 
 
 def _origin(origin: str, *, strict: bool = True) -> str:
-    """As browsers write it: scheme and authority, in small letters; "" for what is none."""
+    """An origin as browsers write it: scheme and authority in lower case; "" if it is not valid."""
     try:
         parts = urlsplit(origin.strip())
         good = parts.scheme in _PORTS and parts.hostname and parts.path in ("", "/")

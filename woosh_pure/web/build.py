@@ -1,4 +1,4 @@
-"""The ASGI application, put together."""
+"""Puts the ASGI application together: routes, error handlers, middleware, and the page's files."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DESCRIPTION = (
 
 
 def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
-    """The application, for these robots and rules; it starts nothing."""
+    """The application for these robots and rules. It starts nothing."""
     app = FastAPI(
         title="woosh",
         version=__version__,
@@ -51,7 +51,7 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
         app.include_router(part.router, prefix="/api/v1")
         app.include_router(part.router, prefix="/api/v1/robots/{robot}", dependencies=[Depends(named_robot)])
         app.include_router(part.router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
-    for part in _SERVER:  # a page of one robot asks by its own relative addresses
+    for part in _SERVER:  # the page of one robot uses paths relative to its own address
         app.include_router(part.server_router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
     for kind in (Problem, RosError, ValueError, KeyError, Exception):
         app.add_exception_handler(kind, _on_error)
@@ -74,12 +74,12 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
 
 
 def _operation(route: APIRoute) -> str:
-    """A name for generated clients: the function's, with the robot where the path has it."""
+    """The operation's name in generated clients; it has a suffix if the path names a robot."""
     return route.name + ("_of_robot" if "{robot}" in route.path_format else "")
 
 
 def _say_problems(app: FastAPI) -> None:
-    """FastAPI tells of its own errors; ours are problems."""
+    """Describe errors in /openapi.json as problem+json, in place of FastAPI's own format."""
     made = app.openapi
 
     def openapi() -> dict[str, Any]:
@@ -103,7 +103,7 @@ def _say_problems(app: FastAPI) -> None:
 
 
 def _leave_out_null(operation: dict[str, Any]) -> None:
-    """A body that may be left out is not one that may be null: generated clients make something of both."""
+    """Remove null from the schema of an optional body: it may be left out, but `null` is not accepted."""
     for content in operation.get("requestBody", {}).get("content", {}).values():
         schema = content["schema"]
         kinds = [kind for kind in schema.get("anyOf", ()) if kind != {"type": "null"}]

@@ -1,4 +1,6 @@
-"""Camera pictures, subscribed only while somebody looks: they are the most that the robot can send."""
+"""Camera pictures. A camera is subscribed only while somebody looks at it: nothing else on the robot sends as
+much data.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +28,11 @@ __all__ = ["FEEDS", "SharedCamera", "jpeg_of", "png_of"]
 FEEDS = {"color": "camera", "depth": "depth"}
 MOST_WIDTH, QUALITY = 640, 70
 LINGER = 2.0
-"""Seconds for which a camera that nobody looks at stays subscribed: the next request is answered at once."""
+"""Seconds for which a camera stays subscribed after the last viewer, so that a next request is quick."""
 
 
 def pixels_of(image: Image) -> NDArray[np.uint8]:
-    """(height, width) grey or (height, width, 3) RGB; depth as a visible picture.
+    """(height, width) grey or (height, width, 3) RGB; depth is scaled to visible grey.
 
     Raises:
         ValueError: The encoding cannot be shown.
@@ -43,12 +45,12 @@ def pixels_of(image: Image) -> NDArray[np.uint8]:
 
 
 def png_of(image: Image) -> bytes:
-    """The whole picture."""
+    """The picture as PNG, in full size."""
     return encode_png(pixels_of(image))
 
 
 def jpeg_of(image: Image, width: int = MOST_WIDTH, quality: int = QUALITY) -> bytes:
-    """A picture of at most that width."""
+    """The picture as JPEG, scaled down to at most that width."""
     pixels = pixels_of(image)
     step = max(1, -(-pixels.shape[1] // width))
     small = np.ascontiguousarray(pixels[::step, ::step, :3] if pixels.ndim == 3 else pixels[::step, ::step])
@@ -59,7 +61,9 @@ def jpeg_of(image: Image, width: int = MOST_WIDTH, quality: int = QUALITY) -> by
 
 
 class SharedCamera:
-    """One camera ("color" or "depth") of one robot. Safe from any thread."""
+    """One camera ("color" or "depth") of one robot, with one subscription for all viewers. Safe from any
+    thread.
+    """
 
     def __init__(self, chassis: Chassis, source: str) -> None:
         self._chassis, self._row = chassis, interface.find(FEEDS[source])
@@ -74,19 +78,19 @@ class SharedCamera:
         return self._feed is not None
 
     def add_viewer(self) -> None:
-        """Somebody begins to look; blocks while it is subscribed."""
+        """A viewer begins to look. Blocks while the camera is being subscribed."""
         with self._lock:
             self._viewers += 1
             if self._feed is None:
                 self._feed = Feed(self._row, lambda: self._chassis.node).open()
 
     def remove_viewer(self) -> None:
-        """Somebody looks away; `close_idle` ends the subscription then."""
+        """A viewer looks no longer. `close_idle` ends the subscription later."""
         with self._lock:
             self._viewers, self._left = max(0, self._viewers - 1), time.monotonic()
 
     def close_idle(self, linger: float = LINGER) -> None:
-        """End the subscription when nobody has looked for a while."""
+        """End the subscription if there has been no viewer for `linger` seconds."""
         with self._lock:
             if self._viewers or self._feed is None or time.monotonic() - self._left < linger:
                 return
@@ -94,15 +98,15 @@ class SharedCamera:
         feed.close()
 
     def newest(self) -> Reading[Any] | None:
-        """The newest picture, None when nothing came yet; never waits."""
+        """The newest picture, or None if there is none yet. Never waits."""
         feed = self._feed
         return None if feed is None else feed.known
 
     def picture(self, timeout: float = 3.0) -> Any:
-        """One picture; blocks.
+        """One picture; blocks until there is one.
 
         Raises:
-            RosTimeout: None came in time.
+            RosTimeout: No picture came in time.
         """
         self.add_viewer()
         try:

@@ -1,4 +1,4 @@
-"""Who asks: a page with a session of ours, or a program at an address. Safe from any thread."""
+"""Who sends requests: a page with a session, or a program at an address. Safe from any thread."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ __all__ = ["KEPT_SECONDS", "MOST_SESSIONS", "Client", "Clients"]
 
 MOST_SESSIONS = 256
 KEPT_SECONDS = 60.0
-"""Seconds for which the session of a page that has gone can be taken up again."""
+"""Seconds for which a page can resume its session after its connection has ended."""
 
 
 @dataclass(slots=True)
 class Client:
-    """One of them.
+    """A page or a program.
 
     Attributes:
-        session: Secret; "" for a program.
-        name: As others see them; no two have the same.
-        address: Where they are.
+        session: The secret of the page's session; "" for a program.
+        name: The name that others see; unique among pages.
+        address: IP address.
         connected: Whether the page is connected now.
         last_connected: When it was connected last, by the monotonic clock.
     """
@@ -38,7 +38,7 @@ class Client:
 
 
 class Clients:
-    """Sessions of pages, by their secret; bounded: those that went first are forgotten first."""
+    """The sessions of pages, by their secret. At the limit, the longest disconnected one is forgotten."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -46,7 +46,7 @@ class Clients:
         self._known: OrderedDict[str, Client] = OrderedDict()
 
     def connect(self, address: str, session: str = "") -> Client | None:
-        """A page connects, or connects again; None when there are too many."""
+        """A page connects, or resumes its session. None if there are too many sessions."""
         now = time.monotonic()
         with self._lock:
             self._forget(now)
@@ -62,20 +62,20 @@ class Clients:
             return client
 
     def disconnect(self, client: Client) -> None:
-        """A page has gone; it may come back for a while."""
+        """A page has disconnected. It may resume its session for a while."""
         with self._lock:
             client.connected, client.last_connected = False, time.monotonic()
             if client.session in self._known:
                 self._known.move_to_end(client.session)
 
     def by_session(self, session: str) -> Client | None:
-        """Whose session it is, None when it is nobody's."""
+        """The client that has this session, or None."""
         with self._lock:
             return self._known.get(session)
 
     @staticmethod
     def program(address: str) -> Client:
-        """Somebody without a session: all programs at one address are one."""
+        """A client without a session. All programs at one address count as one client."""
         address = printable(address)[:60]
         return Client("", f"program at {address}", address)
 

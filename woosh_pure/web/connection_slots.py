@@ -1,10 +1,10 @@
-"""Places at the server: each connection has one, from before anything of it is read. Pure: times are given.
+"""Connection slots: each connection takes one before anything is read from it. Pure: times are arguments.
 
-Whoever reaches the server can open connections and say nothing, or half of something. So there are only so
-many places, some of them for addresses that have shown the token not long ago. Who is silent for too long
-loses the place; and when all are taken, a newcomer gets that of somebody who does not ask anything: of the
-address that has most of these, the one that has been silent longest. So a stop gets in, however many wait
-outside with half a request.
+Whoever can reach the server can open connections and send nothing, or half a request. So the number of slots
+is limited, and some are reserved for addresses that have presented the token recently. A connection that is
+silent for too long loses its slot. When all slots are taken, a new connection replaces one without an
+authorized request: from the address that has most of those, the one that has been silent longest. So a stop
+gets through, no matter how many connections hang with half a request.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from woosh_pure.web.access import is_loopback
 __all__ = ["MOST", "SILENCE", "ConnectionSlots", "Key"]
 
 MOST, RESERVED, EACH = 256, 64, 64
-"""All places, those for known addresses only, and what one address can have that is not known."""
+"""All slots; those reserved for known addresses; and how many an unknown address can have."""
 SILENCE = 10.0
-"""Seconds until the first request has come, and from one to the next."""
+"""Seconds allowed before the first request, and between requests."""
 KNOWN_SECONDS, MOST_KNOWN = 900.0, 256
 
 Key = tuple[str, int]
-"""Address and port of the other end."""
+"""IP address and port of the peer."""
 
 
 @dataclass(slots=True)
@@ -36,13 +36,13 @@ class _Slot:
 
 
 class ConnectionSlots:
-    """Belongs to the event loop. `end`s are called here: they end a connection, and do not wait.
+    """Used in the event loop only. The `end` callbacks close a connection and must not wait.
 
     Args:
-        most: How many there are.
-        reserved: How many of these are for known addresses.
-        each: How many an address can have that is not known.
-        silence: Seconds without a request after which a place is lost.
+        most: The number of slots.
+        reserved: How many of these are reserved for known addresses.
+        each: How many slots an unknown address can have.
+        silence: Seconds without a request after which a slot is lost.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class ConnectionSlots:
         return len(self._slots)
 
     def admit(self, key: Key, end: Callable[[], object], now: float) -> bool:
-        """A connection was opened; False when there is no place for it."""
+        """A connection was opened. False if there is no slot for it."""
         self.drop_silent(now)
         address, known = key[0], self._is_known(key[0], now)
         own = sum(other[0] == address for other in self._slots)
@@ -69,39 +69,39 @@ class ConnectionSlots:
         return True
 
     def closed(self, key: Key, end: Callable[[], object]) -> None:
-        """It has ended; who came after it, from the same port, has not."""
+        """The connection has ended. A newer one from the same address and port keeps its slot."""
         slot = self._slots.get(key)
         if slot is not None and slot.end == end:
             del self._slots[key]
 
     def request_begins(self, key: Key, now: float, *, authorized: bool) -> None:
-        """A request has begun; `authorized`: of somebody who may ask, so it is not ended for a newcomer."""
+        """A request has begun. An `authorized` one is not dropped in favour of a new connection."""
         slot = self._slots.get(key)
         if slot is not None:
             slot.requests += 1
             slot.authorized += authorized
 
     def remember(self, address: str, now: float) -> None:
-        """Somebody there has shown the token."""
+        """A client at this address has presented the token."""
         self._known.pop(address, None)
         self._known[address] = now
         while len(self._known) > MOST_KNOWN:
             self._known.popitem(last=False)
 
     def request_ends(self, key: Key, now: float, *, authorized: bool) -> None:
-        """That request is over; the next may come."""
+        """That request is over; the connection may send another."""
         slot = self._slots.get(key)
         if slot is not None:
             slot.requests, slot.authorized, slot.since = slot.requests - 1, slot.authorized - authorized, now
 
     def drop_silent(self, now: float) -> None:
-        """End those that have been silent for too long; to be called every second or so."""
+        """Drop connections that have been silent for too long. To be called every second or so."""
         for key, slot in list(self._slots.items()):
             if not slot.requests and now - slot.since > self._silence:
                 self._close(key)
 
     def drop_all(self) -> None:
-        """The server ends: so do those that have not heard of it."""
+        """Drop what is left when the server ends."""
         for key in list(self._slots):
             self._close(key)
 
@@ -109,7 +109,7 @@ class ConnectionSlots:
         return is_loopback(address) or now - self._known.get(address, -KNOWN_SECONDS) < KNOWN_SECONDS
 
     def _evict(self, now: float, address: str | None = None) -> bool:
-        """Take somebody's place, of one address or of any; False where everybody asks."""
+        """Drop an idle connection, of that address or of any; False if none is idle."""
         idle = {key: slot for key, slot in self._slots.items() if not slot.authorized}
         if address is not None:
             idle = {key: slot for key, slot in idle.items() if key[0] == address}

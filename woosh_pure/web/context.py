@@ -1,4 +1,4 @@
-"""All robots of one application, who is connected, and the rules for them."""
+"""What the parts of one application share: its robots, who is connected, and the rules."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class WebContext:
     """What the parts of one application share.
 
     Attributes:
-        robots: By name; the first one is that of the plain paths.
-        access: Who may ask.
+        robots: By name. Paths without a robot's name mean the first one.
+        access: Who may send requests.
         allow_driving: Whether a page may drive by velocity.
         clients: Who is connected.
-        slots: The connections that the server has room for, where the server is ours.
-        stops, drives, reads: Threads for each of these.
+        slots: The slots for connections. Unused if the application is mounted in another server.
+        stops, drives, reads: Threads for each of these purposes.
         hubs: What viewers are shown, by the robot's name.
         streams, viewers: How many are open.
-        closed: The server ends.
+        closed: True once the server is ending.
     """
 
     def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
@@ -44,10 +44,10 @@ class WebContext:
         self.closed = False
 
     def robot(self, name: str | None) -> Robot:
-        """A robot by its name, the first one for None.
+        """The robot with that name; the first one for None.
 
         Raises:
-            Problem: There is none of that name.
+            Problem: There is no robot with that name.
         """
         if name is None:
             return next(iter(self.robots.values()))
@@ -56,7 +56,7 @@ class WebContext:
         return self.robots[name]
 
     def close(self, why: str) -> None:
-        """End what moves, at once; whoever waits for something here is told soon."""
+        """End driving by velocity at once. Requests that still wait for something end soon."""
         self.closed = True
         for robot in self.robots.values():
             robot.close(why)

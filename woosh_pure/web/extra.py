@@ -1,4 +1,6 @@
-"""The libraries of the extra `web`, imported with their first use; without them an error names the extra."""
+"""The libraries of the extra `web`, imported when they are first used. If one is missing, the error names the
+extra.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +11,10 @@ __all__ = ["pillow", "require"]
 
 
 def require() -> None:
-    """Look whether all of them are there.
+    """Check that all of them are installed.
 
     Raises:
-        ImportError: One is missing; the text says what to install.
+        ImportError: One is missing; the message says what to install.
     """
     for module in ("fastapi", "uvicorn", "websockets"):
         _load(module)
@@ -22,7 +24,7 @@ def pillow() -> Any:
     """`PIL.Image`.
 
     Raises:
-        ImportError: It is missing; the text says what to install.
+        ImportError: It is missing; the message says what to install.
     """
     return _load("PIL.Image")
 

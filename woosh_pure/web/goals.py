@@ -1,5 +1,5 @@
-"""Goals that were begun through the web: each has a number, somebody who waits for its end, and a place in
-the list. Chassis verbs block: everything here is called in threads.
+"""Goals that were started through the web. Each has a number and a place in the list, and a thread that waits
+for its end. The Chassis's verbs block, so everything here is called from threads.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class Goal:
 
     Attributes:
         id: Its number, as text.
-        kind: As it was asked for: "mark", "pose" ...
-        who: Who asked, as others see them.
-        handle: The library's own.
-        begun: s since 1970.
-        entry: Its number in the journal.
-        outcome: How it ended, None while it runs.
-        error: Why its end is not known; "" else.
+        kind: The kind that was requested: "mark", "pose" ...
+        who: The name of the client that requested it.
+        handle: The library's handle of the goal.
+        begun: When it was started, s since 1970.
+        entry: The number of its entry in the journal.
+        outcome: How it ended; None while it runs.
+        error: Why it is not known how it ended; "" otherwise.
     """
 
     id: str
@@ -54,18 +54,18 @@ class Goal:
 
     @property
     def done(self) -> bool:
-        """True when it has ended. Asks nobody, so it never waits."""
+        """True once it has ended. Never waits."""
         return self.outcome is not None or bool(self.error)
 
     def wait(self, timeout: float) -> bool:
-        """Wait until it has ended; blocks."""
+        """Block until it has ended, or the time is up."""
         until = time.monotonic() + timeout
         while not self.done and time.monotonic() < until:
             time.sleep(0.01)
         return self.done
 
     def as_json(self) -> dict[str, Any]:
-        """As it is sent."""
+        """The goal as the API sends it."""
         outcome = self.outcome
         percent = getattr(self.handle.latest_progress, "percent", None)
         return {
@@ -101,11 +101,11 @@ class GoalManager:
         self._goals: OrderedDict[str, Goal] = OrderedDict()
 
     def begin(self, kind: str, who: str, what: str, start: Callable[[], GoalHandle[Any]]) -> Goal:
-        """Start one; blocks until the robot has taken or refused it.
+        """Start a goal; blocks until the robot has accepted or refused it.
 
         Raises:
-            RosError, ValueError: What the verb raises; it is in the journal, too.
-            Problem: Too many run already.
+            RosError, ValueError: The error of the verb, which is noted in the journal, too.
+            Problem: Too many goals run already.
         """
         if len(self.running) >= MOST_RUNNING:
             raise Problem(409, f"{MOST_RUNNING} goals are under way already; cancel one first")
@@ -131,7 +131,7 @@ class GoalManager:
         return goal
 
     def _wait_for_end(self, goal: Goal) -> None:
-        """Wait for the end: its time runs out here, whether somebody waits outside or not."""
+        """Wait for the end of the goal, so that its time-out works even if no client waits for it."""
         try:
             outcome = goal.handle.wait(raises=False)
         except RosError as error:
@@ -142,10 +142,10 @@ class GoalManager:
             self._journal.end(goal.entry, outcome.kind.value, outcome.sentence())
 
     def get(self, number: str) -> Goal:
-        """The goal of that number.
+        """The goal with that number.
 
         Raises:
-            Problem: There is none, or it ended long ago.
+            Problem: There is no such goal, or it ended too long ago to be kept.
         """
         with self._lock:
             goal = self._goals.get(number)
@@ -154,11 +154,11 @@ class GoalManager:
         return goal
 
     def all(self) -> list[Goal]:
-        """All that are kept, the oldest first."""
+        """All goals that are kept, the oldest first."""
         with self._lock:
             return list(self._goals.values())
 
     @property
     def running(self) -> list[Goal]:
-        """Those that have not ended."""
+        """The goals that have not ended."""
         return [goal for goal in self.all() if not goal.done]

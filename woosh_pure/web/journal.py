@@ -1,4 +1,4 @@
-"""What was done through the web, by whom, and how it ended: the last entries, for all to see."""
+"""What was done through the web, by whom, and how it ended. The last entries are shown to everybody."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ LENGTH = 200
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One line of it.
+    """One entry of the journal.
 
     Attributes:
         id: Grows by one with each entry.
         at: When it began, s since 1970.
-        who: Who asked for it, as others see them.
-        what: What was asked, in words.
+        who: The name of the client that asked for it.
+        what: What was asked for, in words.
         state: "under way", or how it ended: "arrived", "failed", "cancelled", "done", "refused" ...
-        text: The library's sentence about its end; "" before.
-        ended: When it ended, s since 1970; None before.
-        goal: Id of the goal it is about, "" when it is about none.
+        text: The library's sentence about how it ended; "" before that.
+        ended: When it ended, s since 1970; None before that.
+        goal: Id of the goal that the entry is about; "" if it is not about a goal.
     """
 
     id: int
@@ -41,12 +41,12 @@ class Entry:
     goal: str = ""
 
     def as_json(self) -> dict[str, Any]:
-        """As it is sent."""
+        """The entry as the API sends it."""
         return asdict(self)
 
 
 class Journal:
-    """The last entries, safe from any thread. Bounded: the oldest go.
+    """The last entries; older ones are dropped. Safe from any thread.
 
     Attributes:
         version: Grows with each change.
@@ -61,7 +61,7 @@ class Journal:
         self.version = 0
 
     def begin(self, who: str, what: str, goal: str = "") -> int:
-        """Something was asked for; its number, for `end`."""
+        """Add an entry for something that was asked for; returns its number, to be given to `end`."""
         with self._lock:
             number = next(self._numbers)
             self._put(Entry(number, round(time.time(), 3), _short(who), _short(what), goal=goal))
@@ -71,23 +71,23 @@ class Journal:
             return number
 
     def end(self, number: int, state: str, text: str = "") -> None:
-        """How it ended; of an entry that has gone, nothing is kept."""
+        """Note how it ended. Does nothing if the entry has been dropped meanwhile."""
         with self._lock:
             entry = self._entries.get(number)
             if entry is not None:
                 self._put(replace(entry, state=state, text=_short(text, 1000), ended=round(time.time(), 3)))
 
     def note(self, who: str, what: str, state: str = "done", text: str = "") -> None:
-        """Something that was done at once."""
+        """Add an entry for something that is done already."""
         self.end(self.begin(who, what), state, text)
 
     def entries(self) -> list[Entry]:
-        """All of them, the oldest first."""
+        """All entries, the oldest first."""
         with self._lock:
             return list(self._entries.values())
 
     def since(self, version: int) -> list[Entry]:
-        """Those that changed after that version."""
+        """The entries that were added or changed after that version."""
         with self._lock:
             return [self._entries[number] for number, when in self._changed.items() if when > version]
 
@@ -98,6 +98,6 @@ class Journal:
 
 
 def _short(text: str, most: int = 200) -> str:
-    """One line, whatever somebody has put into it."""
+    """One printable line of limited length, whatever a client has sent."""
     text = printable(text)
     return text if len(text) <= most else text[: most - 1] + "…"

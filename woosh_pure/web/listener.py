@@ -1,4 +1,4 @@
-"""The socket that the server listens at: a connection without a place is closed before anything is read."""
+"""The listening socket. A connection for which there is no slot is closed before anything is read from it."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _NO_LINGER = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 
 
 class Listener(socket.socket):
-    """Listens at once.
+    """A listening socket; it listens from the start.
 
     Raises:
-        OSError: The address cannot be listened at; the text says what to do.
+        OSError: Listening on this address failed; the message says what to do.
     """
 
     def __init__(self, bind: str, port: int, slots: ConnectionSlots) -> None:
         host = bind.strip("[]")
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        # The protocol is named because asyncio sends small messages at once only where it is (TCP_NODELAY).
+        # asyncio sets TCP_NODELAY only if the listening socket names its protocol.
         super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._slots = slots
         try:
@@ -44,7 +44,7 @@ class Listener(socket.socket):
             ) from error
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection that has a place."""
+        """The next connection that gets a slot."""
         while True:
             accepted, address = super().accept()
             connection = _Connection(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
@@ -56,20 +56,20 @@ class Listener(socket.socket):
 
 
 class _Connection(socket.socket):
-    """Gives its place back when it is closed."""
+    """A connection that gives its slot back when it is closed."""
 
     key: Key
     slots: ConnectionSlots
 
     def end(self) -> None:
-        """End it from our side; whoever reads it sees that, and closes it."""
+        """Shut it down from our side. Whoever reads from it notices, and closes it."""
         try:
             self.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
             self.shutdown(socket.SHUT_RDWR)
         except OSError:
-            pass  # it has ended by itself
+            pass  # it has ended already
 
     def close(self) -> None:
-        """Close, and leave."""
+        """Close the socket and free its slot."""
         super().close()
         self.slots.closed(self.key, self.end)

@@ -1,4 +1,4 @@
-"""The map of one robot, fetched when it is looked at and again now and then; and its marks."""
+"""The map of one robot, fetched when somebody looks at it and refreshed now and then; and the marks."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 __all__ = ["KnownMap", "MapCache", "WebMark", "marks_of"]
 
 FRESH = 30.0
-"""Seconds after which the map is asked for again when somebody looks."""
+"""Seconds after which the map is fetched again if somebody looks at it."""
 
 
 @dataclass(frozen=True, slots=True)
 class WebMark:
-    """A mark as the page shows it."""
+    """A mark that is shown on the page."""
 
     name: str
     pose: Pose2D | None = None
@@ -35,7 +35,7 @@ class WebMark:
     note: str = ""
 
     def as_json(self) -> dict[str, Any]:
-        """As it is sent; x, y and theta are null where the pose is not known."""
+        """The mark as the API sends it; x, y and theta are null if the pose is not known."""
         pose: dict[str, Any] = dict.fromkeys(("x", "y", "theta"))
         if self.pose is not None:
             pose = dict(pose_part(self.pose))
@@ -43,7 +43,7 @@ class WebMark:
 
 
 def marks_of(marks: Iterable[Any]) -> tuple[WebMark, ...]:
-    """Marks of a user's list, or whatever else has a name and a pose."""
+    """Marks of a user's list, or of any objects with a name and a pose."""
     return tuple(
         mark
         if isinstance(mark, WebMark)
@@ -57,7 +57,7 @@ class KnownMap:
     """A map with its picture.
 
     Attributes:
-        version: Short text that changes with its content.
+        version: A short text that changes with the content.
         png: Grey picture, north up.
     """
 
@@ -66,7 +66,7 @@ class KnownMap:
     png: bytes
 
     def as_json(self) -> dict[str, Any]:
-        """Its facts; the origin is the lower left corner, in m and rad."""
+        """The map's facts as the API sends them; the origin is the lower left corner, in m and rad."""
         grid = self.grid
         return {
             "version": self.version,
@@ -77,7 +77,7 @@ class KnownMap:
         }
 
     def yaml(self) -> str:
-        """map_server's YAML; its image is the PNG beside it."""
+        """The YAML file for map_server; it names the PNG as its image."""
         origin = self.grid.origin
         return (
             f"image: map.png\nresolution: {self.grid.resolution:.6f}\n"
@@ -87,7 +87,7 @@ class KnownMap:
 
 
 class MapCache:
-    """Fetches and keeps the map; one asks at a time, the others wait for that answer. Blocking."""
+    """Fetches and keeps the map. One caller fetches at a time; the others wait for its answer. Blocks."""
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
@@ -98,14 +98,14 @@ class MapCache:
 
     @property
     def known(self) -> KnownMap | None:
-        """The one fetched last."""
+        """The map that was fetched last."""
         return self._known
 
     def get(self, fresh: float = FRESH) -> KnownMap:
-        """The map, asked for again when it is older than `fresh` s.
+        """The map, fetched again if it is older than `fresh` seconds.
 
         Raises:
-            RosError, ValueError: It cannot be fetched, and never was.
+            RosError, ValueError: It cannot be fetched, and has never been.
         """
         with self._lock:
             if time.monotonic() - self._asked > (fresh if self._known is not None else 2.0):

@@ -1,5 +1,5 @@
-"""What every request passes before anything of it is read: Host, Origin, token, size; and what every answer
-says.
+"""The middleware that checks every request before its body is read (Host, Origin, token, size), and adds the
+security headers to every answer.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _SAFE = ("GET", "HEAD", "OPTIONS")
 
 
 def token_of(headers: dict[str, str]) -> str | None:
-    """The token of a request: of its Authorization, else of its cookie."""
+    """The token of a request: from its Authorization header, or else from its cookie."""
     scheme, _, value = headers.get("authorization", "").partition(" ")
     if scheme.lower() == "bearer":
         return value.strip()
@@ -55,7 +55,7 @@ def token_of(headers: dict[str, str]) -> str | None:
 
 
 def needs_token(path: str) -> bool:
-    """The page itself is no secret; what it shows is."""
+    """Whether a path needs the token. The page's own files are no secret; what the page shows is."""
     is_api = "/api/v1/" in path or path == "/openapi.json"
     return is_api and not any(path.endswith(open_) for open_ in _OPEN_TO_ALL)
 
@@ -84,7 +84,7 @@ class SecurityMiddleware:
         except asyncio.CancelledError:
             if not self._context.closed:
                 raise
-            await _say_good_bye(scope, send)  # it took longer than the server waits: no error of ours
+            await _say_good_bye(scope, send)  # still unfinished when the server ended; that is no error
         finally:
             slots.request_ends(key, time.monotonic(), authorized=authorized)
 
@@ -106,7 +106,9 @@ class SecurityMiddleware:
         await self._app(scope, _limited(receive), answer)
 
     def _is_authorized(self, scope: Scope) -> bool:
-        """Whoever asks may ask: what is open to all shows nothing of that, where there is a token."""
+        """Whether the client has shown that it may send requests. Paths that are open to all do not count if
+        there is a token.
+        """
         return not self._access.needs_token or needs_token(_path(scope))
 
     def _refusal(self, scope: Scope, headers: dict[str, str]) -> Refusal | None:
@@ -127,7 +129,7 @@ def _path(scope: Scope) -> str:
 
 
 def _end_of(scope: Scope) -> Key:
-    """Address and port of the other end."""
+    """IP address and port of the peer."""
     client = scope.get("client")
     return (str(client[0]), int(client[1] or 0)) if client else ("an unknown address", 0)
 
@@ -147,7 +149,7 @@ def _limited(receive: Receive) -> Receive:
 
     async def limited() -> MutableMapping[str, Any]:
         nonlocal got, more
-        if not more:  # from here on it tells only when the other side has gone
+        if not more:  # the body is complete; from here on only a disconnect can follow
             return await receive()
         try:
             message = await asyncio.wait_for(receive(), max(0.0, until - time.monotonic()))
@@ -179,7 +181,7 @@ def _with_headers(scope: Scope, send: Send) -> Send:
 
 
 class _Sending:
-    """`send`, and whether anything was sent."""
+    """`send`, which remembers whether anything was sent."""
 
     def __init__(self, send: Send) -> None:
         self._send = send
@@ -199,7 +201,7 @@ async def _say_good_bye(scope: Scope, send: _Sending) -> None:
         else:
             await _refuse(scope, Refusal(503, "the server ends"), _with_headers(scope, send))
     except (RuntimeError, OSError):
-        pass  # half of an answer cannot be ended well
+        pass  # an answer that was sent in part cannot be completed
 
 
 async def _refuse(scope: Scope, refusal: Refusal, send: Send) -> None:
@@ -217,7 +219,7 @@ async def _refuse(scope: Scope, refusal: Refusal, send: Send) -> None:
 
 async def _refuse_socket(refusal: Refusal, receive: Receive, send: Send) -> None:
     await receive()
-    if refusal.status in (401, 429):  # our own page asks: it must be able to read why
+    if refusal.status in (401, 429):  # accept first: only then can our page read the reason
         await send({"type": "websocket.accept"})
         await send({"type": "websocket.close", "code": 4000 + refusal.status, "reason": refusal.text[:120]})
     else:

@@ -1,4 +1,4 @@
-"""What goes in and out of the REST door, as models: what is checked, and what /openapi.json says."""
+"""The requests and answers of the REST API as models: they are checked, and described in /openapi.json."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ MarkName = Annotated[str, Field(min_length=1, max_length=200, description="as on
 
 
 class Request(BaseModel):
-    """Of what comes in: nothing is guessed, and nothing unknown is passed over."""
+    """Base of all requests: no type is converted, and no unknown member is ignored."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
 class Answer(BaseModel):
-    """Of what goes out; more members may come with later versions."""
+    """Base of all answers; later versions may add members."""
 
     model_config = ConfigDict(extra="allow")
 
 
-# -- in ------------------------------------------------------------------------------------------------------
+# -- requests ------------------------------------------------------------------------------------------------
 
 
 class MotionRequest(Request):
-    """What all goals take."""
+    """What all goals accept."""
 
     timeout: Seconds | None = None
     replace: Annotated[bool, Field(description="end what this server has under way that moves the robot")] = (
@@ -89,7 +89,7 @@ class PoseGoal(MotionRequest):
 
 
 class MoveGoal(MotionRequest):
-    """Drive straight, forward positive; obstacle avoidance stays on."""
+    """Drive straight ahead, or back if negative. Obstacle avoidance stays on."""
 
     kind: Literal["move"]
     distance: Metres
@@ -97,7 +97,7 @@ class MoveGoal(MotionRequest):
 
 
 class RotateGoal(MotionRequest):
-    """Turn in place, counter-clockwise positive; obstacle avoidance stays on."""
+    """Turn in place, counter-clockwise if positive. Obstacle avoidance stays on."""
 
     kind: Literal["rotate"]
     angle: Radians
@@ -119,25 +119,25 @@ class PoseRequest(Request):
 
 
 class StopRequest(Request):
-    """How far a stop goes."""
+    """What a stop includes."""
 
     everything: Annotated[bool, Field(description="also goals and tasks that others have started")] = True
 
 
 class LeaseRequest(Request):
-    """For how long."""
+    """How long the lease is wanted for."""
 
     seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] = 60.0
 
 
 class GrantRequest(Request):
-    """To whom: one of those who ask; left out, the first of them."""
+    """Who gets the lease: one of those who have asked for it; by default the first of them."""
 
     to: Annotated[str, Field(min_length=1, max_length=200)] | None = None
 
 
 class RecordingRequest(Request):
-    """How long, and whether with pictures."""
+    """How long to record, and whether with pictures."""
 
     seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] | None = None
     camera: Annotated[bool, Field(description="also images and point clouds: much data")] = False
@@ -149,11 +149,11 @@ class LoginRequest(Request):
     token: Annotated[str, Field(max_length=1000)]
 
 
-# -- out -----------------------------------------------------------------------------------------------------
+# -- answers -------------------------------------------------------------------------------------------------
 
 
 class ProblemDocument(Answer):
-    """RFC 9457; the detail is the library's sentence."""
+    """A problem by RFC 9457; `detail` is the library's sentence."""
 
     type: str
     title: str
@@ -163,7 +163,7 @@ class ProblemDocument(Answer):
 
 
 class Goal(Answer):
-    """A goal. `arrived` is true only for success; `stands_still` is null where it is not known."""
+    """A goal. `arrived` is true only on success; `stands_still` is null if it is not known."""
 
     id: str
     kind: str
@@ -182,7 +182,7 @@ class Goal(Answer):
 
 
 class StopAnswer(Answer):
-    """What stands still, and what could not be done."""
+    """Whether the robot stands still, what was cancelled, and what could not be done."""
 
     stands_still: bool | None
     text: str
@@ -191,7 +191,7 @@ class StopAnswer(Answer):
 
 
 class Pose(Answer):
-    """m, m and rad."""
+    """x and y in m, theta in rad, in the map."""
 
     x: float
     y: float
@@ -199,7 +199,7 @@ class Pose(Answer):
 
 
 class Reason(Answer):
-    """One thing that speaks against moving."""
+    """One reason not to move."""
 
     key: str
     text: str
@@ -208,7 +208,7 @@ class Reason(Answer):
 
 
 class Readiness(Answer):
-    """Whether it would move now: yes, no, or not known."""
+    """Whether the robot would move now: yes, no, or not known."""
 
     answer: Literal["yes", "no", "not known"]
     text: str
@@ -216,7 +216,7 @@ class Readiness(Answer):
 
 
 class Fault(Answer):
-    """One that is active."""
+    """An active fault."""
 
     code: int
     level: str
@@ -226,7 +226,7 @@ class Fault(Answer):
 
 
 class Faults(Answer):
-    """`known` tells whether the list is all there is."""
+    """The active faults. `known` tells whether the list is complete."""
 
     known: bool
     present: bool | None
@@ -235,7 +235,7 @@ class Faults(Answer):
 
 
 class Mark(Answer):
-    """x, y and theta are null where the pose is not known."""
+    """A mark; x, y and theta are null if its pose is not known."""
 
     name: str
     x: float | None
@@ -246,7 +246,7 @@ class Mark(Answer):
 
 
 class MapFacts(Answer):
-    """The origin is the lower left corner."""
+    """Size, resolution and origin of the map; the origin is the lower left corner."""
 
     version: str
     width: int
@@ -256,7 +256,7 @@ class MapFacts(Answer):
 
 
 class Points(Answer):
-    """[x, y] in m."""
+    """Points as [x, y] in m, in the map."""
 
     points: list[list[float]]
 
@@ -273,7 +273,7 @@ class Feed(Answer):
 
 
 class FeedValue(Answer):
-    """The newest value; null and no age where nothing was heard."""
+    """The newest value of a feed; value and age are null if nothing was heard."""
 
     name: str
     value: Any
@@ -282,7 +282,7 @@ class FeedValue(Answer):
 
 
 class Entry(Answer):
-    """A line of the journal."""
+    """An entry of the journal."""
 
     id: int
     at: float
@@ -295,7 +295,7 @@ class Entry(Answer):
 
 
 class Recording(Answer):
-    """A bag."""
+    """A recorded bag."""
 
     id: str
     who: str
@@ -319,7 +319,7 @@ class LeaseAnswer(Answer):
 
 
 class Snapshot(Answer):
-    """Everything at once; a part is null where nothing was heard."""
+    """The whole state at once; a part is null if nothing was heard of it."""
 
     robot: str
     time: float
@@ -337,7 +337,7 @@ class Snapshot(Answer):
 
 
 class Status(Answer):
-    """The state in a few words."""
+    """The state in brief."""
 
     robot: str
     state: str | None
@@ -357,7 +357,7 @@ class RobotEntry(Answer):
 
 
 class AccessAnswer(Answer):
-    """What is needed to ask more."""
+    """Whether a token is needed, and what this client may do."""
 
     needs_token: bool
     logged_in: bool

@@ -1,4 +1,4 @@
-"""Errors of the library as problem+json (RFC 9457): the library's own sentence, and its facts."""
+"""Errors of the library as problem+json (RFC 9457), with the library's own sentence and the error's facts."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ _KINDS: tuple[tuple[type[Exception], int, str], ...] = (
 
 
 class Problem(Exception):
-    """Something to be told as it is.
+    """An error that the client is told as it is.
 
     Attributes:
-        status: Of HTTP.
+        status: The HTTP status.
         text: The sentence.
         kind: A short word for programs.
-        facts: More members of the document.
+        facts: Further members of the document.
     """
 
     def __init__(self, status: int, text: str, kind: str = "", **facts: Any) -> None:
@@ -69,7 +69,7 @@ class Problem(Exception):
         self.status, self.text, self.kind, self.facts = status, text, kind, facts
 
     def document(self, instance: str) -> dict[str, Any]:
-        """As it is sent."""
+        """The problem+json document."""
         kind = self.kind or _TITLES.get(self.status, "problem").lower().replace(" ", "-")
         return {
             "type": f"urn:woosh:{kind}",
@@ -82,7 +82,7 @@ class Problem(Exception):
 
 
 def problem_of(error: Exception) -> Problem:
-    """The problem of an error; one that nobody foresaw is logged, and told without its details."""
+    """An error as a problem. An unexpected one is logged, and the client gets no details of it."""
     if isinstance(error, Problem):
         return error
     for of, status, kind in _KINDS:

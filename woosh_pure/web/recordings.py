@@ -1,4 +1,4 @@
-"""Bags recorded through the web: one at a time for each robot, with bounds of time and size."""
+"""Bags recorded through the web: one at a time for each robot, limited in time and size."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Recording:
 
     Attributes:
         id: Its number, as text.
-        who: Who asked for it.
-        recorder: Writes it.
-        path: Where it is when it is finished.
-        begun: s since 1970.
+        who: The name of the client that started it.
+        recorder: The recorder that writes it.
+        path: Where the bag is once it is finished.
+        begun: When it was started, s since 1970.
     """
 
     id: str
@@ -44,11 +44,11 @@ class Recording:
 
     @property
     def running(self) -> bool:
-        """Whether it still grows."""
+        """Whether it is still being recorded."""
         return self.ended is None and not self.recorder.finished
 
     def as_json(self) -> dict[str, Any]:
-        """As it is sent."""
+        """The recording as the API sends it."""
         stats = self.recorder.stats()
         seconds = stats.seconds if self.ended is None else self.ended - self.begun
         return {
@@ -67,10 +67,10 @@ class Recording:
 
 
 class RecordingManager:
-    """The recordings of one robot. Safe from any thread; everything but `as_json` blocks a little.
+    """The recordings of one robot. Safe from any thread; everything blocks for a moment.
 
     Args:
-        folder: Where they are kept; None makes a folder of the system's temporary ones with the first.
+        folder: Where the bags are kept. With None, the first recording creates a temporary folder.
     """
 
     def __init__(self, chassis: Chassis, folder: Path | None = None) -> None:
@@ -80,11 +80,11 @@ class RecordingManager:
         self._all: dict[str, Recording] = {}
 
     def begin(self, who: str, seconds: float | None = None, camera: bool = False) -> Recording:
-        """Begin to record; at most an hour, or 1 GiB.
+        """Start to record, for an hour or 1 GiB at most. The oldest bags are deleted when the list is full.
 
         Raises:
-            Problem: One runs already, or the list is full.
-            BagError: It cannot be written.
+            Problem: A recording runs already.
+            BagError: The bag cannot be written.
         """
         from rosproto.recording import Recorder
         from woosh_pure.interface.recorded_topics import selection_of
@@ -122,10 +122,10 @@ class RecordingManager:
         raise AssertionError("unreachable")
 
     def end(self, number: str) -> Recording:
-        """End it; its bag is whole then.
+        """End the recording; its bag is complete then.
 
         Raises:
-            Problem: There is none of that number.
+            Problem: There is no recording with that number.
         """
         found = self.get(number)
         try:
@@ -137,17 +137,17 @@ class RecordingManager:
         return found
 
     def remove(self, number: str) -> None:
-        """End it, and delete its bag."""
+        """End the recording and delete its bag."""
         found = self.end(number)
         with self._lock:
             self._all.pop(number, None)
         found.path.unlink(missing_ok=True)
 
     def get(self, number: str) -> Recording:
-        """The recording of that number.
+        """The recording with that number.
 
         Raises:
-            Problem: There is none.
+            Problem: There is no such recording.
         """
         with self._lock:
             found = self._all.get(number)
@@ -156,11 +156,11 @@ class RecordingManager:
         return found
 
     def all(self) -> list[Recording]:
-        """All of them, the oldest first."""
+        """All recordings, the oldest first."""
         with self._lock:
             return list(self._all.values())
 
     def close(self) -> None:
-        """End all; what was recorded stays."""
+        """End all recordings; the bags are kept."""
         for one in self.all():
             self.end(one.id)

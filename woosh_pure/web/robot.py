@@ -1,4 +1,4 @@
-"""One robot as the web sees it: its Chassis, and what is kept for all who look at it."""
+"""One robot of the web server: its Chassis, and what all its viewers share."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["Robot"]
 
 
 class _Stop:
-    """A stop under way, and what came of it."""
+    """A stop under way, and its result."""
 
     def __init__(self) -> None:
         self.over = threading.Event()
@@ -35,13 +35,13 @@ class _Stop:
 
 
 class Robot:
-    """Makes nothing and asks nothing until somebody does.
+    """Opens and subscribes nothing until there is a request.
 
     Attributes:
-        name: As in the addresses of the API.
+        name: The robot's name in the paths of the API.
         chassis: The Chassis; whoever made it opens and closes it.
-        marks: Marks as they were given: the chassis cannot list its own.
-        journal, goals, teleop, map, cameras, recordings: What is kept; see there.
+        marks: The marks that were given: the chassis cannot list its own.
+        journal, goals, teleop, map, cameras, recordings: See the classes of the same names.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Robot:
         self._stopping: dict[bool, _Stop] = {}
 
     def listen(self) -> None:
-        """Subscribe what the snapshot needs; blocks the first time, until the links stand."""
+        """Subscribe to what the snapshot needs. Blocks the first time, until the links are connected."""
         if self._listening:
             return
         names = (*LISTENED, *ALSO_SHOWN)
@@ -81,14 +81,14 @@ class Robot:
         return self.chassis.feed(name)
 
     def readings(self) -> dict[str, Reading[Any] | None]:
-        """The newest of what the snapshot is made of; never waits."""
+        """The newest values for the snapshot. Never waits."""
         return {name: self.feed(name).known for name in LISTENED}
 
     def require_lease(self, client: Client) -> None:
-        """Refuse what moves while somebody else has the lease.
+        """Refuse a command while another client has the lease.
 
         Raises:
-            Problem: Somebody else has it.
+            Problem: Another client has the lease.
         """
         lease = self.chassis.lease
         holder = lease.holder
@@ -103,8 +103,8 @@ class Robot:
             lease.renew(client.name)
 
     def stop(self, who: str, *, everything: bool = True, timeout: float = 5.0) -> StopReport:
-        """Stop now; blocks until it is known whether the robot stands. Who asks meanwhile gets the same
-        answer.
+        """Stop now; blocks until it is known whether the robot stands still. Requests to stop that arrive
+        meanwhile get the same answer.
         """
         self.teleop.halt(f"{who} stopped the robot")
         with self._lock:
@@ -131,6 +131,6 @@ class Robot:
             stop.over.set()
 
     def close(self, why: str) -> None:
-        """End what the web has begun, at once; closing the Chassis is for whoever opened it."""
+        """End driving and recordings at once. The Chassis is closed by whoever opened it."""
         self.teleop.close(why)
         self.recordings.close()

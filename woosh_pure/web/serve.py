@@ -1,4 +1,4 @@
-"""The server around the application: a uvicorn in a thread, as a `with` block."""
+"""The server for the application: uvicorn in a thread, as a `with` block."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ __all__ = ["WebServer"]
 
 _logger = get_logger("woosh_pure.web")
 START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
-"""Seconds to start; for those who are connected to take their last word, and leave; and for all to end."""
+"""Seconds for the server to start; for clients to receive what is left and disconnect; and for it to end."""
 
 
 class WebServer:
-    """Serves an application of `woosh_pure.web.app`. Use it in a `with` block: leaving it ends the drive
-    first.
+    """Serves an application made by `woosh_pure.web.app`. Use it in a `with` block; leaving the block first
+    ends driving by velocity.
 
     Args:
         app: The application.
-        bind: Address to listen at. Off loopback the application must have a token.
-        port: 0 takes a free one.
-        tls_cert: Certificate file (PEM); with it the server speaks https.
-        tls_key: Key file, where it is not in the other.
+        bind: Address to listen on. If it is not a loopback address, the application must have a token.
+        port: TCP port; 0 takes a free one.
+        tls_cert: Certificate file (PEM); if given, the server speaks https.
+        tls_key: Key file, if the key is not in the certificate file.
 
     Raises:
-        ValueError: Reachable from elsewhere, without a token.
-        OSError: The address cannot be listened at, or a file of TLS cannot be read.
+        ValueError: Other computers could reach the server, and there is no token.
+        OSError: Listening on the address failed, or a TLS file cannot be read.
     """
 
     def __init__(
@@ -137,11 +137,11 @@ class WebServer:
 
     @property
     def running(self) -> bool:
-        """Whether it serves."""
+        """Whether the server runs."""
         return self._thread.is_alive()
 
     def close(self) -> None:
-        """Zero velocity first, then the server; bounded. May be called again."""
+        """End driving first, then the server. Takes a bounded time, and may be called again."""
         self.app.state.context.close("the server ends")
         self._server.should_exit = True
         if self._thread.is_alive():
@@ -153,8 +153,8 @@ class WebServer:
 
 
 def _run_alone(main: Coroutine[Any, Any, None]) -> None:
-    """In a loop of asyncio's own: `Listener.accept` is called by the one that waits for sockets to be ready,
-    and neither by Windows's other one nor by uvloop.
+    """Run in asyncio's selector event loop: it calls `Listener.accept`, which neither the proactor loop of
+    Windows nor uvloop does.
     """
     loop = asyncio.SelectorEventLoop()
     try:

@@ -1,6 +1,7 @@
-"""What the robot is, as parts that JSON can say. Pure: made of values.
+"""The robot's state as parts that can be written as JSON. Pure.
 
-Ages stand apart from the parts: a part changes when the robot says something else, an age all the time.
+Ages are kept apart from the parts: a part changes only when the robot reports something new, an age changes
+all the time.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ __all__ = [
 ]
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
-"""Feeds that the snapshot is made of."""
+"""The feeds that the snapshot is made from."""
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it: dataclasses as objects, arrays as lists, enums by name, NaN as null."""
+    """A value in JSON's types: dataclasses as objects, arrays as lists, enums by name, NaN as null."""
     if value is None or isinstance(value, bool):
         return value
     if isinstance(value, Enum):
@@ -64,12 +65,12 @@ def plain(value: Any) -> Any:
 
 
 def ages(readings: Mapping[str, Reading[Any] | None]) -> dict[str, float | None]:
-    """Seconds since each was heard, null where nothing was."""
+    """Seconds since each feed was heard; None if it was not heard."""
     return {name: None if r is None else round(r.age, 2) for name, r in readings.items()}
 
 
 def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
-    """The parts that the feeds tell; null where nothing was heard."""
+    """The parts that come from feeds; None if a feed was not heard."""
     value: dict[str, Any] = {name: r.value for name, r in readings.items() if r is not None}
     status = value.get("status")
     return {
@@ -122,7 +123,7 @@ def _rounded(number: float, digits: int) -> float | None:
 
 
 def readiness_part(readiness: Readiness) -> dict[str, Any]:
-    """Whether it would move: "yes", "no" or "not known", and why."""
+    """Whether the robot would move ("yes", "no" or "not known"), and why not."""
     return {
         "answer": readiness.answer.value,
         "text": readiness.sentence(),
@@ -134,7 +135,7 @@ def readiness_part(readiness: Readiness) -> dict[str, Any]:
 
 
 def faults_part(faults: Faults) -> dict[str, Any]:
-    """Faults that are active, and whether that is all of them."""
+    """The active faults, and whether the list is complete."""
     return {
         "known": faults.known,
         "present": faults.present,
@@ -154,7 +155,7 @@ def faults_part(faults: Faults) -> dict[str, Any]:
 
 
 def lease_part(state: LeaseState, *, mine: str | None = None) -> dict[str, Any]:
-    """The lease; `mine` is the name of whom it is told to."""
+    """The lease, for the client with the name `mine`."""
     part: dict[str, Any] = {
         "holder": state.holder,
         "seconds": round(state.seconds, 1),
@@ -167,5 +168,5 @@ def lease_part(state: LeaseState, *, mine: str | None = None) -> dict[str, Any]:
 
 
 def points_part(points: Iterable[tuple[float, float]]) -> list[list[float]]:
-    """Points in m."""
+    """Points in m, rounded to mm."""
     return [[round(x, 3), round(y, 3)] for x, y in points]

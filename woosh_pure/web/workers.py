@@ -1,4 +1,4 @@
-"""Threads of our own for what blocks: whatever keeps others busy, a stop and a drive have theirs."""
+"""Threads for each kind of blocking work, so that a stop or a drive never waits for a free one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ R = TypeVar("R")
 
 
 class Workers:
-    """A few threads for one purpose; none before the first job."""
+    """A few threads for one purpose. They are started with the first job."""
 
     def __init__(self, name: str, most: int) -> None:
         self._name, self._most = name, most
@@ -21,7 +21,7 @@ class Workers:
         self._jobs: set[asyncio.Future[Any]] = set()
 
     def run(self, job: Callable[..., R], *arguments: Any) -> asyncio.Future[R]:
-        """Begin a job; it is done whether somebody awaits it or not. Called in the event loop."""
+        """Start a job, which runs whether or not it is awaited. Call this in the event loop."""
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self._most, thread_name_prefix=f"woosh:web {self._name}")
         future = asyncio.get_running_loop().run_in_executor(self._threads, job, *arguments)
@@ -32,10 +32,10 @@ class Workers:
     def _forget(self, job: asyncio.Future[Any]) -> None:
         self._jobs.discard(job)
         if not job.cancelled():
-            job.exception()  # who awaits it sees it; nobody else has to
+            job.exception()  # marks it as seen: whoever awaits the job gets it, otherwise it is ignored
 
     def close(self) -> None:
-        """No more jobs; those that run end by their own bounds."""
+        """Accept no more jobs. Those that run end in their own bounded time."""
         threads, self._threads = self._threads, None
         if threads is not None:
             threads.shutdown(wait=False, cancel_futures=False)

@@ -53,6 +53,7 @@ class McapReader(BagReader):
             if self._source.read_at(0, len(MCAP_MAGIC)) != MCAP_MAGIC:
                 raise self._source.error("this is no MCAP file")
             found = read_contents(self._source)
+            self._source.searched()
         except BaseException:
             self._source.close()
             raise

@@ -1,6 +1,7 @@
-"""Files of packages, for viewers that draw a robot: `package://NAME/meshes/base.stl`.
+"""Serves files of packages to viewers that draw a robot: `package://NAME/meshes/base.stl`.
 
-Only from folders that were named, only of kinds that describe a robot, never through a link that leads out.
+Only from the folders given, only file types that describe a robot, and never through a symbolic link that
+leads out of the package.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ MOST_BYTES = 32 << 20
 
 
 class Assets:
-    """Folders with packages, as ROS_PACKAGE_PATH lists them; each package is a folder of its name in one.
+    """Folders with packages, as in ROS_PACKAGE_PATH: a package is a subfolder with its name.
 
     Args:
-        folders: Where packages are looked for, in this order; one may itself be a package.
-        most_bytes: Larger files are refused.
+        folders: Searched in this order; a folder may itself be a package.
+        most_bytes: Size of the largest file that is served.
     """
 
     def __init__(
@@ -38,11 +39,11 @@ class Assets:
         return bool(self.folders)
 
     def fetch(self, uri: str) -> bytes:
-        """The file's bytes.
+        """Return the contents of a file.
 
         Raises:
-            ValueError: It is no such address, or the file is of another kind or too large.
-            FileNotFoundError: There is no such file in the folders.
+            ValueError: The address is malformed, or the file has another type or is too large.
+            FileNotFoundError: None of the folders has it.
         """
         if not uri.startswith(SCHEME) or len(uri) > 1024:
             raise ValueError(f"{uri[:100]!r} is no address of a package's file: package://NAME/PATH")

@@ -1,4 +1,4 @@
-"""The parameter server as clients see it: every leaf with its whole name, and what changes."""
+"""The parameter server as clients see it: every single value under its full name, and changes of values."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ __all__ = ["FollowedParameters", "ParameterView", "leaves"]
 _log = get_logger("rosproto.gateway")
 
 ASK_SECONDS = 3.0
-MOST = 10_000  # parameters that a client is shown
+MOST = 10_000  # parameters that a client gets at a time
 DEEPEST = 64
 
 
 def leaves(name: str, value: object, depth: int = 0) -> Iterator[tuple[str, object]]:
-    """The parameters in a namespace, with their names; an empty one is itself a value."""
+    """The parameters below a namespace, with their full names; an empty namespace counts as a value."""
     if isinstance(value, dict) and value and depth < DEEPEST:
         for key, one in value.items():
             yield from leaves(f"{name.rstrip('/')}/{key}", one, depth + 1)
@@ -35,7 +35,7 @@ def leaves(name: str, value: object, depth: int = 0) -> Iterator[tuple[str, obje
 
 
 def _plain(value: object) -> Any:
-    """As JSON can carry it."""
+    """The value with everything replaced that JSON does not have."""
     if isinstance(value, (bool, int, float, str, bytes)):
         return value
     if isinstance(value, (list, tuple)):
@@ -50,22 +50,22 @@ def _text(value: bytes) -> str:
 
 
 def sdk_parameter(name: str, value: object) -> Any:
-    """A parameter for the SDK; without a value one that is not set."""
+    """A parameter for the SDK; None stands for one that is not set."""
     fg = sdk()
     if value is None:
         return fg.Parameter(name)
     try:
         return fg.Parameter(name, value=_plain(value))
-    except (TypeError, ValueError, OverflowError):  # a list of mixed values, a number of more than 64 bits
+    except (TypeError, ValueError, OverflowError):  # a list of mixed types, an integer of more than 64 bits
         return fg.Parameter(name, value=str(value))
 
 
 class ParameterView:
-    """What one server tells of parameters, and sets.
+    """Reads and sets parameters for the clients of one server.
 
     Args:
         node: Asks its master.
-        access: Which are open, and which may be set.
+        access: Which may be read, and which may be set.
         limits: Bounds.
     """
 
@@ -75,7 +75,7 @@ class ParameterView:
         self._limits = limits
 
     def get(self, names: Iterable[str]) -> dict[str, object]:
-        """Values of parameters, or all; what is not set, or not open, is left out.
+        """The values of these parameters, or of all; those that are not set or not readable are left out.
 
         Raises:
             RosError: The master cannot be asked.
@@ -105,7 +105,7 @@ class ParameterView:
         return name if name.startswith("/") else f"/{name}"
 
     def set(self, name: str, value: object) -> str | None:
-        """Set one, or with None delete it; None, or a sentence why it was not done."""
+        """Set a parameter, or delete it with None. Returns None, or a sentence that says why it failed."""
         name = self._named(name)
         if len(name) > self._limits.text_length:
             return "the name of a parameter is too long"
@@ -127,9 +127,9 @@ class FollowedParameters:
 
     Args:
         node: Subscribes them.
-        access: Which are open.
+        access: Which may be read.
         most: How many at a time.
-        tell: Called with the SDK's parameters that have changed; in a thread of the node.
+        tell: Called with changed parameters, as the SDK has them; in a thread of the node.
     """
 
     def __init__(self, node: Node, access: Access, most: int, tell: Callable[[list[Any]], object]) -> None:
@@ -142,7 +142,7 @@ class FollowedParameters:
         self._closed = False
 
     def follow(self, names: Iterable[str]) -> str | None:
-        """Follow them, too; None, or a sentence why some are not. Asks the master."""
+        """Follow these as well; asks the master. Returns None, or a sentence that says why some failed."""
         problem = None
         for name in names:
             with self._lock:
@@ -163,12 +163,12 @@ class FollowedParameters:
                 kept = not self._closed and self._subscriptions.setdefault(name, made) is made
             if not kept:
                 made.close()
-            elif made.value is not None:  # it may have changed since the client asked for it
+            elif made.value is not None:  # it may have changed since the client read it
                 self._changed(name, made.value)
         return problem
 
     def leave(self, names: Iterable[str]) -> None:
-        """Follow these no more."""
+        """Stop following these."""
         with self._lock:
             over = [self._subscriptions.pop(name) for name in names if name in self._subscriptions]
         self._end(over)
@@ -191,7 +191,7 @@ class FollowedParameters:
                 _log.info("! foxglove: parameter %s could not be left: %s", one.key, problem)
 
     def close(self) -> None:
-        """Follow nothing any more."""
+        """Stop following all."""
         with self._lock:
             self._closed = True
             over = list(self._subscriptions.values())

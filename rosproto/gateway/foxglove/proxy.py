@@ -44,11 +44,11 @@ class Proxy:
         tls: For wss.
         check: Returns the name under which a client speaks the protocol, or raises `BadRequest`.
         make_session: Makes the session of a client; called in a worker thread.
-        limits: Bounds.
+        limits: What a client may cost.
         prepare: Called with this object before anybody can connect.
 
     Raises:
-        ConnectionLost: It cannot listen there.
+        ConnectionLost: The address cannot be listened on.
     """
 
     def __init__(

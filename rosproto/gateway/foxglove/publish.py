@@ -1,7 +1,7 @@
-"""What clients publish: judged, decoded with the definition they name, and published by the node.
+"""Messages that clients publish: checked, decoded with the definition they name, published by the node.
 
-As `ros1` (the bytes of ROS) or as `json`: an object by field, times as {"sec", "nsec"}, which is how viewers
-write what a person typed or steered, also for types that no publisher has told them.
+They come as `ros1` (ROS's own bytes) or as `json`, an object by field with times as {"sec", "nsec"}. Viewers
+use JSON for what a person typed or steered, also where they have no definition of the type.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ if TYPE_CHECKING:
 __all__ = ["ENCODINGS", "Advert", "ClientTopics", "NotOpen", "Refused"]
 
 ENCODINGS = ("json", "ros1")
-"""What a client may publish in; the first is what viewers take, as it needs no definition of theirs."""
+"""Encodings in which clients may publish. Viewers choose the first, which needs no definition there."""
 
-MOST_BRACKETS = 1_000_000  # arrays and objects in one message: each costs memory, however short
-MOST_DIGITS = 400  # of a whole number
+MOST_BRACKETS = 1_000_000  # arrays and objects in one message: each takes memory, however short
+MOST_DIGITS = 400  # of an integer
 
 
 class Refused(Exception):
-    """What a client asked is not done; the text is a sentence for it."""
+    """A client's request is refused; the text is the sentence that it gets."""
 
 
 class NotOpen(Refused):
-    """A topic that no pattern opens; said when something is published: viewers advertise unasked."""
+    """No pattern opens the topic. Told when the client publishes: viewers advertise unasked."""
 
 
 class Advert:
-    """What one client publishes as one of its channels. Close it.
+    """A topic that one client publishes on one of its channels. Close it at the end.
 
     Args:
-        publication: Of the node.
+        publication: The node's.
         encoding: One of `ENCODINGS`.
     """
 
@@ -56,7 +56,7 @@ class Advert:
         self.encoding = encoding
 
     def close(self) -> None:
-        """Publish it no more."""
+        """Stop publishing it."""
         self.publication.close()
 
 
@@ -64,10 +64,10 @@ class ClientTopics:
     """The topics that clients of one server publish.
 
     Args:
-        node: Knows names and definitions.
-        access: Which topics are open.
+        node: Resolves names, and knows definitions.
+        access: Which topics may be published.
         limits: Bounds.
-        publications: Publish them.
+        publications: The node's publishers for clients.
     """
 
     def __init__(self, node: Node, access: Access, limits: GatewayLimits, publications: Publications) -> None:
@@ -77,16 +77,16 @@ class ClientTopics:
         self._publications = publications
 
     def advertise(self, client: Hashable, channel: Any) -> Advert:
-        """Open what a client wants to publish. Asks the master.
+        """Open a topic that a client wants to publish. Asks the master.
 
         Args:
-            client: Who.
+            client: Stands for the client.
             channel: The SDK's `ClientChannel`.
 
         Raises:
-            NotOpen: It may not be published.
-            Refused: It may not be published like this.
-            RosError: The master does not take it.
+            NotOpen: No pattern opens the topic.
+            Refused: It may not be published in this way.
+            RosError: The master refuses the registration.
         """
         if max(len(channel.topic), len(channel.schema_name)) > self._limits.text_length:
             raise Refused("the name of a topic or type is too long")
@@ -110,7 +110,7 @@ class ClientTopics:
         return Advert(publication, channel.encoding)
 
     def _kind(self, topic: str, name: str, channel: Any) -> type[Message]:
-        """Our class of that name when the client means the same, else one made from its text."""
+        """The class known here if the client means the same type, else one made from its definition."""
         told_as = channel.schema_encoding or "ros1msg"
         text = (channel.schema or b"").decode("utf-8", "replace") if told_as == "ros1msg" else ""
         known: type[Message] | None = None
@@ -128,17 +128,17 @@ class ClientTopics:
             told = define(name, text)
         except (DefinitionError, CodecError, ValueError) as problem:
             if known is not None:
-                return known  # a viewer's own spelling of a well-known type; the bytes will show
+                return known  # a viewer's own spelling of a known type: decoding shows whether the bytes fit
             raise Refused(
                 f"publishing on {topic} is refused: its definition cannot be used: {problem}"
             ) from None
         return known if known is not None and known._md5sum == told._md5sum else told
 
     def publish(self, advert: Advert, data: bytes) -> None:
-        """One message.
+        """Publish a message.
 
         Raises:
-            Refused: It is no such message, or a velocity that is no number.
+            Refused: The bytes do not fit the type, or a velocity is not finite.
             RosError: It could not be published.
         """
         publication = advert.publication
@@ -160,7 +160,7 @@ class ClientTopics:
 
 
 class _NoJson(ValueError):
-    """Bytes that are no JSON that is taken here."""
+    """The bytes are not JSON, or too much of it."""
 
 
 def _whole(digits: str) -> int:
@@ -173,10 +173,10 @@ _read = partial(json.loads, parse_int=_whole)
 
 
 def _json(data: bytes) -> Any:
-    """What a client's JSON says; how deep it may go is said by the definition it is read with.
+    """Read a client's JSON; the definition it is matched with limits its depth.
 
     Raises:
-        _NoJson: It is none, or too much of it.
+        _NoJson: It is not JSON, or too much of it.
     """
     brackets = data.count(b"[") + data.count(b"{")
     if brackets > MOST_BRACKETS:
@@ -192,7 +192,7 @@ def _json(data: bytes) -> Any:
 
 
 def finite(message: Any) -> bool:
-    """Whether every number in a message is one."""
+    """Whether every number in a message is finite."""
     for name in message.__slots__:
         value = getattr(message, name)
         if isinstance(value, Message):

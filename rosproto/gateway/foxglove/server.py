@@ -35,11 +35,11 @@ class ClientFacts(NamedTuple):
 
     Attributes:
         peer: "host:port".
-        subscriptions: Topics it follows.
-        sent, sent_bytes: Messages it was sent.
-        dropped: Messages it was not sent because it did not read, by topic.
-        published: Messages it has published.
-        since: When it came, seconds since 1970.
+        subscriptions: Topics that it follows.
+        sent, sent_bytes: Messages sent to it.
+        dropped: Messages not sent because it did not read, by topic.
+        published: Messages that it has published.
+        since: When it connected, seconds since 1970.
     """
 
     peer: str
@@ -52,12 +52,12 @@ class ClientFacts(NamedTuple):
 
 
 class FoxgloveStats(NamedTuple):
-    """How a server stands.
+    """Counters of a server.
 
     Attributes:
         clients: Connected now.
         accepted, refused: Connections so far.
-        stalled: Connections cut off because nothing was read.
+        stalled: Connections cut because the client read nothing.
         refusals: Writes that were not allowed.
         topics: Followed at the robot now.
         zeros: Zero velocities sent after clients that drove.
@@ -73,28 +73,28 @@ class FoxgloveStats(NamedTuple):
 
 
 class Foxglove:
-    """Shows the graph of a node in Foxglove and Lichtblick, until it is closed.
+    """Shows the graph of a node in Foxglove and Lichtblick until it is closed.
 
-    A topic is subscribed at the robot when the first viewer wants it. Viewers read; publishing, calling
-    services and setting parameters is open only where `access` says so.
+    A topic is subscribed at the robot when the first viewer subscribes it. Viewers may publish, call services
+    and set parameters only where `access` permits it.
 
     Args:
-        node: Whose graph.
-        host: Address to listen on. Others than this computer's own need a `token`.
-        port: 0 is a free one.
-        access: What is open; None: everything may be read, nothing written.
-        limits: Bounds.
-        tls: For wss://.
-        origins: Of pages elsewhere that may connect: `("https://app.foxglove.dev",)`.
-        token: Clients give it in the address: `ws://...?token=T`.
-        name: What viewers show.
-        topics: Topics of this program's own, for the viewers alone.
+        node: Knows the graph.
+        host: Address to listen on; one that other computers reach needs a `token`.
+        port: Port; 0 for a free one.
+        access: What clients may see and write; by default they see everything and write nothing.
+        limits: What a client may cost.
+        tls: Certificate and key: `wss://`.
+        origins: Origins of web pages from elsewhere that may connect: `("https://app.foxglove.dev",)`.
+        token: What clients have to know; they give it in the address: `ws://...?token=T`.
+        name: The server's name, as viewers show it.
+        topics: Topics of this program, which only the viewers see.
         assets: Folders with packages, for `package://` addresses of meshes and textures.
 
     Raises:
         ImportError: foxglove-sdk is not installed.
-        ConnectionLost: It cannot listen there.
-        ValueError: An address that others reach, without a token.
+        ConnectionLost: The address cannot be listened on.
+        ValueError: Others can reach the address, and there is no token.
     """
 
     def __init__(
@@ -153,27 +153,27 @@ class Foxglove:
 
     @property
     def port(self) -> int:
-        """Where it listens."""
+        """The port it listens on."""
         return self._proxy.port
 
     @property
     def url(self) -> str:
-        """Address to give to a viewer; without the token."""
+        """The address for viewers, without the token."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"{'wss' if self._tls else 'ws'}://{host}:{self.port}"
 
     @property
     def app_url(self) -> str:
-        """Page that opens Foxglove with this server; it has to be among the `origins`. Without the token."""
+        """A link that opens Foxglove with this server, without the token; `origins` must name that page."""
         return f"https://app.foxglove.dev/?ds=foxglove-websocket&ds.url={quote(self.url, safe='')}"
 
     @property
     def clients(self) -> tuple[ClientFacts, ...]:
-        """Who is connected."""
+        """The connected clients."""
         return tuple(_facts(session) for session in self._shared.sessions)
 
     def stats(self) -> FoxgloveStats:
-        """How it stands now."""
+        """The counters now."""
         shared, proxy = self._shared, self._proxy
         return FoxgloveStats(
             clients=len(shared.sessions),
@@ -192,10 +192,10 @@ class Foxglove:
     # -- the end --------------------------------------------------------------------------------------------
 
     def close(self, timeout: float = 5.0) -> None:
-        """Zeros where clients drove, then every connection ends. Twice is fine.
+        """Send zeros where clients drove, then end every connection. Calling it twice is fine.
 
         Raises:
-            RosTimeout: It was not done in time; what is left ends by itself.
+            RosTimeout: It took too long; what is left ends by itself.
         """
         if self._closed:
             return

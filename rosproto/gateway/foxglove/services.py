@@ -1,7 +1,7 @@
-"""Services of the graph for clients: found out once each, called in the node's name.
+"""The services of the graph for clients: their types, and calls of them.
 
-The master does not know a service's type; its provider tells it when it is asked. That is done once for each
-provider, in the background, while clients are connected.
+The master does not know the type of a service; its provider tells it when asked. Each provider is asked once,
+in the background, while clients are connected.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class ServiceTypes:
     """The types of services.
 
     Args:
-        node: Asks their providers.
-        access: Which ones are open.
+        node: Asks the providers.
+        access: Which services may be seen.
     """
 
     def __init__(self, node: Node, access: Access) -> None:
@@ -51,12 +51,12 @@ class ServiceTypes:
         self._in_vain: dict[tuple[str, str], float] = {}
 
     def present(self, view: GraphView) -> dict[str, Any]:
-        """Services of a view whose type is known, and its class."""
+        """The services of a view whose type is known, with their classes."""
         with self._lock:
             return {key[0]: self._known[key] for key in self._open(view) if key in self._known}
 
     def _open(self, view: GraphView) -> list[tuple[str, str]]:
-        """What is to be offered: (service, provider)."""
+        """The services of a view that clients may see: (service, provider)."""
         return [
             (service, nodes[0])
             for service, nodes in sorted(view.state.services.items())
@@ -64,7 +64,7 @@ class ServiceTypes:
         ]
 
     def ask(self, view: GraphView, stop: Callable[[], bool]) -> bool:
-        """Ask the providers that have not been; True when something new is known. Takes its time."""
+        """Ask providers that have not been asked yet; True if something was learned. May take a while."""
         if not self._asking.acquire(blocking=False):
             return False
         try:
@@ -98,7 +98,7 @@ class ServiceTypes:
         return True
 
     def forget(self, view: GraphView) -> None:
-        """Keep what is known of these services alone."""
+        """Forget all services but those of a view."""
         present = set(self._open(view))
         with self._lock:
             self._known = {key: kind for key, kind in self._known.items() if key in present}
@@ -106,7 +106,7 @@ class ServiceTypes:
 
 
 class CallCount:
-    """Calls of one client that have not been answered."""
+    """Counts the unanswered calls of one client."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -133,7 +133,7 @@ def sdk_service(
     calls: CallCount,
     ours: Callable[[int], bool],
 ) -> Any:
-    """A service as the SDK offers it to one client; `ours` knows it by the SDK's number."""
+    """A service for the SDK to offer to one client; `ours` recognises the client by the SDK's number."""
     fg = sdk()
 
     def text(of: Any, suffix: str) -> Any:
@@ -141,7 +141,7 @@ def sdk_service(
         return fg.MessageSchema(encoding=ENCODING, schema=schema)
 
     def handle(request: Any) -> bytes:
-        """In a thread of the SDK; what it raises is the client's answer."""
+        """Called in a thread of the SDK; the text of an exception is the client's answer."""
         if not ours(request.client_id):
             raise Refused("this port is not yours")
         refusal = access.may_write("service", name, kind._type)

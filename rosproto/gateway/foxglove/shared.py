@@ -43,9 +43,9 @@ class Shared:
     Args:
         node: Talks to the robot.
         name: What viewers show as the server's name.
-        access: What is open.
-        limits: Bounds.
-        topics: Topics of this program's own.
+        access: What clients may see and write.
+        limits: What a client may cost.
+        topics: Topics of this program.
         assets: Files for viewers.
     """
 

@@ -231,7 +231,7 @@ class ActionResult:
 
 @dataclass(frozen=True, slots=True)
 class Auth:
-    """Credentials of rosauth, which are refused: who may connect is asked before a message is read."""
+    """Credentials of rosauth."""
 
     id: Id
     mac: str

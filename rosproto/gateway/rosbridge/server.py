@@ -86,6 +86,8 @@ class Rosbridge:
         token: What clients have to know; they give it as `?token=...`, or in a header
             `Authorization: Bearer ...`.
         rosapi: Answer the services of /rosapi here.
+        authenticate: Serve a client only after the service `authenticate` (rosauth/Authentication) has
+            accepted the credentials of its `auth`.
 
     Raises:
         LocalProtocolError: The package `websockets` is missing.
@@ -105,6 +107,7 @@ class Rosbridge:
         origins: Sequence[str] = (),
         token: str | None = None,
         rosapi: bool = True,
+        authenticate: bool = False,
     ) -> None:
         self.access = access or Access()
         self.limits = limits or GatewayLimits()
@@ -117,6 +120,7 @@ class Rosbridge:
         self._closed = False
         self._shared: Shared | None = None
         self._rosapi = rosapi
+        self._authenticate = authenticate
         self._server = WebSocketServer(
             self._open_session,
             host=host,
@@ -150,6 +154,7 @@ class Rosbridge:
                 rosapi=Rosapi(self._node, self.access) if self._rosapi else None,
                 pool=self._server.pool,
                 tf=TfOnDemand(self._node, self.access),
+                authenticate=self._authenticate,
             )
         return self._shared
 

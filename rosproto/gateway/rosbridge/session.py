@@ -20,6 +20,7 @@ from rosproto.gateway.channel import Channel
 from rosproto.gateway.publications import Publication
 from rosproto.gateway.rosbridge import effects
 from rosproto.gateway.rosbridge.actions import definition_name
+from rosproto.gateway.rosbridge.authentication import Authentication
 from rosproto.gateway.rosbridge.calls import Calls
 from rosproto.gateway.rosbridge.effects import Effect, Id, Payload
 from rosproto.gateway.rosbridge.goals import Goals
@@ -36,6 +37,7 @@ __all__ = ["RosbridgeSession"]
 
 SMALL = 64 << 10
 """A message of so many bytes is read in the loop: a millisecond, in which no other client is served."""
+NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
 
 
 class RosbridgeSession:
@@ -57,6 +59,9 @@ class RosbridgeSession:
         self._subscriptions: dict[str, TopicSubscription] = {}
         self._publications: dict[str, Publication] = {}
         self._advertised: dict[str, set[Id]] = {}
+        self._authentication = Authentication(shared, required=shared.authenticate)
+        if shared.authenticate:
+            channel.later(shared.limits.handshake_seconds, self._authentication_timed_out)
         self._calls = Calls(shared, self)
         self._services = ProvidedServices(shared, self)
         self._actions = ProvidedActions(shared, self)
@@ -77,7 +82,7 @@ class RosbridgeSession:
             effects.UnadvertiseAction: self._actions.unadvertise,
             effects.ActionFeedback: self._actions.feedback,
             effects.ActionResult: self._actions.result,
-            effects.Auth: self._authenticate,
+            effects.Auth: self._authentication.check,
         }
 
     @property
@@ -92,7 +97,11 @@ class RosbridgeSession:
         small = len(data) <= SMALL
         read = partial(self._protocol.receive, data, time.monotonic())
         for effect in read() if small else await self._shared.pool.run(read):
-            if isinstance(effect, effects.Reply):
+            if self.channel.ending is not None:
+                return
+            if not self._authentication.done:
+                await self._shared.pool.run(partial(self._authenticate, effect))
+            elif isinstance(effect, effects.Reply):
                 self.channel.answer(effect.payloads)
             elif isinstance(effect, effects.Close):
                 self.channel.close(effect.code, effect.reason)
@@ -230,11 +239,21 @@ class RosbridgeSession:
         self._shared.tf.publishes(self, publication.topic, asked.msg)
         publication.publish(from_values(publication.message_class, asked.msg, now=now))
 
-    def _authenticate(self, asked: effects.Auth) -> None:
-        raise Refused(
-            "credentials of rosauth are not checked here; who connects shows a token, as ?token=... in the"
-            " URL or as Authorization: Bearer ..."
-        )
+    # -- before anything else -------------------------------------------------------------------------------
+
+    def _authenticate(self, effect: Effect) -> None:
+        """The first message: credentials that are accepted, or the end of the connection."""
+        try:
+            if not isinstance(effect, effects.Auth):
+                raise Refused("send auth before anything else")
+            self._authentication.check(effect)
+        except (Refused, RosError) as problem:
+            self._said.warning("auth", "! rosbridge: %s is not authenticated: %s", self.channel.peer, problem)
+            self.channel.close(NOT_AUTHENTICATED, f"not authenticated: {problem}")
+
+    def _authentication_timed_out(self) -> None:
+        if not self._authentication.begun:
+            self.channel.close(NOT_AUTHENTICATED, "not authenticated: no credentials came in time")
 
     # -- the end --------------------------------------------------------------------------------------------
 

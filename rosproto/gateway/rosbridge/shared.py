@@ -49,6 +49,7 @@ class Shared:
         rosapi: Answers /rosapi; None where it does not.
         pool: Threads for what has to wait.
         tf: The tf republisher.
+        authenticate: Clients have to send credentials of rosauth before anything else.
     """
 
     node: Node
@@ -59,6 +60,7 @@ class Shared:
     rosapi: Rosapi | None
     pool: Pool
     tf: TfOnDemand
+    authenticate: bool = False
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _waiting: int = 0
     _actions: set[str] = field(default_factory=set)

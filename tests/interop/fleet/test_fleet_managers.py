@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tests.support.fleet_maps import packed, serving
 from tests.support.fleet_peers import javascript, python, vehicle
 from tests.support.mosquitto import mosquitto
+from woosh_pure.geometry import Pose2D
+from woosh_pure.gridmap import GridMap
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 HERE = Path(__file__).resolve().parent
@@ -47,3 +51,32 @@ def test_the_master_client_of_vda5050_sdk_drives_it(tmp_path: Path) -> None:
     states = [each for each in said if each["event"] == "state" and each["order"] == "one"]
     visited = list(dict.fromkeys(each["last"] for each in states))
     assert visited == ["n1", "n2", "n3"]
+
+
+def test_the_master_client_of_vda5050_sdk_brings_a_map_and_sends_it_there(tmp_path: Path) -> None:
+    """downloadMap, enableMap, deleteMap, an order that says no way to its other map, and one that does."""
+    archive = tmp_path / "up.zip"
+    floor = GridMap(np.zeros((100, 100), np.int8), 0.1, Pose2D(-5.0, -5.0))
+    archive.write_bytes(packed(tmp_path / "up", floor))
+    with (
+        mosquitto(tmp_path) as broker,
+        serving(archive.read_bytes()) as address,
+        vehicle(broker.url, tmp_path, "--maps"),
+    ):
+        given = {"BROKER": broker.url, "LINK": f"{address}/good.zip", "ARCHIVE": str(archive)}
+        said = python(HERE / "map_manager.py", **given).run(90.0)
+    assert said[-1] == {"event": "done"}
+    assert [each for each in said if each["event"] == "complaint"] == []
+    assert [each["text"] for each in said if each["event"] == "held back"] == [
+        "maps not ready on vehicle: up"
+    ]
+    assert {each["id"]: each["status"] for each in said if each["event"] == "action"} == {
+        "downloadMap-up-1": "FINISHED", "downloadMap-up-2": "FINISHED", "enableMap-up-1": "FINISHED",
+        "enableMap-up-2": "FINISHED", "deleteMap-up-1": "FINISHED", "delete-enabled": "FAILED",
+    }  # fmt: skip
+    states = [each for each in said if each["event"] == "state"]
+    assert states[-1]["maps"] == {"hall 1": "ENABLED", "up 2": "ENABLED"}
+    assert states[-1]["map"] == "up"
+    assert all(each["map"] == "hall" for each in states if "up-lift" not in each["actions"])
+    assert states[-1]["actions"]["up-lift"] == "FINISHED"
+    assert "no-lift" not in {each["order"] for each in states}

@@ -148,7 +148,7 @@ def test_fsspec_places(folder: Path) -> None:
         expected = texts(partitions([folder / "a.bag", folder / "b.bag"], "/chatter"))
         for place in ("memory://runs", "memory://runs/*.bag", ["memory://runs/a.bag", "memory://runs/b.bag"]):
             assert texts(pickle.loads(pickle.dumps(partitions(place, "/chatter")))) == expected
-        with pytest.raises(BagError, match="nothing there"):
+        with pytest.raises(BagError, match="no file matches"):
             partitions("memory://runs/*.mcap")
         with pytest.raises(BagError, match="cannot be opened"):
             partitions("memory://runs/no.bag")
@@ -172,9 +172,29 @@ def test_what_is_refused(folder: Path, options: dict[str, Any], kind: type[Excep
         partitions(folder, **options)
 
 
-def test_nothing_there(tmp_path: Path) -> None:
-    """An empty folder, and a name that is none."""
-    with pytest.raises(BagError, match="nothing there"):
+def test_nothing_to_cut(tmp_path: Path) -> None:
+    """An empty folder, a pattern without a match, no names at all: each is told apart."""
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "read.me").write_text("no bag")
+    for files, says in (
+        (tmp_path / "notes", "no file in there ends in .bag or .mcap"),
+        (tmp_path / "*.bag", "no file matches"),
+        (tmp_path / "none.bag", "No such file"),
+        ([], "no files were named"),
+    ):
+        with pytest.raises(BagError, match=says):
+            partitions(files)
+
+
+def test_a_file_that_is_no_recording(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """In a folder it stops everything, unless damage is skipped: then the log names it. One that is named is meant."""
+    with BagWriter(tmp_path / "a.bag") as bag:
+        bag.write("/said", String(data="hello"), 1.0)
+    for name, content in (("b.bag", b""), ("c.mcap", b"\x89MCAP"), ("d.bag", b"<html>")):
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(BagError, match=r"b\.bag: the file is empty"):
         partitions(tmp_path)
-    with pytest.raises(BagError, match="cannot open"):
-        partitions(tmp_path / "no.bag")
+    assert sum(piece.message_count for piece in partitions(tmp_path, damaged="skip")) == 1
+    assert all(name in caplog.text for name in ("b.bag", "c.mcap", "d.bag"))
+    with pytest.raises(BagError, match="the file is empty"):
+        partitions(tmp_path / "b.bag", damaged="skip")

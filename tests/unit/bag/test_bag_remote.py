@@ -88,3 +88,62 @@ def test_without_fsspec(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fsspec", None)
     with pytest.raises(BagError, match=r"woosh-pure\[remote\]"):
         partitions("https://127.0.0.1:1/a.bag")
+
+
+@pytest.mark.parametrize(
+    ("lie", "says"),
+    [
+        ("absent", "it cannot be opened: the server answers 404 Not Found"),
+        ("closed", "it cannot be opened: the server answers 403 Forbidden; it wants credentials"),
+        ("whole", "its server gives no ranges of it, and a bag is read by position; download it first"),
+        ("fail", "the server answers 500 Internal Server Error"),
+    ],
+)
+def test_what_the_server_says_is_told(bag: Path, lie: str, says: str) -> None:
+    """Not fsspec's words, for which everything is a file that is not found; and the URL once."""
+    with served(bag.read_bytes(), lie) as (url, _), pytest.raises(BagError) as caught:
+        _ = [piece.table() for piece in partitions(url, "/image")]
+    assert says in str(caught.value)
+    assert str(caught.value).count(url) == 1
+
+
+def test_nobody_listens() -> None:
+    """The system's reason."""
+    with served(b"") as (url, _):
+        pass
+    with pytest.raises(BagError, match="it cannot be opened: Connection refused"):
+        partitions(url)
+
+
+def test_a_page_in_place_of_the_bag() -> None:
+    """As a login answers."""
+    with (
+        served(b"<!DOCTYPE html><title>Log in</title>") as (url, _),
+        pytest.raises(BagError, match="a web page"),
+    ):
+        partitions(url)
+
+
+def test_a_server_that_fails_is_no_damage(bag: Path) -> None:
+    """Nothing is skipped because the network fails: neither a chunk, nor what a scan has not come to yet."""
+    data = bag.read_bytes()
+    with served(data, "fail") as (url, _), pytest.raises(BagError, match="500"):
+        _ = [piece.table() for piece in partitions(url, "/image", damaged="skip")]
+    with served(data[: len(data) * 3 // 4], "fail") as (url, _), pytest.raises(BagError, match="500"):
+        partitions(url, "/image", damaged="skip")
+
+
+def test_a_reader_is_of_use_again_when_the_network_is(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What failed is read when it is asked for again."""
+    from rosproto.bag import open_bag, remote
+
+    def fail(*_: object) -> bytes:
+        raise ConnectionResetError(104, "Connection reset")
+
+    with served(bag.read_bytes()) as (url, _), open_bag(url) as reader:
+        with monkeypatch.context() as patch:
+            patch.setattr(remote._Ranges, "_fetch", fail)
+            with pytest.raises(BagError, match="Connection reset"):
+                next(reader.read_messages("/said"))
+        found = [message.data for _, message, _ in reader.read_messages("/said")]
+    assert found == ["text 0", "text 30", "text 60"]

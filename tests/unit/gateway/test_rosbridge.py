@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -420,3 +422,92 @@ def test_the_server_says_where_it_is_and_ends(graph: Graph, serve: Serve, connec
     graph.node.close()
     assert another.closed
     assert not [t for t in threading.enumerate() if t.name == "rosproto:rosbridge"]
+
+
+# -- credentials of rosauth ----------------------------------------------------------------------------------
+
+
+def rosauth(graph: Graph, secret: str = "secret") -> list[Any]:
+    """The service that rosauth provides, on the robot's node; returns the requests it has had."""
+    asked: list[Any] = []
+
+    def authenticate(request: Any) -> dict[str, bool]:
+        asked.append(request)
+        words = (request.client, request.dest, request.rand, request.t.secs, request.level, request.end.secs)
+        expected = hashlib.sha512((secret + "".join(map(str, words))).encode()).hexdigest()
+        return {"authenticated": request.mac == expected}
+
+    graph.robot.service_server("/authenticate", "rosauth/Authentication", authenticate)
+    return asked
+
+
+def credentials(secret: str = "secret") -> dict[str, Any]:
+    given = {
+        "client": "10.0.0.9",
+        "dest": "10.0.0.7",
+        "rand": "xyz",
+        "t": 1000,
+        "level": "admin",
+        "end": 2000,
+    }
+    return {**given, "mac": hashlib.sha512((secret + "".join(map(str, given.values()))).encode()).hexdigest()}
+
+
+def test_a_client_is_served_after_its_credentials_are_accepted(
+    graph: Graph, serve: Serve, connect: Serve
+) -> None:
+    """The service gets them as they were sent; the client gets no answer to them, as from the original."""
+    asked = rosauth(graph)
+    client = connect(serve(authenticate=True))
+    client.send(op="auth", **credentials())
+    assert client.call("/rosapi/topics")["result"]
+    (request,) = asked
+    assert (request.client, request.dest, request.level) == ("10.0.0.9", "10.0.0.7", "admin")
+    assert (request.t.to_sec(), request.end.to_sec()) == (1000.0, 2000.0)
+    client.send(op="auth", **credentials("other"), id="again")
+    assert "already" in client.op("status")["msg"]
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize(
+    ("first", "why"),
+    [
+        ({"op": "auth", **credentials("another secret")}, "not accepted"),
+        ({"op": "auth", **credentials(), "t": -1}, "seconds"),
+        ({"op": "auth", "client": "no mac"}, "before anything else"),
+        ({"op": "subscribe", "topic": "/chat", "type": "std_msgs/String"}, "before anything else"),
+        ({"op": "publish", "topic": "/chat", "msg": {"data": "x"}}, "before anything else"),
+        ({"op": "set_level", "level": "none"}, "before anything else"),
+        ({"no": "op"}, "before anything else"),
+    ],
+)
+def test_anything_else_ends_the_connection(
+    graph: Graph, serve: Serve, connect: Serve, first: dict[str, Any], why: str
+) -> None:
+    """And nothing of it, or of what follows, is carried out."""
+    exceptions = pytest.importorskip("websockets.exceptions")
+    rosauth(graph)
+    bridge = serve(write=["*"], authenticate=True)
+    client = connect(bridge)
+    client.send(**first)
+    with suppress(exceptions.ConnectionClosed):
+        client.send(op="advertise", topic="/chat", type="std_msgs/String")
+    code, reason = client.closed()
+    assert (code, why in reason) == (1008, True)
+    until(lambda: not bridge.clients)
+    assert "/chat" not in graph.robot.master.get_topic_types()
+
+
+def test_without_the_service_nobody_is_served(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """The original passes such a message on, and leaves the connection open."""
+    client = connect(serve(authenticate=True))
+    client.send(op="auth", **credentials())
+    code, reason = client.closed()
+    assert (code, "/authenticate" in reason) == (1008, True)
+
+
+def test_credentials_have_to_come_in_time(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """A client that says nothing does not take the place of another."""
+    client = connect(serve(authenticate=True, limits=GatewayLimits(handshake_seconds=0.3)))
+    code, reason = client.closed()
+    assert (code, "in time" in reason) == (1008, True)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import importlib
 import json
-import shlex
-import subprocess
 import sys
 import threading
+from typing import TYPE_CHECKING
 
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.actions.task import Handler, Task
+
+if TYPE_CHECKING:
+    import subprocess
 
 __all__ = ["handler_of"]
 
@@ -49,6 +51,8 @@ def _program(command: str) -> Handler:
 
     def run(task: Task) -> str:
         """Runs a program of this computer."""
+        import subprocess
+
         given = json.dumps({"actionId": task.action.id, "parameters": dict(task.parameters)}) + "\n"
         with subprocess.Popen(
             line,
@@ -71,11 +75,15 @@ def _program(command: str) -> Handler:
 
 def _command_line(command: str) -> str | list[str]:
     """A program's words; on Windows the line as it is, which a program takes apart itself."""
+    import shlex
+
     return command.strip() if sys.platform == "win32" else shlex.split(command)
 
 
 def _watch(process: subprocess.Popen[str], task: Task) -> None:
     """End the program with its action."""
+    import subprocess
+
     while process.poll() is None:
         if task.cancelled.wait(0.1):
             process.terminate()

@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import hashlib
 import io
-import tempfile
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from urllib.error import URLError
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
-from urllib.request import Request, urlopen
 
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError
-from woosh_pure.gridmap import GridMap
+
+if TYPE_CHECKING:
+    from woosh_pure.gridmap import GridMap
 
 __all__ = ["fetch", "unpack"]
 
@@ -40,6 +39,9 @@ def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
     Raises:
         ChassisError: It could not be fetched, is too large, or is not what the digest says.
     """
+    from urllib.error import URLError  # late, as below: a vehicle that starts fetches no map
+    from urllib.request import Request, urlopen
+
     where = printable(link)[:200]
     if urlsplit(link).scheme not in ("http", "https") or not urlsplit(link).hostname:
         raise ChassisError(f"mapDownloadLink {where}: expected http:// or https://")
@@ -70,6 +72,11 @@ def unpack(data: bytes) -> GridMap:
     Raises:
         ChassisError: It is no such file.
     """
+    import tempfile
+    import zipfile
+
+    from woosh_pure.gridmap import GridMap
+
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:
             infos = [info for info in packed.infolist() if not info.is_dir()]

@@ -3,8 +3,8 @@
 A chassis has one map at a time. The one that it has when we come is its own, under the name in the
 configuration; others are only stored. `enableMap` of another version of the map in use replaces it
 (`set_map`, with the pose that the robot has); of a map that is not in use it only marks it, and
-`initPosition` with its id takes the robot there. So a map that is ENABLED and not in use changes nothing, and
-orders are for the map in use.
+`initPosition` with its id, instant or at a node of an order, takes the robot there. So a map that is ENABLED
+and not in use changes nothing by itself.
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ import os
 import threading
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.state import MapEntry
-from woosh_pure.gridmap import GridMap
+
+if TYPE_CHECKING:
+    from woosh_pure.gridmap import GridMap
 
 __all__ = ["MapStore"]
 
@@ -59,6 +61,11 @@ class MapStore:
     def enabled(self, map_id: str) -> MapEntry | None:
         """The version of a map that is enabled."""
         return next((each for each in self.entries if each.map_id == map_id and each.enabled), None)
+
+    @property
+    def enabled_ids(self) -> tuple[str, ...]:
+        """Ids of the maps of which a version is enabled; the one in use is among them."""
+        return tuple(dict.fromkeys([self.active, *(each.map_id for each in self.entries if each.enabled)]))
 
     def add(self, map_id: str, version: str, grid: GridMap) -> None:
         """Store a map, DISABLED.
@@ -120,7 +127,7 @@ class MapStore:
             sheet = self._place(map_id, version)[0]
             if self.find(map_id, version) is None or not sheet.exists():
                 raise ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
-            chassis.set_map(GridMap.load(sheet), pose)
+            chassis.set_map(_loaded(sheet), pose)
             self.active, self.version = map_id, version
             self._save()
 
@@ -130,7 +137,7 @@ class MapStore:
             if (self.active, self.version) == (self.own.map_id, self.own.version):
                 return
             try:
-                given = GridMap.load(self._place(self.active, self.version)[0])
+                given = _loaded(self._place(self.active, self.version)[0])
                 same = _alike(chassis.get_map(), given)
                 why = "it has another"
             except Exception as error:
@@ -182,6 +189,14 @@ class MapStore:
         self._entries = there
         if any((each.map_id, each.version) == (active, version) for each in there):
             self.active, self.version = str(active), str(version)
+
+
+def _loaded(sheet: Path) -> GridMap:
+    from woosh_pure.gridmap import (
+        GridMap,  # late: it needs numpy, which takes longer to load than all of this
+    )
+
+    return GridMap.load(sheet)
 
 
 def _alike(one: GridMap, other: GridMap) -> bool:

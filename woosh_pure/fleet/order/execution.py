@@ -5,7 +5,8 @@
     an order is cancelled or cleared               halt; end its actions; when all has ended, forget it
     actions here or instant ones may begin         begin them (`actions.may_begin` has their order)
     something holds: pause, mode, no position,     halt
-      a failed drive, a SOFT or HARD action
+      another map, a failed drive, a SOFT or
+      HARD action
     nothing can be kept on disk                    drive on to the node under way; begin nothing else
     the next node is released, none holds          enter its edge, begin the edge's actions, drive to it
     the next node is not released, or none is      stand
@@ -26,6 +27,7 @@ from woosh_pure.fleet.order.actions import BUILT_IN, ActionStatus, Scope, may_be
 from woosh_pure.fleet.order.cancelling import finish_cancelling, request_end
 from woosh_pure.fleet.order.deviation import within_deviation
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, Halt
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.order_state import OrderState, without
 from woosh_pure.fleet.order.pause import finish_pauses
 
@@ -37,6 +39,7 @@ def next_effects(state: OrderState) -> list[Effect]:
     state.drive_is_new = False
     while _step(state):
         pass
+    _tell_map(state)
     effects: list[Effect] = [Changed(), *state.effects] if state.changed else list(state.effects)
     state.effects, state.changed = [], False
     return effects
@@ -144,6 +147,27 @@ def _halt(state: OrderState) -> None:
     assert state.drive is not None
     state.halting = True
     state.effects.append(Halt(state.drive.token))
+
+
+def _tell_map(state: OrderState) -> None:
+    """Say that the vehicle cannot go on, because no action has taken it to the map of the next node."""
+    problem = None
+    pending = any(not each.status.final for each in state.actions_here())
+    if (
+        state.is_on_other_map()
+        and state.nodes[0].released
+        and not (pending or state.held or state.cancelling)
+    ):
+        node, used = state.nodes[0], state.position.map_id if state.position is not None else ""
+        map_id = node.position.map_id if node.position is not None else ""
+        problem = Problem(
+            ErrorType.DRIVE,
+            f"node {node.id} is on the map {map_id}, the vehicle on {used}; no initPosition has changed it",
+            (("orderId", state.order_id), ("nodeId", node.id), ("mapId", map_id)),
+            Level.FATAL,
+            "cancelOrder gives the order up; then initPosition takes the vehicle to the other map",
+        )
+    state.changed |= state.problems.set("map", problem)
 
 
 # -- actions -------------------------------------------------------------------------------------------------

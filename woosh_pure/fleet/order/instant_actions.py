@@ -34,7 +34,7 @@ def take_instant_action(state: OrderState, action: Action, header: int) -> None:
 def _conflict(state: OrderState, action: Action) -> Problem | None:
     """6.9: an instant action must not contradict the order, nor move in a mode that is somebody else's."""
     ability = state.limits.abilities[action.type]
-    of_map = action.type == "enableMap" and action.parameters.get("mapId") in state.limits.maps
+    of_map = action.type == "enableMap" and action.parameters.get("mapId") in state.maps
     if not (ability.moves or action.type == "initPosition" or of_map):
         return None
     about = (("topic", "instantActions"), ("actionId", action.id), ("actionType", action.type))

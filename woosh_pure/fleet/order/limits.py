@@ -16,7 +16,7 @@ class Limits:
 
     Attributes:
         abilities: By action type.
-        maps: Ids of the maps in use; empty takes every one.
+        maps: Ids of the maps that are ENABLED; empty takes every one.
         tolerance: m within which a node counts as reached that allows no deviation.
         turn_tolerance: The same in rad.
         marks: Whether a node without a position is a mark of the chassis.

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.actions import BUILT_IN, ActionState, Scope, effective_blocking, holds_driving
-from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.deviation import AgvPosition, on_other_map
 from woosh_pure.fleet.order.effects import Drive, Effect
 from woosh_pure.fleet.order.errors import ErrorType, Problem, Problems
 from woosh_pure.fleet.order.limits import Limits
@@ -168,7 +168,19 @@ class OrderState:
         """Whether something that is no action keeps it from driving."""
         return self.paused or self.held or self.blocked or not self.in_control or (
             self.position is None and bool(self.nodes) and self.nodes[0].position is not None
-        )  # fmt: skip
+        ) or self.is_on_other_map()  # fmt: skip
+
+    def is_on_other_map(self) -> bool:
+        """Whether the next node is on a map that the vehicle does not use now."""
+        return bool(self.nodes) and self.position is not None and on_other_map(self.position, self.nodes[0])
+
+    @property
+    def maps(self) -> set[str]:
+        """Ids of the maps that the order needs: the one in use (any, if nobody knows which), and those of the
+        nodes to come."""
+        used = self.position.map_id if self.position is not None else ""
+        found = {node.position.map_id for node in self.nodes if node.position is not None}
+        return found | ({used} if used else set(self.limits.maps))
 
     def may_drive(self) -> bool:
         """Whether neither an action nor anything else keeps it from driving."""

@@ -6,7 +6,7 @@
     new, while another is carried out, waits or is cancelled      orderError                figure 8, 3
     new, in an operating mode in which nobody may send orders     orderError                6.10.6
     new, while the vehicle does not know where it is              noRouteError              figure 8, 4
-    new, with its first node out of reach                         noRouteError              figure 8, 4
+    new, with its first node out of reach, or on another map      noRouteError              figure 8, 4
     an update with a lower orderUpdateId                          orderUpdateError          6.6.4.3
     an update with the orderUpdateId that is here                 not at all: ignored       figure 8, 6
     an update of an order that was cancelled or cleared           orderUpdateError          (ours)
@@ -14,21 +14,28 @@
     an update of a finished order that does not begin at its end  orderUpdateError          figure 8, 8
     with fields that cannot be obeyed, or actions not known       orderError                6.6.4.2
     with an action whose id is in use                             orderError                (ours)
+    with a map that is not ENABLED on the vehicle                 orderError                6.7.1, 6.6.4.2
+    with nodes on two maps and no initPosition between them       orderError                6.8.1, 6.6.4.2
 
 "Ours": figure 8 would take an update of a cancelled order, if it begins at the last node. Messages of
 different topics overtake each other, so an update sent before the cancel would set the robot moving again
 after it; a new order does what such an update is meant for.
+
+Maps: an order may have nodes on several. All maps have one origin, so the coordinates alone do not say when a
+vehicle is on the next one, and the vehicle cannot know when a lift has arrived. The standard has initPosition
+as an action of a node for this ("Elevator", 6.8.1): it names the map, and when it has ended the vehicle is
+there. So the last node on a map must have one that names the map of the next node.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.actions import Scope, objection
-from woosh_pure.fleet.order.deviation import within_deviation
+from woosh_pure.fleet.order.deviation import on_other_map, within_deviation
 from woosh_pure.fleet.order.errors import ErrorType, Problem
 from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.order.order_state import OrderState
@@ -53,7 +60,11 @@ def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
     if not state.in_control:
         return _not_in_control(order, state)
     running = {a.action.id for a in state.action_states if not a.status.final}
-    return unsupported_in_order(order, state.limits, running, update=False) or _out_of_reach(order, state)
+    return (
+        unsupported_in_order(order, state.limits, running, update=False)
+        or _unconnected_maps(order, order.nodes[0].actions)
+        or _out_of_reach(order, state)
+    )
 
 
 def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
@@ -77,7 +88,37 @@ def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
     if len(state.nodes) + len(order.nodes) > MOST_AHEAD:
         return order_problem(order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later")
     taken = {a.action.id for a in state.action_states} - {a.action.id for a in state.actions_of_horizon()}
-    return unsupported_in_order(order, state.limits, taken, update=True)
+    stitching = [
+        a.action for a in state.action_states if a.scope is Scope.NODE and a.sequence == first.sequence
+    ]
+    return unsupported_in_order(order, state.limits, taken, update=True) or _unconnected_maps(
+        order, stitching
+    )
+
+
+def _unconnected_maps(order: Order, first_actions: Iterable[Action]) -> Problem | None:
+    """Why a node cannot be driven to from the one before it: it is on another map, and nothing leads there.
+
+    Args:
+        order: The order.
+        first_actions: Those of its first node; with an update, as they are known, and not as it has them.
+    """
+    used, actions = "", first_actions
+    for n, node in enumerate(order.nodes):
+        if node.position is not None:
+            if used and node.position.map_id != used:
+                text = (
+                    f"node {node.id} is on the map {node.position.map_id}, and the node before leaves the "
+                    f"vehicle on {used}; give that one an initPosition with this mapId"
+                )
+                about = (("nodeId", node.id), ("mapId", node.position.map_id))
+                where = ("field", f"nodes[{n}].nodePosition.mapId")
+                return order_problem(order, ErrorType.ORDER, text, *about, where)
+            used = node.position.map_id
+        for action in actions if n == 0 else node.actions:
+            if action.type == "initPosition":
+                used = str(action.parameters.get("mapId", used))
+    return None
 
 
 def _not_in_control(order: Order, state: OrderState) -> Problem:
@@ -97,6 +138,10 @@ def _out_of_reach(order: Order, state: OrderState) -> Problem | None:
     if state.position is None:
         text = "the vehicle does not know where it is; give it its position with initPosition"
         return order_problem(order, ErrorType.NO_ROUTE, text, about)
+    if on_other_map(state.position, first):
+        wanted = first.position.map_id
+        text = f"the first node {first.id} is on the map {wanted}, the vehicle on {state.position.map_id}"
+        return order_problem(order, ErrorType.NO_ROUTE, text, about, ("mapId", wanted))
     if not within_deviation(state.position, first, state.limits, turned=False):
         where = f"{state.position.x:.2f}, {state.position.y:.2f}"
         text = f"the first node {first.id} is out of its deviation range: the vehicle is at {where}"
@@ -139,7 +184,8 @@ def unsupported_in_order(
     for n, node in enumerate(order.nodes[first:], first):
         found = _of_node(node, f"nodes[{n}]", limits)
         if found:
-            return order_problem(order, ErrorType.ORDER, found[1], ("nodeId", node.id), ("field", found[0]))
+            more = (("nodeId", node.id), ("field", found[0]), *_map_of(node, found[0]))
+            return order_problem(order, ErrorType.ORDER, found[1], *more)
         problem = _of_actions(order, node.actions, Scope.NODE, limits, taken)
         if problem:
             return problem
@@ -177,6 +223,10 @@ def unsupported_instant_action(action: Action, limits: Limits, header: int) -> P
     return Problem(ErrorType.INSTANT_ACTION, found[1], (*about, *more))
 
 
+def _map_of(node: Node, field: str) -> tuple[tuple[str, str], ...]:
+    return (("mapId", node.position.map_id),) if node.position is not None and field.endswith("mapId") else ()
+
+
 def _of_node(node: Node, path: str, limits: Limits) -> tuple[str, str] | None:
     if node.position is None:
         if limits.marks:
@@ -186,7 +236,7 @@ def _of_node(node: Node, path: str, limits: Limits) -> tuple[str, str] | None:
         here = ", ".join(sorted(limits.maps))
         return (
             f"{path}.nodePosition.mapId",
-            f"node {node.id} is on the map {node.position.map_id}; the vehicle has {here}",
+            f"node {node.id} is on the map {node.position.map_id}; ENABLED on the vehicle is {here}",
         )
     return None
 

@@ -1,4 +1,4 @@
-"""GET camera/color.jpg and camera/depth.jpg, or .png: one picture, the camera subscribed for it."""
+"""GET camera/color.jpg and camera/depth.jpg, or .png: one picture, for which the camera is subscribed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def get_picture(
     request: Request,
     width: int = Query(640, ge=16, le=4096, description="of a JPEG, at most"),
 ) -> Response:
-    """One picture; waits for it up to three seconds."""
+    """One picture. Waits for it for up to three seconds."""
     image = robot_of(request).cameras[source].picture()
     if form == "png":
         return Response(png_of(image), media_type="image/png")

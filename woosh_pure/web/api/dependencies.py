@@ -1,4 +1,4 @@
-"""Who asks for which robot; used by every part of the REST door."""
+"""Which client asks for which robot; used by all routes of the REST API."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SESSION = "x-woosh-session"
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """The errors of an operation, for /openapi.json."""
+    """The error answers of an operation, for /openapi.json."""
     content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
     return {status: {"description": "a problem, in words", "content": content} for status in statuses}
 
@@ -40,29 +40,31 @@ PROBLEMS = problems(401, 404, 503, 504)
 async def named_robot(
     robot: str = Path(description="name of a robot, of GET robots", max_length=100),
 ) -> None:
-    """Tells /openapi.json of the name in the path. Async, or a stop would wait for a thread to be free."""
+    """Describes the robot's name in the path for /openapi.json. It is async, or else a stop would wait for a
+    free thread.
+    """
 
 
 def context_of(request: Request) -> WebContext:
-    """All robots."""
+    """What the parts of the application share."""
     return cast("WebContext", request.app.state.context)
 
 
 def robot_of(request: Request) -> Robot:
-    """The robot of the path, or the first one."""
+    """The robot that the path names, or the first one."""
     return context_of(request).robot(request.path_params.get("robot"))
 
 
 def address_of(request: Request) -> str:
-    """Of who asks."""
+    """The client's IP address."""
     return request.client.host if request.client else "an unknown address"
 
 
 def client_of(request: Request) -> Client:
-    """Who asks.
+    """The client that sent the request.
 
     Raises:
-        Problem: The session is not known (any more).
+        Problem: The session is not known, or no longer.
     """
     session = request.headers.get(SESSION, "")
     if not session:
@@ -74,10 +76,10 @@ def client_of(request: Request) -> Client:
 
 
 def check_command(request: Request, *, lease: bool = True) -> tuple[Robot, Client]:
-    """Robot and person of an order that moves something: not too often, and not while another has the lease.
+    """Robot and client of a command, after checking the rate and that no other client has the lease.
 
     Raises:
-        Problem: It is not allowed now.
+        Problem: The command is not allowed now.
     """
     refusal = context_of(request).access.check_rate(address_of(request), time.monotonic())
     if refusal is not None:

@@ -33,7 +33,7 @@ _EVENTS: dict[int | str, dict[str, Any]] = {
 
 
 def list_feeds() -> list[dict[str, Any]]:
-    """What can be read; pictures and clouds have their own addresses."""
+    """The feeds that can be read here. Camera pictures have their own addresses."""
     return [
         {
             "name": row.feed,
@@ -66,7 +66,7 @@ def _value(name: str, feed: ChassisFeed[Any]) -> dict[str, Any]:
 
 
 def get_feed(feed: str, request: Request) -> dict[str, Any]:
-    """The newest value; null where nothing was heard yet."""
+    """The newest value of a feed; null if nothing was heard yet."""
     found = _feed(feed, request)
     found.connect()
     return _value(feed, found)
@@ -75,7 +75,7 @@ def get_feed(feed: str, request: Request) -> dict[str, Any]:
 def stream_feed(
     feed: str, request: Request, rate: float = Query(10.0, gt=0.0, le=20.0, description="events a second")
 ) -> Response:
-    """New values as they come; a slow reader gets fewer, and the newest."""
+    """New values as Server-Sent Events. A slow reader gets fewer of them, and always the newest."""
     found, context = _feed(feed, request), context_of(request)
     found.open()
     if context.streams >= MOST_STREAMS:
@@ -84,7 +84,7 @@ def stream_feed(
 
 
 class _Events(Response):
-    """The stream; whoever takes nothing for ten seconds is let go."""
+    """The stream of events. It ends if the reader accepts nothing for ten seconds."""
 
     media_type = "text/event-stream"
 
@@ -99,7 +99,7 @@ class _Events(Response):
         gone = asyncio.ensure_future(_gone(receive))
         try:
             await self._events(send, gone)
-        except (RosError, asyncio.TimeoutError) as error:  # its status has been sent: the stream ends here
+        except (RosError, asyncio.TimeoutError) as error:  # too late for a status: the stream just ends
             _logger.debug("! the stream of %s ends: %s", self._name, error or "nobody takes it")
         finally:
             gone.cancel()
@@ -120,7 +120,7 @@ class _Events(Response):
             await send({"type": "http.response.body", "body": b""})
 
     async def _rest(self, gone: asyncio.Future[None]) -> None:
-        """Until the next event is due, or the server ends."""
+        """Wait until the next event is due, the reader has gone, or the server ends."""
         until = time.monotonic() + 1.0 / self._rate
         while (left := until - time.monotonic()) > 0.0 and not (gone.done() or self._context.closed):
             await asyncio.wait([gone], timeout=min(left, LOOK_SECONDS))

@@ -1,4 +1,4 @@
-"""POST goals and what follows: GET goals, wait, cancel, pause, resume."""
+"""POST goals; GET goals, and waiting for, cancelling, pausing and resuming one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ORDERS = problems(403, 409, 422, 429, 501)
 
 
 def create_goal(body: models.GoalRequest, request: Request) -> dict[str, Any]:
-    """Begin a motion. It goes on without this connection, until it is done, cancelled, or its time is up."""
+    """Start a motion. It does not depend on this connection: it ends when done, cancelled, or timed out."""
     robot, client = check_command(request)
     options: dict[str, Any] = {"replace": body.replace}
     if body.timeout is not None:
@@ -60,14 +60,14 @@ def list_goals(request: Request) -> list[dict[str, Any]]:
 
 
 def get_goal(goal: str, request: Request) -> dict[str, Any]:
-    """One goal."""
+    """One goal by its id."""
     return robot_of(request).goals.get(goal).as_json()
 
 
 async def wait_for_goal(
     goal: str, request: Request, timeout: float = Query(30.0, gt=0.0, le=300.0)
 ) -> dict[str, Any]:
-    """Wait for its end; the goal as it stands when the time is up: look at `done`."""
+    """Wait until the goal has ended or the time is up; `done` tells which."""
     found, until = robot_of(request).goals.get(goal), time.monotonic() + timeout
     while not found.done and time.monotonic() < until:
         if context_of(request).closed or await request.is_disconnected():
@@ -77,7 +77,7 @@ async def wait_for_goal(
 
 
 def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
-    """Cancel it, and wait until the robot confirms; it may have arrived meanwhile."""
+    """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
     found = robot_of(request).goals.get(goal)
     who = client_of(request)
     if not found.done:
@@ -88,12 +88,12 @@ def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
 
 
 async def pause_goal(goal: str, request: Request) -> dict[str, Any]:
-    """Hold it."""
+    """Pause the goal."""
     return await run_in_threadpool(_hold, goal, request, "pause")
 
 
 async def resume_goal(goal: str, request: Request) -> dict[str, Any]:
-    """Go on after a pause."""
+    """Resume a paused goal."""
     return await run_in_threadpool(_hold, goal, request, "resume")
 
 

@@ -17,12 +17,12 @@ router = APIRouter(tags=["lease"], responses=PROBLEMS)
 
 
 def get_lease(request: Request) -> dict[str, Any]:
-    """Who commands the robot, and who asks for it."""
+    """Who commands the robot, and who has asked for it."""
     return lease_part(robot_of(request).chassis.lease.state, mine=client_of(request).name)
 
 
 def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, Any]:
-    """Take it when it is free, or keep it; else ask the holder: look at `yours`."""
+    """Take the lease if it is free, or renew it. Otherwise its holder is asked; `yours` tells which."""
     robot, client = check_command(request, lease=False)
     lease = robot.chassis.lease
     if not lease.acquire(client.name, (body or models.LeaseRequest()).seconds):
@@ -31,7 +31,7 @@ def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> 
 
 
 def give_lease_back(request: Request) -> dict[str, Any]:
-    """Give it back, or take the question back."""
+    """Give the lease back, or withdraw the request for it."""
     robot, client = robot_of(request), client_of(request)
     robot.chassis.lease.release(client.name)
     if robot.teleop.driver == client.name:
@@ -40,7 +40,7 @@ def give_lease_back(request: Request) -> dict[str, Any]:
 
 
 def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, Any]:
-    """Hand it over to somebody who asks."""
+    """Hand the lease over to a client that has asked for it."""
     robot, client = robot_of(request), client_of(request)
     lease = robot.chassis.lease
     to = (None if body is None else body.to) or next(iter(lease.state.asking), "")

@@ -17,7 +17,7 @@ MOST_VIEWERS = 64
 
 
 async def live(socket: WebSocket) -> None:
-    """One viewer, until it goes."""
+    """Serve one viewer until it disconnects."""
     context = cast(WebContext, socket.app.state.context)
     try:
         robot = context.robot(socket.path_params.get("robot"))

@@ -1,4 +1,4 @@
-"""GET access, POST and DELETE login: the token of the page stands in a cookie that no script can read."""
+"""GET access, POST and DELETE login: the page's token is kept in a cookie that scripts cannot read."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ server_router = APIRouter(tags=["access"], responses=problems(401, 403, 429))
 
 
 def get_access(request: Request) -> dict[str, Any]:
-    """What is needed to ask more; open to all."""
+    """Whether a token is needed, and what this client may do. Needs no token itself."""
     context = context_of(request)
     given = token_of(dict(request.headers))
     refusal = context.access.check_token(given, address_of(request), time.monotonic())
@@ -32,7 +32,7 @@ def get_access(request: Request) -> dict[str, Any]:
 
 
 def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
-    """Keep the token in a cookie."""
+    """Store the token in a cookie."""
     context = context_of(request)
     refusal = context.access.check_token(body.token, address_of(request), time.monotonic())
     if refusal is not None:
@@ -49,7 +49,7 @@ def log_in(body: models.LoginRequest, request: Request, response: Response) -> d
 
 
 def log_out(request: Request, response: Response) -> dict[str, Any]:
-    """Forget the token in this browser."""
+    """Delete the token's cookie in this browser."""
     response.delete_cookie(COOKIE, path=_place(request))
     return {"logged_in": False}
 

@@ -33,7 +33,7 @@ def get_map(request: Request) -> dict[str, Any]:
 
 
 def get_map_png(request: Request) -> Response:
-    """The map: white free, black occupied, grey not known; the first row is the northernmost."""
+    """The map as PNG, north up: white is free, black is occupied, grey is not known."""
     known = robot_of(request).map.get()
     tag = f'"{known.version}"'
     if request.headers.get("if-none-match") == tag:
@@ -42,19 +42,19 @@ def get_map_png(request: Request) -> Response:
 
 
 def get_map_yaml(request: Request) -> Response:
-    """The map for map_server; its image is map.png."""
+    """The map's YAML file for map_server; it names map.png as the image."""
     return Response(robot_of(request).map.get().yaml(), media_type="application/yaml")
 
 
 def get_plan(request: Request) -> dict[str, Any]:
-    """The path that is being driven; empty when there is none."""
+    """The path that is being driven; empty if there is none."""
     robot = robot_of(request)
     robot.feed("plan").open()
     return {"points": robot_state.path_points(robot)}
 
 
 def get_costmap_png(request: Request) -> Response:
-    """The costmap of the navigation, where it publishes one."""
+    """The navigation's costmap as PNG, if the navigation publishes one."""
     robot = robot_of(request)
     subscriber = robot.chassis.node.subscriber(TOPIC, "nav_msgs/OccupancyGrid", queue_size=1)
     try:

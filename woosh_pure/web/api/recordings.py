@@ -20,12 +20,12 @@ _BAG: dict[int | str, dict[str, Any]] = {
 
 
 def list_recordings(request: Request) -> list[dict[str, Any]]:
-    """Those of this server, the oldest first."""
+    """The recordings of this server, the oldest first."""
     return [one.as_json() for one in robot_of(request).recordings.all()]
 
 
 def create_recording(request: Request, body: models.RecordingRequest | None = None) -> dict[str, Any]:
-    """Begin to record; one at a time, at most an hour or 1 GiB."""
+    """Start a recording: one at a time, for an hour or 1 GiB at most."""
     robot, client = check_command(request, lease=False)
     body = body or models.RecordingRequest()
     found = robot.recordings.begin(client.name, body.seconds, body.camera)
@@ -34,12 +34,12 @@ def create_recording(request: Request, body: models.RecordingRequest | None = No
 
 
 def get_recording(recording: str, request: Request) -> dict[str, Any]:
-    """One of them."""
+    """One recording by its id."""
     return robot_of(request).recordings.get(recording).as_json()
 
 
 def end_recording(recording: str, request: Request) -> dict[str, Any]:
-    """End it; the bag stays, and can be downloaded."""
+    """End the recording. Its bag is kept, and can be downloaded."""
     robot, client = robot_of(request), client_of(request)
     running = robot.recordings.get(recording).running
     found = robot.recordings.end(recording)
@@ -49,7 +49,7 @@ def end_recording(recording: str, request: Request) -> dict[str, Any]:
 
 
 def download(recording: str, request: Request) -> FileResponse:
-    """The bag, when it is finished."""
+    """Download the bag of a finished recording."""
     found = robot_of(request).recordings.get(recording)
     if found.running:
         raise Problem(409, f"recording {found.id} still runs; end it first", "recording")

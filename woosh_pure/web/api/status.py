@@ -16,7 +16,7 @@ router, server_router = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter
 
 
 def get_status(request: Request) -> dict[str, Any]:
-    """The state in a few words."""
+    """The state in brief."""
     shown = robot_state.snapshot(robot_of(request))
     status, battery, readiness = shown["status"], shown["battery"], shown["readiness"]
     ages = [age for age in shown["ages"].values() if age is not None]
@@ -32,17 +32,17 @@ def get_status(request: Request) -> dict[str, Any]:
 
 
 def get_snapshot(request: Request) -> dict[str, Any]:
-    """Everything at once, with the age of each part."""
+    """The whole state at once, with the age of each part."""
     return robot_state.snapshot(robot_of(request))
 
 
 def get_readiness(request: Request) -> Any:
-    """Whether it would move now, and why not."""
+    """Whether the robot would move now, and if not, why."""
     return robot_state.slow_parts(robot_of(request))["readiness"]
 
 
 def get_faults(request: Request) -> Any:
-    """Faults that are active now."""
+    """The faults that are active now."""
     return robot_state.slow_parts(robot_of(request))["faults"]
 
 
@@ -57,7 +57,7 @@ def get_journal(request: Request) -> list[dict[str, Any]]:
 
 
 def list_robots(request: Request) -> list[dict[str, Any]]:
-    """The robots of this server; the plain paths mean the first one."""
+    """The robots of this server. Paths without a robot's name mean the first one."""
     root = str(request.scope.get("root_path", ""))
     return [
         {"name": name, "page": f"{root}/robots/{name}/", "api": f"{root}/api/v1/robots/{name}/"}

@@ -17,7 +17,9 @@ router = APIRouter(tags=["stop"], responses=PROBLEMS)
 
 
 async def stop(request: Request, body: models.StopRequest | None = None) -> dict[str, Any]:
-    """Stop the robot: no lease, no limit. NO emergency stop: the answer tells whether it stands."""
+    """Stop the robot. Needs no lease and is not limited. This is NO emergency stop; the answer tells whether
+    the robot stands still.
+    """
     robot, client = robot_of(request), client_of(request)
     everything = True if body is None else body.everything
     robot.teleop.halt(f"{client.name} stopped the robot")  # at once, before any thread is free
@@ -31,7 +33,7 @@ async def stop(request: Request, body: models.StopRequest | None = None) -> dict
 
 
 def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
-    """Tell the robot where it stands, after power-up for example."""
+    """Tell the robot where it is, for example after power-up."""
     robot, client = check_command(request)
     pose = Pose2D(body.x, body.y, body.theta).require_sensible()
     entry = robot.journal.begin(client.name, f"set the pose to {pose}")

@@ -1,4 +1,4 @@
-"""The live connection of the page: what is shown, and the dead man's hand on the robot."""
+"""The live connection of the page: what it shows, and driving with a dead-man switch."""
 
 from __future__ import annotations
 

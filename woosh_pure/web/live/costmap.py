@@ -1,6 +1,4 @@
-"""The costmap that the navigation plans in, subscribed only while somebody looks at it. Not every chassis
-tells it.
-"""
+"""The navigation's costmap, subscribed only while somebody looks at it. Not every chassis publishes it."""
 
 from __future__ import annotations
 
@@ -19,12 +17,12 @@ if TYPE_CHECKING:
 __all__ = ["TOPIC", "Costmap"]
 
 TOPIC = "/move_base/global_costmap/costmap"
-"""As move_base names it; it is not on the vendor's page (assumed)."""
+"""move_base's name for it. The vendor's page does not list it, so this is an assumption."""
 _logger = get_logger("woosh_pure.web")
 
 
 class Costmap:
-    """Safe from any thread."""
+    """The subscription of the costmap, and its newest message. Safe from any thread."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -33,7 +31,7 @@ class Costmap:
         self._newest: Any = None
 
     def set_wanted(self, on: bool) -> None:
-        """Subscribe, or end that."""
+        """Subscribe, or end the subscription."""
         with self._lock:
             if on and self._subscriber is None:
                 self._subscriber = self._robot.chassis.node.subscriber(
@@ -47,7 +45,7 @@ class Costmap:
         self._newest = message
 
     def frame(self) -> bytes | None:
-        """The newest as a frame, None when there is none."""
+        """The newest costmap as a frame; None if there is none."""
         message = self._newest
         if message is None:
             return None

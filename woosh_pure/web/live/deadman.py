@@ -1,8 +1,9 @@
-"""The dead man: may the robot still be driven for this person? Judged on the server. Pure: times are given.
+"""The dead-man switch: may the robot still be driven for this person? The server decides. Pure: times are
+arguments.
 
-A page that is held sends a press and then a beat every 100 ms, each with a number and with its own time.
-Whoever lets go, hides, freezes, sleeps or is cut off sends none, and that is what ends a drive; nothing else
-is needed.
+While a person holds the control, the page sends a press and then a beat every 100 ms, each with a sequence
+number and the page's own time. When the person lets go, or the page is hidden, frozen, asleep or cut off, no
+more beats come, and that alone ends the drive.
 
 | state   | press                 | opened  | beat                     | let go, gone, stop | 0.4 s silent |
 |---------|-----------------------|---------|--------------------------|--------------------|--------------|
@@ -11,13 +12,14 @@ is needed.
 | driving | a second one: ended   | zero    | in time: drive           | ended              | ended        |
 | ended   | newer number: opening | zero    | ignored: nothing resumes | -                  | -            |
 
-Late is a beat that took more than 0.25 s longer than the fastest one seen: beats that a network has kept and
-delivers in one heap are old wishes. Clocks need not agree, they must only run: one that is set back makes all
-beats late, which ends the drive; one that is set forward makes all earlier ones late. Clocks run a little
-apart, which is forgiven between two presses, never while somebody holds.
+A beat is late if it took more than 0.25 s longer than the fastest one so far: what a network held back and
+delivers all at once is out of date. The two clocks need not agree, they only have to run. If the page's clock
+is set back, all beats are late, which ends the drive. If it is set forward, the next beat becomes the
+fastest, and later ones are measured by it. Clocks drift apart a little; that is allowed for between two
+presses, but never while somebody holds.
 
-Everything counts from when a beat was sent, not from when it was read: one that was 0.2 s late moves the
-robot for 0.1 s only. So a slow network and a busy server shorten a drive, and never lengthen it.
+All times count from when a beat was sent, not from when it was read: a beat that is 0.2 s late moves the
+robot for 0.1 s only. So a slow network or a busy server can shorten a drive, but never lengthen it.
 """
 
 from __future__ import annotations
@@ -29,13 +31,13 @@ from typing import Literal
 __all__ = ["LATEST", "SILENCE", "DeadMan", "State", "Verdict"]
 
 SILENCE = 0.4
-"""Seconds without a beat in time after which a drive is over."""
+"""A drive is over after so many seconds without a beat in time."""
 VALID_FOR = 0.3
-"""Seconds for which one beat moves the robot, from when it was sent, whatever becomes of the event loop."""
+"""A beat moves the robot for so many seconds from when it was sent, even if the event loop is blocked."""
 LATEST = 0.25
-"""Seconds by which a beat may be slower than the fastest one."""
+"""A beat may take so many seconds longer than the fastest one."""
 DRIFT = 1e-3
-"""Seconds by which two clocks may run apart in a second: far more than they do."""
+"""Seconds by which two clocks may drift apart in a second: far more than they do."""
 
 State = Literal["idle", "opening", "driving", "ended"]
 Act = Literal["none", "open", "drive", "zero"]
@@ -43,13 +45,13 @@ Act = Literal["none", "open", "drive", "zero"]
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What follows from one event.
+    """What to do after one event.
 
     Attributes:
-        act: "open" a drive, "drive" at `vx` and `wz`, "zero" ends it; "none".
+        act: "open" a drive, "drive" at `vx` and `wz`, end it with "zero", or "none".
         vx, wz: m/s, rad/s.
-        valid_for: Seconds for which it drives.
-        reason: Why it ended or was refused, a short word for programs; "" else.
+        valid_for: For how many seconds to drive.
+        reason: Why the drive ended or was refused, as a short word for programs; "" otherwise.
     """
 
     act: Act
@@ -63,11 +65,11 @@ NOTHING = Verdict("none")
 
 
 class DeadMan:
-    """One person's hand on the robot.
+    """The dead-man switch of one person.
 
     Attributes:
         state: See the table above.
-        late: Beats refused as late so far.
+        late: The number of beats that were late so far.
     """
 
     def __init__(self, silence: float = SILENCE, latest: float = LATEST) -> None:
@@ -82,11 +84,11 @@ class DeadMan:
 
     @property
     def held(self) -> bool:
-        """True while a drive is being opened, or open."""
+        """True while a drive is open or being opened."""
         return self.state in ("opening", "driving")
 
     def press(self, seq: int, at: float, vx: float, wz: float, now: float) -> Verdict:
-        """Somebody begins to hold."""
+        """The person begins to hold the control."""
         if self.held:
             return self._end("pressed twice")
         if not self._is_new(seq, at, vx, wz):
@@ -101,7 +103,7 @@ class DeadMan:
         return Verdict("open")
 
     def opened(self, now: float) -> Verdict:
-        """The drive stands; it may have taken longer than the person held."""
+        """The drive is open now. The person may have let go meanwhile."""
         if self.state != "opening":
             return Verdict("zero", reason="let go meanwhile")
         if (ended := self.tick(now)).act == "zero":
@@ -110,7 +112,7 @@ class DeadMan:
         return self._drive(now)
 
     def beat(self, seq: int, at: float, vx: float, wz: float, now: float) -> Verdict:
-        """Somebody still holds."""
+        """The person still holds the control."""
         if not self.held:
             return NOTHING
         if not (math.isfinite(at) and math.isfinite(vx) and math.isfinite(wz)):
@@ -118,7 +120,7 @@ class DeadMan:
         if (ended := self.tick(now)).act == "zero":
             return ended
         if not self._is_new(seq, at, vx, wz):
-            return NOTHING  # no sign of life: the silence goes on
+            return NOTHING  # a repeated beat proves nothing: the silence goes on
         late = self._lateness(at, now)
         if late > self._latest:
             return NOTHING
@@ -126,18 +128,18 @@ class DeadMan:
         return self._drive(now) if self.state == "driving" else NOTHING
 
     def _drive(self, now: float) -> Verdict:
-        """What is left of the last beat; nothing where it is too old, until the next one."""
+        """Drive for what is left of the last beat's time; if nothing is left, wait for the next beat."""
         left = VALID_FOR - (now - self._alive)
         return Verdict("drive", *self._wish, valid_for=left) if left > 0.0 else NOTHING
 
     def tick(self, now: float) -> Verdict:
-        """Time passes; to be called at least every 50 ms while `held`."""
+        """End the drive if the silence has lasted too long. Call this every 50 ms at least while `held`."""
         if self.held and now - self._alive > self._silence:
             return self._end("silent")
         return NOTHING
 
     def end(self, reason: str) -> Verdict:
-        """Let go, gone, stopped, refused, or the robot has ended the drive."""
+        """The person has let go or gone, or the drive was stopped, refused or has ended by itself."""
         return self._end(reason) if self.held else NOTHING
 
     def _end(self, reason: str) -> Verdict:
@@ -151,7 +153,7 @@ class DeadMan:
         return True
 
     def _lateness(self, at: float, now: float) -> float:
-        """Seconds by which it took longer than the fastest."""
+        """Seconds by which it took longer than the fastest one."""
         took = now - at
         self._fastest = min(self._fastest, took)
         late = took - self._fastest

@@ -1,11 +1,11 @@
-"""Binary frames of the live connection, little-endian. Pure. The first byte says the kind, and each is
-encoded once for all who look.
+"""Binary frames of the live connection, little-endian. Pure. The first byte tells the kind. A frame is
+encoded once for all viewers.
 
     scan     B kind=1, B 0, H count, 5f x y theta angle_min angle_increment (laser in the map, m and rad),
-             then count H: centimetres, 0 where nothing was seen
+             then count H: centimetres, 0 for no measurement
     camera   B kind=2, B source (0 colour, 1 depth), then a JPEG
     costmap  B kind=3, B 0, H width, H height, H 0, 4f resolution x y theta, then width*height B:
-             cost 0 to 100, 255 not known; the first row is the one at the origin
+             cost 0 to 100, 255 for not known; the row at the origin comes first
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["CAMERA", "COSTMAP", "SCAN", "SOURCES", "camera_frame", "costmap_fram
 SCAN, CAMERA, COSTMAP = 1, 2, 3
 SOURCES = ("color", "depth")
 MOST_RANGES = 2000
-"""Of a scan with more, every second, third ... is sent: more than a screen can show."""
+"""Of a scan with more ranges, only every second, third ... is sent; a screen cannot show more."""
 _HEAD = struct.Struct("<BBH5f")
 _GRID = struct.Struct("<BBHHH4f")
 
@@ -38,9 +38,9 @@ def scan_frame(
 
     Args:
         ranges: (N,) m.
-        limits: Shortest and longest range that is a measurement, m.
-        angles: Of the first range, and from one to the next, rad, in the laser's frame.
-        laser: Of the laser in the map.
+        limits: The shortest and the longest valid range, m.
+        angles: The first range's angle, and the step from one to the next, rad, in the laser's frame.
+        laser: Pose of the laser in the map.
     """
     step = max(1, math.ceil(ranges.size / MOST_RANGES))
     ranges = ranges[::step]
@@ -52,15 +52,15 @@ def scan_frame(
 
 
 def camera_frame(source: str, jpeg: bytes) -> bytes:
-    """A picture of "color" or "depth"."""
+    """A camera picture; the source is "color" or "depth"."""
     return bytes((CAMERA, SOURCES.index(source))) + jpeg
 
 
 def costmap_frame(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -> bytes:
-    """A costmap: cells (height, width) int8, 0 to 100, -1 not known.
+    """A costmap; `cells` is (height, width) int8, 0 to 100, -1 for not known.
 
     Raises:
-        ValueError: More than 65535 cells in one direction.
+        ValueError: It has more than 65535 cells in one direction.
     """
     height, width = cells.shape
     if max(height, width) > 0xFFFF:

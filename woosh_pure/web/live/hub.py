@@ -1,8 +1,8 @@
-"""What all viewers of one robot are shown: the newest of each kind, encoded once, each with a version.
+"""What all viewers of one robot are shown: the newest content of each kind, encoded once, with a version.
 
-It runs only while somebody looks, in the event loop of the application, and asks the robot in threads. A
-viewer remembers which version of each kind it was sent: so memory does not grow with what a slow one has
-missed.
+It runs in the event loop of the application, only while there are viewers, and asks the robot in threads. A
+viewer remembers which version of each kind it was sent last, so memory does not grow with what a slow viewer
+has missed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = ["STATE_PARTS", "Hub", "text_of"]
 _logger = get_logger("woosh_pure.web")
 TICK, SLOW, CAMERA_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
 LOST_AFTER = 1.5
-"""Seconds for which nothing at all was heard: a living chassis says something many times a second."""
+"""A robot counts as lost after so many seconds without any message; a running chassis sends many a second."""
 STATE_PARTS = (
     *("status", "battery", "velocity", "odometer"),
     *("readiness", "faults", "goals", "recordings", "driver", "rates"),
@@ -40,13 +40,13 @@ STATE_PARTS = (
 
 
 def text_of(document: Any) -> str:
-    """As it is sent."""
+    """A document as the JSON text that is sent."""
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
-    """A loop for as long as somebody looks; what fails in it nobody foresaw, and is no reason to show
-    nothing.
+    """Run a loop as long as there are viewers. After an unexpected error it is logged and started again, so
+    that the page keeps showing the rest.
     """
     while True:
         try:
@@ -57,11 +57,10 @@ async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
 
 
 class Hub:
-    """See above. Everything here belongs to the event loop, except what is called in threads by it.
+    """See above. Used in the event loop only; it calls the robot in threads itself.
 
     Attributes:
-        newest: By kind: version, and the text or bytes.
-        changed: Set when anything is new; viewers wait for it.
+        newest: For each kind, its version and its text or bytes.
     """
 
     def __init__(self, robot: Robot, workers: Workers) -> None:
@@ -79,7 +78,7 @@ class Hub:
     # -- viewers ---------------------------------------------------------------------------------------------
 
     def join(self, wake: Callable[[], None]) -> None:
-        """A viewer comes; `wake()` is called when something is new."""
+        """Add a viewer; its `wake()` is called when something is new."""
         self._viewers.add(wake)
         if not self._tasks:
             cameras = [partial(self._camera_loop, source) for source in self.robot.cameras]
@@ -92,19 +91,19 @@ class Hub:
             self._tasks = [asyncio.ensure_future(_keep_running(loop)) for loop in loops]
 
     def leave(self, wake: Callable[[], None]) -> None:
-        """A viewer goes; with the last one everything rests."""
+        """Remove a viewer. After the last one, all loops end."""
         self._viewers.discard(wake)
         if not self._viewers:
             tasks, self._tasks = self._tasks, []
             for task in tasks:
                 task.cancel()
-            self.newest.clear()  # what is old must not be the first thing the next viewer sees
+            self.newest.clear()  # the next viewer must not be shown old values first
             self._seen.clear()
             for camera in self.robot.cameras.values():
                 self._workers.run(camera.close_idle, 0.0)
 
     async def watch(self, what: str, on: bool) -> None:
-        """A viewer begins or ends to look at "color", "depth" or "costmap"."""
+        """A viewer wants, or no longer wants, "color", "depth" or "costmap"."""
         self._watched[what] = max(0, self._watched[what] + (1 if on else -1))
         if what == "costmap":
             await self._in_thread(partial(self._costmap.set_wanted, self._watched[what] > 0))
@@ -115,7 +114,7 @@ class Hub:
             self.newest.pop(f"camera {what}", None)
 
     def put(self, kind: str, content: str | bytes, *, again: bool = False) -> None:
-        """Something new of a kind; the same is nothing new, but of what tells its age by coming `again`."""
+        """Set the content of a kind. Equal content is not new, unless `again` says that it must be resent."""
         before = self.newest.get(kind)
         if not again and before is not None and before[1] == content:
             return
@@ -130,7 +129,7 @@ class Hub:
     # -- loops -----------------------------------------------------------------------------------------------
 
     async def _fast_loop(self) -> None:
-        """What is heard, many times a second."""
+        """What comes by topics: look at the newest values many times a second."""
         robot, due = self.robot, 0.0
         await self._in_thread(robot.listen)
         while True:
@@ -151,13 +150,13 @@ class Hub:
             await asyncio.sleep(TICK)
 
     async def _slow_loop(self) -> None:
-        """What takes a moment to find out: in a thread."""
+        """What takes a moment to find out is asked in a thread, a few times a second."""
         robot = self.robot
         self.put("marks", text_of({"t": "marks", "marks": [mark.as_json() for mark in robot.marks]}))
         outline = {"t": "footprint", "points": robot_state.round_outline(), "assumed": True}
         self.put("footprint", text_of(outline))
         while True:
-            await self._in_thread(robot.listen)  # again, where the robot was not there yet
+            await self._in_thread(robot.listen)  # once more, in case the robot was not there yet
             parts = await self._in_thread(lambda: robot_state.slow_parts(robot))
             for part, value in (parts or {}).items():
                 self.put(part, text_of(value))
@@ -193,7 +192,7 @@ class Hub:
             await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
 
     async def _in_thread(self, ask: Callable[[], Any]) -> Any:
-        """In a thread; None when the robot does not answer: what is not known is shown by its age."""
+        """Call in a thread. None if the robot does not answer; the page shows how old its values are."""
         try:
             return await self._workers.run(ask)
         except (RosError, ValueError) as error:

@@ -1,5 +1,5 @@
-"""One look at a robot, as values that can be sent: the parts of the state, pose, path, outline. Never waits,
-except where it says so.
+"""Reads a robot's state as values that can be sent: the parts of the snapshot, the path, the outline, and how
+the laser is mounted. Nothing here waits unless its docstring says so.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ __all__ = [
 
 LASER_FEEDS = ("scan", "plan", "tf_static")
 ASSUMED_RADIUS = 0.3
-"""m; nothing tells the outline of a robot whose navigation does not publish it."""
+"""m; the chassis does not report its outline."""
 MOST_POINTS = 500
 
 
 def slow_parts(robot: Robot) -> dict[str, Any]:
-    """What is asked a few times a second; blocks for a moment the first time."""
+    """The parts that are asked for a few times a second. Blocks for a moment the first time."""
     readiness, faults = robot.chassis.readiness(), robot.chassis.faults
     return {
         "readiness": readiness_part(readiness),
@@ -47,7 +47,7 @@ def slow_parts(robot: Robot) -> dict[str, Any]:
 
 
 def snapshot(robot: Robot) -> dict[str, Any]:
-    """Everything at once; blocks the first time."""
+    """The whole state at once. Blocks the first time."""
     from woosh_pure.web.snapshot import ages, lease_part, pose_part
 
     robot.listen()
@@ -66,7 +66,7 @@ def snapshot(robot: Robot) -> dict[str, Any]:
 
 
 def path_points(robot: Robot) -> list[list[float]]:
-    """The path being driven, thinned to what a screen shows."""
+    """The path being driven, reduced to the points that a screen can show."""
     path = known_path(robot.chassis)
     step = max(1, math.ceil(len(path) / MOST_POINTS))
     thinned = path[::step]
@@ -76,19 +76,19 @@ def path_points(robot: Robot) -> list[list[float]]:
 
 
 def round_outline(radius: float = ASSUMED_RADIUS) -> list[list[float]]:
-    """A circle with corners."""
+    """A polygon of 24 points around a circle."""
     turns = [math.tau * i / 24 for i in range(24)]
     return points_part((radius * math.cos(turn), radius * math.sin(turn)) for turn in turns)
 
 
 class Mounting:
-    """How the laser is mounted: its place in base_link, and whether it hangs upside down."""
+    """How the laser is mounted: its pose in base_link, and whether it is upside down."""
 
     def __init__(self, pose: Pose2D, turned: bool) -> None:
         self.pose, self.turned = pose, turned
 
     def in_map(self, robot: Pose2D) -> Pose2D:
-        """The laser in the map."""
+        """The laser's pose in the map."""
         c, s = math.cos(robot.yaw), math.sin(robot.yaw)
         return Pose2D(
             robot.x + c * self.pose.x - s * self.pose.y,
@@ -103,7 +103,9 @@ class Mounting:
 
 
 def laser_mounting(robot: Robot, scan: LaserScan) -> Mounting:
-    """From the fixed transforms; as if in the middle of the robot where none is known. Asks no network."""
+    """The mounting by the static transforms. Without a transform, the laser counts as mounted in the robot's
+    centre. Sends no request.
+    """
     import numpy as np
 
     from woosh_pure.feed.frames import in_base

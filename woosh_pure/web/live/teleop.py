@@ -1,4 +1,6 @@
-"""The driver's seat of one robot: one velocity block at a time, ended from anywhere, always in zero."""
+"""Driving one robot by hand: one velocity block at a time. It can be ended from anywhere, and always ends in
+zero.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +18,13 @@ if TYPE_CHECKING:
 __all__ = ["MOST_ANGULAR", "MOST_LINEAR", "Teleop"]
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
-"""m/s and rad/s that a page may drive; the chassis's own limits hold below these."""
+"""m/s and rad/s that a page may drive at most. Lower limits of the chassis hold, too."""
 ZEROS_SECONDS = 2.5
-"""Seconds that somebody who holds again waits for the zeros of before, which `leave` gives two."""
+"""Seconds for which a person who presses again waits for the zeros of the last drive; `finish` takes two."""
 
 
 class Teleop:
-    """Safe from any thread. `open` and `leave` block for a while; `steer` and `end` do not."""
+    """Safe from any thread. `open` and `finish` block for a while; `steer` and `halt` do not."""
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
@@ -33,12 +35,12 @@ class Teleop:
 
     @property
     def driver(self) -> str | None:
-        """Who drives, or is about to; None when nobody does."""
+        """Who drives or is about to; None if nobody does."""
         return self._driver
 
     @property
     def limits(self) -> dict[str, float]:
-        """What is accepted now: of the open drive, else what a page may drive at most."""
+        """The limits of the open drive, or else the most that a page may drive."""
         drive = self._drive
         linear, angular = (MOST_LINEAR, MOST_ANGULAR)
         if drive is not None:
@@ -46,13 +48,13 @@ class Teleop:
         return {"vx": linear, "wz": angular}
 
     def open(self, driver: str) -> None:
-        """Open a velocity block for somebody.
+        """Open a velocity block for a driver.
 
         Raises:
-            Problem: Somebody else drives, or the server ends.
-            RosError, ValueError: What `Chassis.velocity` says against it.
+            Problem: Somebody else drives, or the server is ending.
+            RosError, ValueError: `Chassis.velocity` has refused.
         """
-        with self._lock:  # who lets go and holds again at once waits for the zeros of before
+        with self._lock:  # a driver who presses again waits for the zeros of the last drive
             self._lock.wait_for(lambda: self._closed or self._driver != driver, ZEROS_SECONDS)
             if self._closed or self._driver is not None:
                 raise Problem(409, self._closed or f"{self._driver} drives now", "busy")
@@ -88,10 +90,10 @@ class Teleop:
                 self._lock.notify_all()
 
     def steer(self, vx: float, wz: float, valid_for: float) -> None:
-        """Drive for another moment; brought within the limits.
+        """Drive for another `valid_for` seconds. Velocities are reduced to the limits.
 
         Raises:
-            RosError: The drive is over; the text says why.
+            RosError: The drive is over; the message says why.
         """
         drive = self._drive
         if drive is None:
@@ -104,26 +106,26 @@ class Teleop:
         )
 
     def halt(self, why: str) -> None:
-        """The drive is over: its thread sends zero at once. Does not wait; `leave` does."""
+        """End the drive: its thread sends zero at once. Does not wait for that; `finish` does."""
         drive = self._drive
         if drive is not None:
             drive.halt(why)
 
     def finish(self, why: str) -> None:
-        """End the drive, and wait with a bound until its zeros have been sent."""
+        """End the drive, and wait a bounded time until its zeros have been sent."""
         drive = self._drive
         try:
             if drive is not None:
                 drive.halt(why)
                 drive.finish(2.0)
         except RosError:
-            pass  # the link is gone: zero is the first thing sent when it is back
+            pass  # the link is lost: zero will be the first message when it is back
         finally:
             if drive is not None:
                 self._release(drive)
 
     def close(self, why: str) -> None:
-        """Nobody sits down any more; who sits drives no longer. Does not wait."""
+        """End the drive and allow no other. Does not wait."""
         with self._lock:
             self._closed = why
             self._lock.notify_all()

@@ -1,8 +1,7 @@
-"""One viewer: what is sent to the page at the pace at which it reads, and the dead man's hand of who holds
-it.
+"""One viewer: sends frames to a page at the pace at which the page reads, and applies its dead-man switch.
 
-Two frames may be under way; the page acknowledges each. So a slow link gets fewer values, and fresh ones, and
-one that has stopped reading costs two frames and ends in a sentence.
+At most two frames are under way; the page acknowledges each. So a slow link gets fewer values, but fresh
+ones, and a page that has stopped reading costs two frames of memory and is disconnected with a reason.
 """
 
 from __future__ import annotations
@@ -38,32 +37,32 @@ __all__ = ["Viewer"]
 CREDITS = 2
 MOST_TEXT, MOST_ENTRIES = 4096, 50
 NOTHING_READ, SEND_SECONDS = 15.0, 10.0
-"""Seconds after which a viewer who acknowledges nothing, or takes nothing, is let go."""
+"""Seconds after which a viewer that acknowledges nothing, or accepts nothing, is disconnected."""
 MOST_ROUND_TRIP = 0.4
-"""Seconds that a frame and its acknowledgement may take when somebody begins to drive: how long the first
-message of a hand was under way, no clock tells."""
+"""Seconds that a frame and its acknowledgement may take when a person begins to drive. No clock tells how
+long the first press itself was under way."""
 _AT_ONCE = ("lost",)
 _ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
 
 
 class BadMessage(Exception):
-    """The page sent what no page of ours sends; its text says what."""
+    """A message that our page would not send; the text says what is wrong with it."""
 
 
 class Viewer:
-    """See above; belongs to the event loop. `run` is its whole life."""
+    """See above. Used in the event loop only. `run` lasts as long as the connection."""
 
     def __init__(self, socket: WebSocket, context: WebContext, hub: Hub, client: Client) -> None:
         self._socket, self._context, self._hub, self._client = socket, context, hub, client
         self._robot = hub.robot
         self._wake = asyncio.Event()
         self._sent = self._acked = 0
-        self._under_way: deque[float] = deque()  # when each frame was sent that is not acknowledged
-        self._round_trip = 0.0  # how long the newest acknowledged one took, there and back
-        self._heard = time.monotonic()  # when the page acknowledged last, or all was acknowledged
+        self._under_way: deque[float] = deque()  # when each unacknowledged frame was sent
+        self._round_trip = 0.0  # how long the last frame and its acknowledgement took
+        self._heard = time.monotonic()  # the last acknowledgement, or when one became due
         self._versions: dict[str, int] = {}
-        self._last_sent: dict[str, int] = {}  # the number of the last frame of each kind
+        self._last_sent: dict[str, int] = {}  # for each kind, the number of its last frame
         self._journal = -1
         self._lease: object = None
         self._own_messages: deque[str] = deque(maxlen=32)
@@ -77,7 +76,7 @@ class Viewer:
         self._pace = TokenBucket(200.0, 400.0)
 
     async def run(self, lang: str) -> None:
-        """Until it ends, whoever ends it. The drive is over before anything else."""
+        """Serve the page until the connection ends. The drive is ended first of all."""
         self._hub.join(self._wake.set)
         self._tell(self._hello(lang))
         tasks = [asyncio.ensure_future(part()) for part in (self._read, self._write, self._watch)]
@@ -143,7 +142,7 @@ class Viewer:
                     pass
                 continue
             if self._sent == self._acked:
-                self._heard = time.monotonic()  # from now on something is awaited
+                self._heard = time.monotonic()  # from now on an acknowledgement is due
             self._sent += 1
             self._under_way.append(time.monotonic())
             is_bytes = isinstance(frame, bytes)
@@ -154,7 +153,7 @@ class Viewer:
                 raise TimeoutError("you take nothing any more; connect again") from None
 
     def _next(self) -> str | bytes | None:
-        if self._own_messages:  # what is said to this one alone is little, and cannot wait
+        if self._own_messages:  # messages for this page alone are few, and cannot wait
             return self._own_messages.popleft()
         if self._sent - self._acked >= CREDITS:
             return None
@@ -169,8 +168,8 @@ class Viewer:
         return None
 
     def _in_turn(self) -> list[str]:
-        """All kinds, what comes first first. Over a slow link the pose is always new again, and so is the
-        scan: they must not keep all else away. So the pose has every other frame, and the rest takes turns.
+        """All kinds, in the order in which to send them. Over a slow link, pose and scan have always changed
+        again, and must not keep out the rest. So the pose gets every other frame, and the rest takes turns.
         """
         looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self._watched]
         others = sorted([*_ORDER, *looked_at], key=lambda kind: self._last_sent.get(kind, -1))
@@ -321,7 +320,7 @@ class Viewer:
         return None
 
     def _apply(self, verdict: Verdict) -> None:
-        """Do what the dead man says; nothing here waits."""
+        """Do what the dead-man switch says, without waiting."""
         if verdict.act == "drive":
             try:
                 self._robot.teleop.steer(verdict.vx, verdict.wz, verdict.valid_for)
@@ -337,12 +336,12 @@ class Viewer:
             self._tell({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
 
     async def _open(self, press: int) -> None:
-        """Open a drive for one press; of an earlier one than the newest, it is ended again at once."""
+        """Open a drive for one press. If another press came meanwhile, it is ended again at once."""
         teleop, name = self._robot.teleop, self._client.name
         opening = self._context.drives.run(teleop.open, name)
         try:
             await asyncio.shield(opening)
-        except asyncio.CancelledError:  # the page is gone while it was being opened
+        except asyncio.CancelledError:  # the page disconnected while the drive was being opened
             opening.add_done_callback(lambda done: self._abandon(done, "the page has gone"))
             raise
         except Exception as error:
@@ -364,12 +363,14 @@ class Viewer:
         self._apply(verdict)
 
     def _abandon(self, opening: asyncio.Future[None], why: str) -> None:
-        """Nobody waits for that drive any more, if there is one: another's must not be ended for it."""
+        """End a drive that is no longer wanted, if it was opened. If it was not, another's drive may be open,
+        which must not be ended.
+        """
         if not opening.cancelled() and opening.exception() is None:
             self._context.drives.run(self._robot.teleop.finish, why)
 
     def _end_drive(self, reason: str, text: str = "") -> None:
-        """Zero, now; the journal and the page are told afterwards."""
+        """Send zero now; the journal and the page are told afterwards."""
         if not self._driving:
             if reason:
                 self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
@@ -382,12 +383,12 @@ class Viewer:
         self._context.drives.run(self._robot.teleop.finish, why)
 
     def _drive_failed(self, error: Exception) -> None:
-        """The robot, a stop or the link has ended the drive."""
+        """The drive was ended by the robot, a stop, or a lost link."""
         self._dead_man.end("over")
         self._end_drive("over", str(error))
 
     async def _watch(self) -> None:
-        """The silence of the hand, and a drive that ended by itself, seen within a twentieth of a second."""
+        """Check for silence every 50 ms."""
         while True:
             await asyncio.sleep(0.05)
             if self._dead_man.held:
@@ -400,7 +401,7 @@ class Viewer:
 
 
 async def _end_all(tasks: set[asyncio.Task[None]]) -> None:
-    """Cancel them until they have ended: up to Python 3.11 `asyncio.wait_for` may swallow a cancel."""
+    """Cancel tasks until they have ended: up to Python 3.11, `asyncio.wait_for` may swallow a cancel."""
     until = time.monotonic() + 2.0
     while tasks and time.monotonic() < until:
         for task in tasks:

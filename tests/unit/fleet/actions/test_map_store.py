@@ -5,16 +5,16 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import threading
 import zipfile
 from collections.abc import Callable, Iterator
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.support.fleet_maps import packed as packed_map
+from tests.support.fleet_maps import serving
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.actions import map_archive
 from woosh_pure.fleet.actions.abilities import abilities_of
@@ -37,16 +37,7 @@ def grid(fill: int = 0) -> GridMap:
 
 
 def packed(folder: Path, given: GridMap | None = None, **more: bytes) -> bytes:
-    """A ZIP as a map server would have it."""
-    folder.mkdir(exist_ok=True)
-    (given or grid()).save(folder / "hall.yaml")
-    found = io.BytesIO()
-    with zipfile.ZipFile(found, "w", zipfile.ZIP_DEFLATED) as file:
-        for path in sorted(folder.iterdir()):
-            file.write(path, f"some/folder/{path.name}")
-        for name, data in more.items():
-            file.writestr(name.replace("_", "."), data)
-    return found.getvalue()
+    return packed_map(folder, given or grid(), **more)
 
 
 class Robot:
@@ -92,23 +83,8 @@ def told(shelf: MapStore) -> list[tuple[str, str, bool]]:
 @pytest.fixture
 def served(tmp_path: Path) -> Iterator[str]:
     """A map server with /good.zip."""
-    data = packed(tmp_path / "made", grid(3))
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200 if self.path == "/good.zip" else 404)
-            self.end_headers()
-            self.wfile.write(data)
-
-        def log_message(self, format: str, *args: Any) -> None:
-            pass
-
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_address[1]}"
-        server.shutdown()
-        thread.join(5.0)
+    with serving(packed(tmp_path / "made", grid(3))) as address:
+        yield address
 
 
 def handlers(shelf: MapStore | None) -> dict[str, Handler]:

@@ -15,7 +15,7 @@ from msgdefs.nav_msgs.msg import OccupancyGrid, Path
 from msgdefs.sensor_msgs.msg import LaserScan, PointCloud2
 from msgdefs.visualization_msgs.msg import MarkerArray
 from woosh_pure.foxglove import chassis_layout
-from woosh_pure.foxglove.live import MAP, OVERLAY
+from woosh_pure.foxglove.chassis_topics import MAP, OVERLAY
 from woosh_pure.interface.table import row
 
 TITLES = {"foxglovePanelTitle", "lichtblickPanelTitle"}

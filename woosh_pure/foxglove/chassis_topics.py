@@ -1,4 +1,4 @@
-"""The topics made for viewers of a chassis: made while somebody looks at them, and not otherwise."""
+"""The topics that viewers of a chassis get besides its own, made only while a viewer subscribes them."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ _log = get_logger("woosh_pure.foxglove")
 
 OVERLAY, MAP = "/woosh/overlay", "/woosh/map"
 OVERLAY_PERIOD = 0.5  # s
-MAP_PERIOD = 60.0  # s: the map is asked for by a call, and has megabytes
+MAP_PERIOD = 60.0  # s: the map comes by a service call and has megabytes
 AFTER_AN_ERROR = 5.0  # s
 MAP_SECONDS = 30.0  # for the call
-OLD = 3.0  # seconds after which a pose is called old
+OLD = 3.0  # s: older poses are marked as old
 
 
 class ChassisTopics:
-    """`/woosh/overlay` and `/woosh/map` for a `Foxglove`; reads the chassis, moves nothing.
+    """`/woosh/overlay` and `/woosh/map` for a `Foxglove`; only reads from the chassis.
 
     Args:
-        chassis: What is shown.
-        marks: Of your list; read with each drawing, so a list that changes is followed.
-        language: "en" or "zh", for the words of faults.
+        chassis: The chassis to show.
+        marks: Returns your marks; called for every drawing, so changes of the list are seen.
+        language: "en" or "zh", for the texts of faults.
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class ChassisTopics:
 
     @property
     def all(self) -> tuple[LocalTopic, ...]:
-        """Both."""
+        """Both topics, for `Foxglove(topics=...)`."""
         return (self.overlay, self.map)
 
     def state(self) -> OverlayState:
-        """What the overlay shows now."""
+        """The state that the overlay shows now."""
         chassis = self._chassis
         where = chassis.pose.reading
         return OverlayState(
@@ -86,7 +86,7 @@ class ChassisTopics:
             self.map.publish(grid)
 
     def close(self) -> None:
-        """End what is being made. Twice is fine."""
+        """Stop making them. Calling it twice is fine."""
         self._drawer.close()
         self._mapper.close()
 
@@ -98,12 +98,12 @@ class ChassisTopics:
 
 
 class _Repeated:
-    """Something that is done again and again while it is wanted, in a thread of its own.
+    """Calls a function periodically while its result is wanted, in a thread of its own.
 
     Args:
-        name: Of the thread, and for the log.
-        period: Seconds between two times.
-        work: What is done; an error of ROS is logged, and it is tried again.
+        name: For the thread and the log.
+        period: Seconds between two calls.
+        work: The function; when it raises an error of ROS, this is logged and the call repeated.
     """
 
     def __init__(self, name: str, period: float, work: Callable[[], object]) -> None:
@@ -116,7 +116,7 @@ class _Repeated:
         self._closed = False
 
     def run(self, wanted: bool) -> None:
-        """Begin, or end."""
+        """Start or stop the calls."""
         with self._lock:
             if self._stop is not None:
                 self._stop.set()
