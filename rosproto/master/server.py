@@ -148,7 +148,7 @@ class Master:
             self._ended.set()
 
     def answer(self, method: str, params: list[object], peer: Peer) -> object:
-        """Answer one call as it would be over the network; `BesideClient` asks here."""
+        """Answer one call as it would be over the network; `LocalClient` asks here."""
         if method == "system.listMethods":
             return [*self._api.methods(), "system.listMethods", "system.multicall"]
         try:

@@ -58,9 +58,9 @@ class LocalNodes:
         """What carries calls to the master with that URI; None when it is not the one given."""
         if self._master is None or parse_uri(uri) != parse_uri(self._master.uri):
             return None
-        from rosproto.master.beside import BesideClient
+        from rosproto.master.local_client import LocalClient
 
-        return BesideClient(self._master, limits=limits, timeout=timeout, hosts=hosts)
+        return LocalClient(self._master, limits=limits, timeout=timeout, hosts=hosts)
 
     def clear(self) -> None:
         """None is open any more."""

@@ -8,7 +8,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.errors import ConnectionLost, MasterError
-from rosproto.master.beside import BesideClient
+from rosproto.master.local_client import LocalClient
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.incoming.local_nodes import LocalNodes
 from tests.support.slaves import RecordingNode
@@ -23,17 +23,17 @@ def master() -> Iterator[Master]:
 
 
 @pytest.fixture
-def beside(master: Master) -> Iterator[MasterClient]:
-    carrier = BesideClient(master, limits=None, timeout=5.0, hosts=None)
-    with MasterClient(master.uri, "/beside", client=carrier) as client:
+def local(master: Master) -> Iterator[MasterClient]:
+    carrier = LocalClient(master, limits=None, timeout=5.0, hosts=None)
+    with MasterClient(master.uri, "/local", client=carrier) as client:
         yield client
 
 
-def test_its_answers_are_those_of_the_port(master: Master, beside: MasterClient) -> None:
+def test_its_answers_are_those_of_the_port(master: Master, local: MasterClient) -> None:
     """One call after another, each asked both ways; what changes the graph is asked with a name for each way."""
     answers = []
-    with MasterClient(master.uri, "/beside") as over_port:
-        for client in (beside, over_port):
+    with MasterClient(master.uri, "/local") as over_port:
+        for client in (local, over_port):
             answers.append(
                 [
                     client.several(
@@ -59,48 +59,48 @@ def test_its_answers_are_those_of_the_port(master: Master, beside: MasterClient)
 
 
 def test_a_call_opens_no_connection_and_a_rare_one_takes_the_port(
-    master: Master, beside: MasterClient
+    master: Master, local: MasterClient
 ) -> None:
-    beside.register_publisher("/t", "std_msgs/String", OTHER)
-    beside.several([("getPid", ()), ("getParam", ("/unset",))])
+    local.register_publisher("/t", "std_msgs/String", OTHER)
+    local.several([("getPid", ()), ("getParam", ("/unset",))])
     assert master.stats()["connections"] == 0
-    beside.set_param("/x", {"y": [1, 2]})
+    local.set_param("/x", {"y": [1, 2]})
     assert master.stats()["connections"] == 1
     with pytest.raises(MasterError, match='method "nonsense" is not supported'):
-        beside.call("nonsense")
-    mixed = beside.multicall([("setParam", ("/z", 1)), ("getParam", ("/z",))])
+        local.call("nonsense")
+    mixed = local.multicall([("setParam", ("/z", 1)), ("getParam", ("/z",))])
     assert mixed == [0, 1]
 
 
-def test_what_it_returned_is_the_callers_own(beside: MasterClient) -> None:
-    beside.set_param("/x", {"y": [1, 2]})
-    value = beside.get_param("/x")
+def test_what_it_returned_is_the_callers_own(local: MasterClient) -> None:
+    local.set_param("/x", {"y": [1, 2]})
+    value = local.get_param("/x")
     assert value == {"y": [1, 2]}
     value["y"].append(3)
-    assert beside.get_param("/x") == {"y": [1, 2]}
+    assert local.get_param("/x") == {"y": [1, 2]}
 
 
-def test_others_are_told(master: Master, beside: MasterClient) -> None:
+def test_others_are_told(master: Master, local: MasterClient) -> None:
     with RecordingNode() as node, MasterClient(master.uri, "/s") as stranger:
         assert stranger.register_subscriber("/t", "*", node.uri) == []
-        assert beside.register_publisher("/t", "std_msgs/String", OTHER) == [node.uri]
+        assert local.register_publisher("/t", "std_msgs/String", OTHER) == [node.uri]
         assert master.flush(5.0)
         assert ("publisherUpdate", ["/t", [OTHER]]) in node.calls
 
 
 def test_a_closed_master_and_a_closed_client_fail_as_over_the_network(
-    master: Master, beside: MasterClient
+    master: Master, local: MasterClient
 ) -> None:
     other = MasterClient(
-        master.uri, "/other", client=BesideClient(master, limits=None, timeout=5.0, hosts=None)
+        master.uri, "/other", client=LocalClient(master, limits=None, timeout=5.0, hosts=None)
     )
     other.close()
     with pytest.raises(ConnectionLost, match="closed"):
         other.get_pid()
-    assert beside.get_pid() > 0
+    assert local.get_pid() > 0
     master.close()
     with pytest.raises(ConnectionLost):
-        beside.get_pid()
+        local.get_pid()
 
 
 def test_nodes_take_the_short_way_only_to_the_master_they_were_given(master: Master) -> None:

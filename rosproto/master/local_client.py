@@ -1,4 +1,4 @@
-"""Calls of a master by nodes of the same process: the same answers, without XML, sockets and threads.
+"""A client of a master in the same process: the same answers, without XML, sockets and threads.
 
 Twenty nodes that joined their own master over HTTP were a third of what the start of a simulated chassis cost
 the processor. Only those who are given the master's object get here; everybody else, on this computer or not,
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rosproto.protocol.limits import Limits
     from rosproto.transport import HostNames
 
-__all__ = ["BesideClient"]
+__all__ = ["LocalClient"]
 
 _DIRECT = frozenset(
     {
@@ -36,8 +36,8 @@ _DIRECT = frozenset(
 """What takes texts only and never waits; all else, a parameter's value for one, passes the wire's checks."""
 
 
-class BesideClient(XmlRpcClient):
-    """An `XmlRpcClient` of a master in this process; what is rare takes the port, and all once it closed.
+class LocalClient(XmlRpcClient):
+    """An `XmlRpcClient` of a master in this process; rare calls take the port, and all do once it has closed.
 
     A master that was closed, or this client in a fork, fails as it does over the network.
 
