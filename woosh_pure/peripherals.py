@@ -16,8 +16,8 @@ from woosh_pure.geometry import Footprint, Pose2D
 from woosh_pure.maps.gridmap_message import grid_from_message, grid_message
 from woosh_pure.maps.localisation import require_success
 from woosh_pure.motion.steps import MAX_SPEED
-from woosh_pure.values.convert import pose_of
 from woosh_pure.values.messages import polygon, pose_with_covariance, stamped_pose
+from woosh_pure.values.poses import pose_of
 from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:

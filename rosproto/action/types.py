@@ -50,19 +50,18 @@ def action_type(action: type[Message] | str, revisions: Revisions | None = None)
         DefinitionError: It is unknown, or not an action.
     """
     cls = _class_of(action, revisions) if isinstance(action, str) else action
-    whole: Any = cls()
     try:
-        goal, result, feedback = whole.action_goal, whole.action_result, whole.action_feedback
+        goal, result, feedback = (_part(cls, f"action_{name}") for name in ("goal", "result", "feedback"))
         return ActionType(
             name=cls._type,
-            action_goal=type(goal),
-            action_result=type(result),
-            action_feedback=type(feedback),
-            goal=type(goal.goal),
-            result=type(result.result),
-            feedback=type(feedback.feedback),
-            goal_id=type(goal.goal_id),
-            status=type(result.status),
+            action_goal=goal,
+            action_result=result,
+            action_feedback=feedback,
+            goal=_part(goal, "goal"),
+            result=_part(result, "result"),
+            feedback=_part(feedback, "feedback"),
+            goal_id=_part(goal, "goal_id"),
+            status=_part(result, "status"),
             status_array=message_class("actionlib_msgs/GoalStatusArray"),
         )
     except AttributeError:
@@ -95,6 +94,16 @@ def part_from(value: Any, part: type[Any], what: str) -> Any:
     raise CodecError(
         f"{what} is a {part._type} or a dict of its fields ({fields}), not a {shown}", type_name=part._type
     )
+
+
+def _part(owner: type[Any], name: str) -> type[Any]:
+    """The class of a field; without making a message, for which code would be generated, where it can be."""
+    binding: Any = getattr(owner, "_binding", None)
+    for field in binding.spec.fields if binding is not None else ():
+        if field.name == name and "/" in field.type.base and not field.type.is_array:
+            part: type[Any] = binding.class_for(field.type.base)
+            return part
+    return type(getattr(owner(), name))
 
 
 def _class_of(name: str, revisions: Revisions | None) -> type[Message]:

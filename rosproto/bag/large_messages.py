@@ -46,13 +46,18 @@ class Place(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A message read on its own: connection, receive time, its record's offset in the chunk, its bytes."""
+    """A message found on its own: connection, receive time, its record's offset in the chunk, size and bytes.
+
+    The bytes of a large message are None: they are read when its turn comes, into memory that the one before
+    has just left, which is still in the processor's cache.
+    """
 
     conn: int
     secs: int
     nsecs: int
     offset: int
-    data: bytes
+    size: int
+    data: bytes | None
 
 
 def few_alone(order: Sequence[ChunkInfo]) -> list[bool]:
@@ -92,7 +97,7 @@ def few_places(blob: bytes, base: int, end: int, counts: Mapping[int, int]) -> l
 def few_messages(
     source: BagFile, info: ChunkInfo, position: int, size: int, wanted: Collection[int]
 ) -> list[Found] | None:
-    """The wanted messages of an uncompressed chunk, read one by one; None when the general way is needed.
+    """The wanted messages of an uncompressed chunk, one by one; None when the general way is needed.
 
     Args:
         source: The file.
@@ -145,13 +150,8 @@ def few_messages(
             in_order = False
         last = time
         if conn in wanted:
-            if after <= end:
-                data = window[start - begin : after - begin]
-            else:
-                data = read(position + start, length)
-                if len(data) != length:
-                    return None
-            found.append(make(Found, (conn, secs, nsecs, at, data)))
+            data = window[start - begin : after - begin] if after <= end else None
+            found.append(make(Found, (conn, secs, nsecs, at, length, data)))
         at = after
         # Behind a large message there is probably another one, and more than its head would be read twice.
         ahead = _WINDOW if length < _WINDOW else _NARROW

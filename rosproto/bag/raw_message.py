@@ -46,11 +46,14 @@ def raw_messages(run: Run, facts: Mapping[int, Facts], view: bool) -> Iterator[t
     time_class, new, make = Time, object.__new__, tuple.__new__
     pos = run.info.pos
     if run.blob is None:
-        found = run.found
+        found, fetch = run.found, run.fetch
         assert found is not None
+        assert fetch is not None
         found.reverse()
         while found:  # so that messages already handed out are not kept in memory
-            conn, secs, nsecs, offset, data = found.pop()
+            conn, secs, nsecs, offset, size, data = found.pop()
+            if data is None and (data := fetch(offset, size)) is None:
+                return
             stamp = new(time_class)
             stamp.secs = secs
             stamp.nsecs = nsecs

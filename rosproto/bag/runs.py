@@ -16,7 +16,7 @@ from rosproto.bag.large_messages import Found, few_alone, few_messages, few_plac
 from rosproto.bag.merge import Batch, merge
 from rosproto.bag.read_ahead import Following, ReadAhead
 from rosproto.bag.records import ChunkInfo
-from rosproto.bag.rows import Rows
+from rosproto.bag.rows import MESSAGE_HEAD, Rows
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
@@ -36,7 +36,9 @@ class Run(NamedTuple):
         blob: Its plain bytes; None when the messages were read one by one.
         base: Where its data begins in there.
         places: The messages.
-        found: The messages that were read one by one; what was gone through need not be kept there.
+        found: The messages that are read one by one; what was gone through need not be kept there.
+        fetch: Reads one of those, by its offset in the chunk and its size; None where the chunk turns out to
+            be damaged, which is noted then.
     """
 
     info: ChunkInfo
@@ -44,14 +46,22 @@ class Run(NamedTuple):
     base: int
     places: Iterable[Place]
     found: list[Found] | None = None
+    fetch: Callable[[int, int], bytes | None] | None = None
 
     def messages(self) -> Iterator[tuple[int, int, int, bytes]]:
         """Connection, secs, nsecs and bytes of each."""
         blob = self.blob
         if blob is None:
-            assert self.found is not None
-            return ((conn, secs, nsecs, data) for conn, secs, nsecs, _, data in self.found)
+            return self._read()
         return ((conn, secs, nsecs, blob[start:end]) for conn, secs, nsecs, start, end in self.places)
+
+    def _read(self) -> Iterator[tuple[int, int, int, bytes]]:
+        assert self.found is not None
+        assert self.fetch is not None
+        for conn, secs, nsecs, offset, size, data in self.found:
+            if data is None and (data := self.fetch(offset, size)) is None:
+                return
+            yield conn, secs, nsecs, data
 
 
 class RunReader:
@@ -94,8 +104,8 @@ class RunReader:
             number += 1
             # Only for a chunk that lies wholly in the span: its messages are not filtered by time below.
             whole = (low is None or info.start >= low) and (high is None or info.end <= high)
-            if whole and apart and (found := self._few_messages(info, wanted)) is not None:
-                yield Run(info, None, 0, (), found)
+            if whole and apart and (run := self._few_messages(info, wanted)) is not None:
+                yield run
                 continue
             data = self._load(info, ahead, lambda count, at=number: order[at : at + count])  # type: ignore[misc]
             if data is None:
@@ -115,16 +125,35 @@ class RunReader:
     def _alone(self, order: list[ChunkInfo]) -> list[bool]:
         return few_alone(order)
 
-    def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> list[Found] | None:
-        """A chunk's messages read one by one; None where that is slower, or the chunk is damaged."""
+    def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> Run | None:
+        """A chunk's messages, to be read one by one; None where that is slower, or the chunk is damaged."""
         self._source.check_open()
         if self._source.far:
             return None
         try:
             position, size = plain_data(self._source, info)
-            return few_messages(self._source, info, position, size, wanted) if size else None
+            found = few_messages(self._source, info, position, size, wanted) if size else None
         except BagError:
             return None  # the general way reports what is wrong
+        return None if found is None else Run(info, None, 0, (), found, self._fetcher(info, position))
+
+    def _fetcher(self, info: ChunkInfo, position: int) -> Callable[[int, int], bytes | None]:
+        """What reads messages of a chunk whose data begins at this position of the file."""
+        source = self._source
+        first = position + MESSAGE_HEAD
+
+        def fetch(offset: int, size: int) -> bytes | None:
+            source.check_open()
+            try:
+                data = source.read_at(first + offset, size)
+                if len(data) != size:
+                    raise source.error("the file has become shorter", position + offset)
+            except BagError as problem:
+                self._skipped(info, problem)
+                return None
+            return data
+
+        return fetch
 
     def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
         """Chunks that have wanted messages, by start time."""

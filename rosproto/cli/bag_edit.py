@@ -115,7 +115,8 @@ def filter(arguments: argparse.Namespace) -> int:
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
         keep = None if rule is None and shown is None else _MessageFilter(bag, rule, shown)
-        kept = _write(arguments.output, entries, arguments.compression, bag.message_count, keep)
+        total, quiet = bag.message_count, shown is not None  # what is printed would stand in the line
+        kept = _write(arguments.output, entries, arguments.compression, total, keep, quiet=quiet)
     print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
     return 0
 

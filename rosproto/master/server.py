@@ -95,7 +95,7 @@ class Master:
         self._server = XmlRpcServer(
             host or "0.0.0.0",
             port,
-            self._dispatch,
+            self.answer,
             limits=limits,
             allow=allow,
             name="master",
@@ -147,9 +147,8 @@ class Master:
             self._notifier.close(timeout / 2)
             self._ended.set()
 
-    # -- inside ------------------------------------------------------------------------------------------
-
-    def _dispatch(self, method: str, params: list[object], peer: Peer) -> object:
+    def answer(self, method: str, params: list[object], peer: Peer) -> object:
+        """Answer one call as it would be over the network; `LocalClient` asks here."""
         if method == "system.listMethods":
             return [*self._api.methods(), "system.listMethods", "system.multicall"]
         try:
@@ -159,6 +158,8 @@ class Master:
         if method == "getUri" and answer[0] == SUCCESS:
             answer[2] = self._uri_for(peer)
         return answer
+
+    # -- inside ------------------------------------------------------------------------------------------
 
     def _uri_for(self, peer: Peer) -> str:
         """Our URI for one caller: with a wildcard, the address that the call itself came to."""

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
 from rosproto.node import forking
-from rosproto.node.graph.master_client import MasterClient
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import on_fork
 
@@ -156,7 +155,7 @@ def leave_master(context: Context) -> None:
     """Take everything off the master, if it answers."""
     if not context.master_lost:
         # Its own client: a call that hangs in `context.master` must not use up the time.
-        with MasterClient(context.master_uri, context.name, timeout=CLOSE_SECONDS) as master:
+        with context.master_client(CLOSE_SECONDS) as master:
             context.registrations.unregister_all(Deadline(CLOSE_SECONDS), master)
 
 

@@ -103,9 +103,8 @@ class Context:
         self._naming = Naming(name, remappings)
         self._link_ids = itertools.count(1)
         self.hosts = HostNames(hosts, master=parse_uri(master_uri)[0])
-        self.master = MasterClient(
-            master_uri, name, timeout=MASTER_CALL_SECONDS, limits=limits, hosts=self.hosts
-        )
+        self.master_uri = master_uri
+        self.master = self.master_client(MASTER_CALL_SECONDS)
         self.master_uri = self.master.uri
         at, port = parse_uri(self.master.uri)
         self.master_address = (self.hosts.meant(at), port)
@@ -115,6 +114,20 @@ class Context:
             self.master, self.master.within(FAREWELL_SECONDS), lambda: self.master_lost
         )
         self.clock = NodeClock()
+
+    def master_client(self, timeout: float) -> MasterClient:
+        """Another client of the master, with connections of its own and `timeout` seconds for a call."""
+        carrier = self.local_nodes and self.local_nodes.calls_to(
+            self.master_uri, limits=self.limits, timeout=timeout, hosts=self.hosts
+        )
+        return MasterClient(
+            self.master_uri,
+            self.name,
+            timeout=timeout,
+            limits=self.limits,
+            client=carrier or None,
+            hosts=self.hosts,
+        )
 
     @property
     def uri(self) -> str:

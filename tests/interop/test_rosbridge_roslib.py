@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 
 import pytest
 
@@ -12,6 +13,7 @@ from rosproto.gateway import Rosbridge
 from rosproto.node import Node
 from tests.interop.rosbridge_world import World
 from tests.interop.web_page import Page, pages
+from tests.support import rosbridge_suite
 from tests.support.victim import eventually
 
 
@@ -73,10 +75,11 @@ ros.getTopics(found => say('topics', found.topics), why => say('refused', why));
 """
 
 
-@pytest.mark.parametrize(("mac", "word"), [("right", "topics"), ("wrong", "closed")])
-def test_credentials(real_roscore: str, mac: str, word: str) -> None:
-    """`ros.authenticate`, checked by a service as rosauth provides it: the page is served, or cut off."""
-    with Node("/auth", master_uri=real_roscore, host="127.0.0.1") as node:
+@pytest.fixture(params=["ours", "original"])
+def authenticating(request: pytest.FixtureRequest, real_roscore: str) -> Iterator[str]:
+    """URL of a bridge that asks for credentials, which a service as rosauth provides it checks."""
+    with ExitStack() as stack:
+        node = stack.enter_context(Node("/auth", master_uri=real_roscore, host="127.0.0.1"))
         node.service_server(
             "/authenticate",
             "rosauth/Authentication",
@@ -84,8 +87,21 @@ def test_credentials(real_roscore: str, mac: str, word: str) -> None:
                 "authenticated": (asked.mac, asked.t.secs, asked.end.secs) == ("right", 1000, 2000)
             },
         )
-        with Rosbridge(node, port=0, authenticate=True) as bridge, pages(bridge.url) as opens:
-            assert opens(AUTHENTICATED.replace("MAC", mac)).said(word)
+        if request.param == "ours":
+            yield stack.enter_context(Rosbridge(node, port=0, authenticate=True)).url
+            return
+        built = request.getfixturevalue("built_rosbridge")
+        messages = request.getfixturevalue("genpy_packages")
+        node.params["/rosbridge_websocket/authenticate"] = True
+        suite = rosbridge_suite.served(rosbridge_suite.checkout(), built, real_roscore, messages=messages)
+        yield stack.enter_context(suite)
+
+
+@pytest.mark.parametrize(("mac", "word"), [("right", "topics"), ("wrong", "closed")])
+def test_credentials(authenticating: str, mac: str, word: str) -> None:
+    """`ros.authenticate`: the page is served, or cut off."""
+    with pages(authenticating) as opens:
+        assert opens(AUTHENTICATED.replace("MAC", mac)).said(word)
 
 
 SERVICES = """

@@ -17,7 +17,7 @@ __all__ = ["in_base", "known_path", "scan_in_base", "scan_in_map"]
 
 def known_path(chassis: Chassis) -> list[Pose2D]:
     """The path being driven, as the navigation published it last; empty when nothing was heard."""
-    from woosh_pure.values.convert import pose_of
+    from woosh_pure.values.poses import pose_of
 
     message = chassis.feed("plan").latest
     if message is None:

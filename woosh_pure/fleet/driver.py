@@ -1,7 +1,7 @@
-"""Drives: what the order machine asks for, as goals of the chassis. Each drive waits in a thread of its own.
+"""Carries out drives of the order machine as goals of the chassis, each in a thread of its own.
 
 A new drive replaces the one under way, so that a vehicle passes a node without a stop. A halt cancels, and
-the end is told when the chassis has confirmed that it stands.
+its end is reported once the chassis has confirmed that it stands still.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ class Driver:
         self._closed = False
 
     def drive(self, effect: Drive) -> None:
-        """Begin; returns at once."""
+        """Start driving; returns at once."""
         with self._lock:
             self._newest = effect.token
         self._begin(lambda: self._work(effect), f"woosh:drive-{effect.node.id}")
 
     def halt(self, token: int) -> None:
-        """End it; returns at once, and its end is told."""
+        """Cancel the drive; returns at once, and its end is reported."""
         with self._lock:
             self._halted = token
             handle = self._handle
@@ -69,7 +69,7 @@ class Driver:
             self._begin(lambda: self._cancel(handle[1]), "woosh:halt")
 
     def close(self) -> None:
-        """Nothing is driven any more; what is under way ends with the chassis's own `close`, or here."""
+        """Start no further drive, and cancel the one under way."""
         with self._lock:
             self._closed = True
             handle = self._handle
@@ -122,7 +122,7 @@ class Driver:
         return self._chassis.go_to(node.position.x, node.position.y, yaw, timeout=None, replace=True)
 
     def _heading(self, node: Node) -> float:
-        """Along the way, where the node wants none."""
+        """The direction of travel, for a node that asks for no heading."""
         place, position = self._place(), node.position
         assert position is not None
         if place is None:

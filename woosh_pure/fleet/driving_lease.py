@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
 
-__all__ = ["RENEW_SECONDS", "DrivingLease"]
+__all__ = ["DrivingLease"]
 
 _LEASE_SECONDS = 60.0
-RENEW_SECONDS = _LEASE_SECONDS / 3.0
+_RENEW_SECONDS = _LEASE_SECONDS / 3.0
 
 
 class DrivingLease:
@@ -20,10 +21,12 @@ class DrivingLease:
     Args:
         chassis: The chassis.
         serial: Of the vehicle; part of the owner's name.
+        due: When something is to be done; "lease" in it is when `renew` is to be called.
     """
 
-    def __init__(self, chassis: Chassis, serial: str) -> None:
+    def __init__(self, chassis: Chassis, serial: str, due: dict[str, float]) -> None:
         self._lease, self._owner = chassis.lease, f"fleet manager of {serial}"
+        self._due = due
 
     def on_change(self, call: Callable[[], object]) -> Callable[[], None]:
         """Call back when the holder changes or somebody asks; what is returned ends that."""
@@ -41,11 +44,23 @@ class DrivingLease:
         if self._lease.holder == self._owner and asking:
             self._lease.grant(self._owner, asking[0])
 
-    def renew(self) -> bool:
-        """Take it, or keep it; False while a local driver has it."""
-        return self._lease.acquire(self._owner, _LEASE_SECONDS)
+    def hold(self, executing: bool) -> None:
+        """Take it while an order is carried out, and give it back afterwards."""
+        if not executing:
+            self.release()
+        elif "lease" not in self._due:
+            self._due["lease"] = 0.0
+
+    def renew(self, executing: bool) -> bool:
+        """Keep it; False while a local driver has it."""
+        if not executing:
+            del self._due["lease"]
+            return True
+        self._due["lease"] = time.monotonic() + _RENEW_SECONDS
+        return bool(self._lease.acquire(self._owner, _LEASE_SECONDS))
 
     def release(self) -> None:
         """Give it back."""
+        self._due.pop("lease", None)
         if self._lease.holder == self._owner:
             self._lease.release(self._owner)

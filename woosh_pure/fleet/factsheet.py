@@ -2,7 +2,7 @@
 abilities.
 
 Pure. What a chassis does not tell (its height, what it may carry, how fast it brakes) comes from the
-configuration; where nobody has said it, it is 0, which the standard reads as "no limit is told".
+configuration; a value that nobody has given is 0, which the standard reads as "no limit is known".
 """
 
 from __future__ import annotations

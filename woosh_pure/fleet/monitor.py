@@ -55,7 +55,7 @@ class ChassisMonitor:
         self.blocked = ""
 
     def open(self) -> None:
-        """Listen; the feeds connect by themselves, also to a chassis that comes later."""
+        """Start listening; the feeds connect by themselves, also to a chassis that appears later."""
         self._opened = time.monotonic()
         chassis = self._chassis
         self._ends = [
@@ -68,18 +68,18 @@ class ChassisMonitor:
         ]
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         for end in self._ends:
             end()
         self._ends = []
 
     @property
     def silent(self) -> bool:
-        """Whether nothing is heard of the robot; before its first word it has twice the time."""
+        """Whether nothing has been heard of the robot; it has twice the time before its first message."""
         return time.monotonic() - (self.heard or self._opened + SILENT_AFTER) >= SILENT_AFTER
 
     def silence(self) -> Problem:
-        """What is told when nothing is heard of the robot."""
+        """The error for a robot of which nothing is heard."""
         text = f"nothing was heard of the chassis at {self._chassis.master_uri} for {SILENT_AFTER:g} s"
         hint = "check the robot and its network; it may go on with what it was told"
         return Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)

@@ -1,5 +1,4 @@
-"""The state and visualization messages: the order machine on one side, what the chassis tells on the other.
-Pure."""
+"""The state and visualization messages, made of the order and of what the chassis tells. Pure."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ __all__ = ["Facts", "Load", "MapEntry", "state_message", "visualization_message"
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """A load on the vehicle, as pick and drop have told."""
+    """A load on the vehicle, as pick and drop have left it."""
 
     load_id: str = ""
     load_type: str = ""
@@ -76,7 +75,7 @@ class Facts:
 
     @property
     def alarms(self) -> tuple[object, ...]:
-        """What a state is sent for when it changes, whatever else has changed."""
+        """What is so urgent that any change of it sends a state."""
         return self.emergency_stop, self.bumper, self.faults, self.charging
 
     @property

@@ -21,7 +21,7 @@ from rosproto.version import __version__
 from woosh_pure.fleet.action_runner import ActionRunner
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
-from woosh_pure.fleet.driving_lease import RENEW_SECONDS, DrivingLease
+from woosh_pure.fleet.driving_lease import DrivingLease
 from woosh_pure.fleet.equipment import equipment_of
 from woosh_pure.fleet.inbox import Inbox, Left
 from woosh_pure.fleet.messages.elements import Order
@@ -29,7 +29,7 @@ from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
 from woosh_pure.fleet.mqtt.broker import Broker
-from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.machine import OrderMachine
@@ -89,7 +89,7 @@ class Vehicle:
         self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.position, marks=config.marks)
         self._actions = ActionRunner(chassis, equipment.handlers, self._on_action_ended)
         self._storage = OrderStorage(store, config.prefix, self._on_disk_failed, self._on_disk_recovered)
-        self._lease = DrivingLease(chassis, config.serial)
+        self._lease = DrivingLease(chassis, config.serial, self._due)
         self._thread: threading.Thread | None = None
         self._end_lease: Callable[[], object] = lambda: None
         self._lost = False
@@ -143,7 +143,7 @@ class Vehicle:
             if not thread.is_alive():
                 self._end_in_order()
         self._end_lease()
-        self._release_lease()
+        self._lease.release()
         self._monitor.close()
         self._mqtt.close()
 
@@ -203,8 +203,15 @@ class Vehicle:
             self._inbox.flag("connected")
 
     def _on_moved(self) -> None:
-        if self._machine.driving or self._lost or not self.facts.located or self.facts.moving != self._moving:
+        """Ten times a second for each robot that drives: the thread is only woken up for what may matter."""
+        facts = self.facts
+        if self._lost or not facts.located or facts.moving != self._moving or self._at_node():
             self._inbox.flag("moved")
+
+    def _at_node(self) -> bool:
+        """Whether the drive under way has come into the range of its node."""
+        drive = self._machine.drive
+        return drive is not None and within_deviation(self.facts.position, drive.node, self.limits)
 
     def _on_told(self) -> None:
         self._inbox.flag("told")
@@ -309,7 +316,8 @@ class Vehicle:
                 del self._due[name]
                 self._carry_out(self._machine.retry())
             elif name == "lease":
-                self._keep_lease()
+                if not self._lease.renew(self._machine.executing):
+                    self._inbox.flag("told")
             elif name == "connect":
                 del self._due[name]
                 self._mqtt.open()
@@ -329,7 +337,7 @@ class Vehicle:
 
     def _carry_out(self, effects: list[Effect]) -> None:
         if any(isinstance(effect, Changed) for effect in effects):
-            self._hold_lease()
+            self._lease.hold(self._machine.executing)
             self._save()
             self._publish()
         for effect in effects:
@@ -406,21 +414,3 @@ class Vehicle:
         if found:
             self._publisher.outline = found
             self._inbox.flag("described")
-
-    def _hold_lease(self) -> None:
-        """While an order is carried out the lease is ours; a local driver who asks gets it."""
-        if not self._machine.executing:
-            self._release_lease()
-        elif "lease" not in self._due:
-            self._due["lease"] = 0.0
-
-    def _keep_lease(self) -> None:
-        self._due["lease"] = time.monotonic() + RENEW_SECONDS
-        if not self._machine.executing:
-            del self._due["lease"]
-        elif not self._lease.renew():
-            self._inbox.flag("told")
-
-    def _release_lease(self) -> None:
-        self._due.pop("lease", None)
-        self._lease.release()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from woosh_pure.geometry import quaternion_from_yaw
-from woosh_pure.values.convert import pose_of
+from woosh_pure.values.poses import pose_of
 from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:

@@ -164,7 +164,7 @@ class SimulatedChassis:
             firmware=self.firmware,
             network=self.network,
             assumed_types=self._assumed_types,
-            own_master=self._master is not None,
+            own_master=self._master,
         )
         self._graph.build()
         self._navigation = NavigationClient(self._graph, self.firmware, self.lock)

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, Protocol
 
 import rosproto
+from rosproto.action.types import action_type
 from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
@@ -78,10 +79,10 @@ class Graph:
         firmware: Firmware,
         network: Network,
         assumed_types: bool,
-        own_master: bool,
+        own_master: rosproto.Master | None,
     ) -> None:
         self._uri, self._host, self._full = master_uri, host, full
-        self._own_master = own_master
+        self._own_master = own_master is not None
         self._firmware = firmware
         self._latch_status = latch_status
         self._network = network
@@ -93,7 +94,8 @@ class Graph:
         self.costmap: rosproto.Publisher | None = None
         self._keep: list[Any] = []
         self._building: ExitStack | None = None
-        self._robot = LocalNodes(told_as="TCPROS")  # as the real one's nodes are connected
+        # Told as the real one's nodes are connected.
+        self._robot = LocalNodes(told_as="TCPROS", master=own_master)
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
     def node(self, name: str) -> rosproto.Node:
@@ -251,7 +253,7 @@ class Graph:
 
 def type_goal(action: Any) -> Any:
     """The class of an action's goal messages on the wire."""
-    return type(action().action_goal)
+    return action_type(action).action_goal
 
 
 def _ignore(message: Any) -> None:

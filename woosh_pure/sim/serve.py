@@ -15,8 +15,8 @@ from woosh_pure.sim.fill import fill_plan
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.tasks import TaskRequest
 from woosh_pure.sim.world import NavigationSettings
-from woosh_pure.values.convert import pose_of
 from woosh_pure.values.messages import stamped_pose
+from woosh_pure.values.poses import pose_of
 from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:

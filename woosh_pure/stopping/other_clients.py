@@ -174,7 +174,7 @@ class OtherPrograms:
         self._end = end
         self._left: dict[str, tuple[OtherDriver, bool]] = {}
         self._ended: list[str] = []
-        self._asked: set[str] = set()
+        self._asked: set[tuple[str, str]] = set()  # name and address: one that was started anew has another
         self._problem = ""
         self._thread = _begin(self._look)
 
@@ -195,7 +195,7 @@ class OtherPrograms:
             self._problem = "looking for other programs that drive by velocity (no answer yet)"
         report.cancelled += [f"the program {name}" for name in self._ended]
         for driver, sends in self._left.values():
-            asked = driver.node in self._asked
+            asked = (driver.node, driver.uri) in self._asked
             what = "it was asked to end and has not" if asked else f"which only its end stops: {_HOW}"
             report.problems.append(f"{driver.sentence(sends=sends)}, {what}")
         if self._problem:
@@ -232,13 +232,14 @@ class OtherPrograms:
         not disturbed. A program that something starts again is there for longer.
         """
         deadline = Deadline(_left(self._deadline))
-        came, asked = dict.fromkeys(drivers, -math.inf), self._asked
+        came = {(driver.node, driver.uri): -math.inf for driver in drivers.values()}
         left = drivers
         while left and not deadline.expired:
-            for name, driver in left.items():
-                since = came.setdefault(name, time.monotonic())
-                if name not in asked and time.monotonic() - since >= _LOOK_AGAIN:
-                    asked.add(name)
+            for driver in left.values():
+                key = driver.node, driver.uri
+                since = came.setdefault(key, time.monotonic())
+                if key not in self._asked and time.monotonic() - since >= _LOOK_AGAIN:
+                    self._asked.add(key)
                     self._ask_to_end(driver)
             try:
                 left = self._others()
@@ -247,7 +248,8 @@ class OtherPrograms:
                     raise
             if left:
                 time.sleep(0.05)
-        self._ended = [name for name in came if name not in left and name in asked]
+        asked = dict.fromkeys(key[0] for key in came if key in self._asked)
+        self._ended = [name for name in asked if name not in left]
         return left
 
     def _ask_to_end(self, driver: OtherDriver) -> None:

@@ -20,10 +20,11 @@ from woosh_pure.enums import (
     WorkMode,
 )
 from woosh_pure.faults.codes import StatusCode, decode_status_code
-from woosh_pure.geometry import Pose2D, Velocity, yaw_from_quaternion
+from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.values import state as v
+from woosh_pure.values.poses import pose_of
 
-__all__ = ["pose_of", "stamp_of", "to_value"]
+__all__ = ["stamp_of", "to_value"]
 
 
 def stamp_of(message: Any) -> float | None:
@@ -33,14 +34,6 @@ def stamp_of(message: Any) -> float | None:
     if stamp is None or not (stamp.secs or stamp.nsecs):
         return None
     return float(stamp.secs) + float(stamp.nsecs) * 1e-9
-
-
-def pose_of(pose: Any, frame: str, child: str = "base_link") -> Pose2D:
-    """geometry_msgs/Pose to a `Pose2D`; height, roll and pitch are left out."""
-    q = pose.orientation
-    return Pose2D(
-        pose.position.x, pose.position.y, yaw_from_quaternion(q.x, q.y, q.z, q.w), frame.lstrip("/"), child
-    )
 
 
 def _robot_status(m: Any) -> v.RobotStatus:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, BinaryIO, cast
 
 from rosproto.bag.bag_file import BagFile, Scanning
 from rosproto.bag.chunk import ChunkData
-from rosproto.bag.large_messages import Found
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.mcap.chunks import read_mcap_chunk
 from rosproto.bag.mcap.contents import MCAP_MAGIC, read_contents
 from rosproto.bag.read_ahead import Following, ReadAhead
 from rosproto.bag.reader import BagReader, Compression
 from rosproto.bag.records import ChunkInfo
+from rosproto.bag.runs import Run
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class McapReader(BagReader):
     def _alone(self, order: list[ChunkInfo]) -> list[bool]:
         return [False] * len(order)  # here there is no quicker way for few messages
 
-    def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> list[Found] | None:
+    def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> Run | None:
         return None
 
     def _load(

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from rosproto.errors import RosError
+from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.logs import get_logger
@@ -21,12 +21,30 @@ if TYPE_CHECKING:
 
     from rosproto.node import Node
 
-__all__ = ["GraphView", "GraphWatch", "connection_graph"]
+__all__ = ["GraphView", "GraphWatch", "MasterRun", "connection_graph"]
 
 _log = get_logger("rosproto.gateway")
 
 PERIOD = 1.0  # seconds between two polls
 POLL_TIMEOUT = 3.0
+
+
+class MasterRun(NamedTuple):
+    """Which run of the master answers.
+
+    Attributes:
+        pid: Its process.
+        run_id: The parameter of that name; None until roslaunch has set it.
+    """
+
+    pid: int
+    run_id: object = None
+
+    def is_another(self, before: MasterRun | None) -> bool:
+        """Whether the master has been restarted since; an id that is not known tells nothing."""
+        if before is None or None in (self.run_id, before.run_id):
+            return before is not None and self.pid != before.pid
+        return self != before
 
 
 class GraphView(NamedTuple):
@@ -35,12 +53,12 @@ class GraphView(NamedTuple):
     Attributes:
         types: Topics that have publishers -> type.
         state: Publishers, subscribers and service providers.
-        master: Identifies the run of the master.
+        master: The run of the master; None while nothing has been seen.
     """
 
     types: Mapping[str, str]
     state: SystemState
-    master: object = None
+    master: MasterRun | None = None
 
 
 EMPTY_VIEW = GraphView({}, SystemState({}, {}, {}))
@@ -118,7 +136,7 @@ class GraphWatch:
             state = master.get_system_state(timeout=POLL_TIMEOUT)
             types = master.get_topic_types(timeout=POLL_TIMEOUT)
             run = self.view.master
-            if self.problem is not None or run is None:
+            if self.problem is not None or run is None or run.run_id is None:
                 run = self._run_of_master()
         except RosError as problem:
             if self.problem is None and not self._node.closed:
@@ -127,7 +145,7 @@ class GraphWatch:
             return
         if self.problem is not None:
             self.problem = None
-            self._back(run != self.view.master)
+            self._back(run.is_another(self.view.master))
         published = {
             topic: types[topic]
             for topic in sorted(state.publishers)
@@ -138,12 +156,12 @@ class GraphWatch:
             self.view = view
             self._changed(view)
 
-    def _run_of_master(self) -> object:
+    def _run_of_master(self) -> MasterRun:
         pid = self._node.master.get_pid(timeout=POLL_TIMEOUT)
         try:
-            return pid, self._node.master.get_param("/run_id", timeout=POLL_TIMEOUT)
-        except RosError:
-            return pid, None
+            return MasterRun(pid, self._node.master.get_param("/run_id", timeout=POLL_TIMEOUT))
+        except MasterError:  # it is not set
+            return MasterRun(pid)
 
 
 def connection_graph(view: GraphView, access: Access) -> Any:

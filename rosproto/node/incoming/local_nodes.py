@@ -8,9 +8,14 @@ local to each other alone.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.transport.address import parse_uri
+
+if TYPE_CHECKING:
+    from rosproto.master import Master
+    from rosproto.protocol.limits import Limits
+    from rosproto.transport import HostNames, XmlRpcClient
 
 __all__ = ["EVERYBODY", "FindPublication", "LocalNodes", "chosen", "forget_all"]
 
@@ -24,10 +29,12 @@ class LocalNodes:
     Args:
         told_as: The transport that these links have in statistics and for `rosnode info`: a simulation tells
             of those it simulates.
+        master: A master of this process that these nodes, where it is theirs, call without a socket, too.
     """
 
-    def __init__(self, told_as: str = "INTRAPROCESS") -> None:
+    def __init__(self, told_as: str = "INTRAPROCESS", *, master: Master | None = None) -> None:
         self.told_as = told_as
+        self._master = master
         self._open: dict[tuple[str, int], FindPublication] = {}
 
     def note(self, uri: str, find: FindPublication) -> None:
@@ -46,6 +53,14 @@ class LocalNodes:
             return self._open.get(parse_uri(uri))
         except ValueError:
             return None
+
+    def calls_to(self, uri: str, *, limits: Limits, timeout: float, hosts: HostNames) -> XmlRpcClient | None:
+        """What carries calls to the master with that URI; None when it is not the one given."""
+        if self._master is None or parse_uri(uri) != parse_uri(self._master.uri):
+            return None
+        from rosproto.master.local_client import LocalClient
+
+        return LocalClient(self._master, limits=limits, timeout=timeout, hosts=hosts)
 
     def clear(self) -> None:
         """None is open any more."""

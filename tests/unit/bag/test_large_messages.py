@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -141,6 +142,42 @@ def test_damage_is_left_out_when_asked() -> None:
     count = sum(1 for _ in skipping.read_messages(raw=True))
     assert count == bag.message_count - sum(broken.counts.values())
     assert f"byte {broken.pos}" in skipping.damage[0]
+
+
+def test_a_message_that_cannot_be_read_when_its_turn_comes() -> None:
+    """Large ones are read one by one: the chunk is damaged from there on, and noted or told like any other."""
+
+    class Shrinking(io.BytesIO):
+        limit = 1 << 40
+
+        def read(self, size: int | None = -1) -> bytes:
+            return super().read(max(0, min(-1 if size is None else size, self.limit - self.tell())))
+
+    data = bag_bytes(pictures(), "none", 60_000)
+    for skip in (False, True):
+        file = Shrinking(data)
+        bag = BagReader(file, skip_damaged=skip)
+        messages = bag.read_messages(raw=True)
+        before = next(messages)
+        file.limit = 5000
+        if not skip:
+            with pytest.raises(BagError, match="shorter"):
+                list(messages)
+            continue
+        assert len(list(messages)) < bag.message_count - 1
+        assert before[1].data
+        assert f"the chunk at byte {bag.chunks[0].pos} is damaged and left out" in bag.damage[0]
+
+
+def test_a_bag_that_is_closed_between_messages(tmp_path: Path) -> None:
+    """The iterator fails with the reason, also in the middle of a chunk."""
+    (tmp_path / "a.bag").write_bytes(bag_bytes(pictures(), "none", 400_000))
+    bag = BagReader(tmp_path / "a.bag")
+    messages = bag.read_messages(raw=True)
+    next(messages)
+    bag.close()
+    with pytest.raises(BagError, match="the bag is closed"):
+        list(messages)
 
 
 def test_raw_is_true_false_or_view() -> None:

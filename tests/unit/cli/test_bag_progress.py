@@ -15,7 +15,6 @@ from rosproto.bag import create_bag, open_bag, reindex
 from rosproto.cli import bag_progress, main
 from rosproto.codec import message_class
 from tests.support.served_bag import served
-from tests.support.terminal import Terminal as ProcessTerminal
 
 if sys.platform == "win32":
     pytest.skip("needs pseudo-terminals", allow_module_level=True)
@@ -163,6 +162,8 @@ def test_a_bag_behind_a_url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wor
 
 def test_a_server_that_takes_its_time(tmp_path: Path) -> None:
     """Nothing has come yet, nobody knows what is left: how long it has taken is shown even so, and taken away."""
+    from tests.support.terminal import Terminal as ProcessTerminal
+
     need_http()
     go_on = threading.Event()
     with (
@@ -192,6 +193,13 @@ def test_none_where_it_is_no_terminal(
     assert main(["bag", "reindex", str(unclosed(tmp_path / "run.bag"))]) == 0
     assert capsys.readouterr().err == ""
     assert shown("reindex", "-q", unclosed(tmp_path / "again.bag")) == (0, "")
+
+
+def test_none_among_what_is_printed(tmp_path: Path) -> None:
+    """`filter --print` has lines of its own."""
+    a_bag(tmp_path / "run.bag")
+    _, text = shown("filter", tmp_path / "run.bag", tmp_path / "new.bag", "True", "--print", "m.data")
+    assert "new.bag" not in text
 
 
 def need_http() -> None:

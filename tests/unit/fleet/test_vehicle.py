@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.fleet import order_json
 from woosh_pure import Chassis
 from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.inbox import Inbox
+from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.mqtt.broker import Broker
+from woosh_pure.fleet.order.deviation import AgvPosition
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
@@ -22,3 +26,36 @@ def test_a_flood_of_messages_is_bounded() -> None:
         vehicle._on_message("order", b"{}")
     assert vehicle._inbox.waiting_messages == MOST_MESSAGES
     assert vehicle.dropped == 2 * MOST_MESSAGES
+
+
+def test_a_pose_that_changes_nothing_wakes_nobody() -> None:
+    """Ten poses a second come of each robot; the vehicle's thread sees those at the node, and those of a change."""
+    from woosh_pure.fleet.vehicle import Vehicle
+
+    config = VehicleConfig(manufacturer="W", serial="1")
+    vehicle = Vehicle(Chassis("127.0.0.1:1"), config, Broker("mqtt://127.0.0.1:1"))
+    vehicle._inbox.due["now"] = 0.0  # a look into it does not wait
+    machine, facts = vehicle._machine, vehicle.facts
+    machine.set_mode("AUTOMATIC")
+    facts.position, facts.located = AgvPosition(0.0, 0.0, 0.0, "map"), True
+    machine.set_position(facts.position)
+    data = order_json(nodes="ab", deviation=0.5)
+    for node in data["nodes"]:
+        node["nodePosition"]["mapId"] = "map"
+    machine.receive(read_order(data))
+    assert machine.driving
+    woken: list[set[str]] = []
+    for x in (0.5, 1.0, 1.4, 1.6, 2.0):
+        facts.position = AgvPosition(x, 0.0, 0.0, "map")
+        vehicle._on_moved()
+        woken.append(flags(vehicle._inbox))
+    assert woken == [set(), set(), set(), {"moved"}, {"moved"}]
+    facts.located = False
+    vehicle._on_moved()
+    assert flags(vehicle._inbox) == {"moved"}
+
+
+def flags(inbox: Inbox) -> set[str]:
+    left = inbox.wait()
+    assert left is not None
+    return left.flags

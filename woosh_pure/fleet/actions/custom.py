@@ -74,14 +74,14 @@ def _program(command: str) -> Handler:
 
 
 def _command_line(command: str) -> str | list[str]:
-    """A program's words; on Windows the line as it is, which a program takes apart itself."""
+    """Program and arguments; on Windows the line as it is, because there each program splits its own."""
     import shlex
 
     return command.strip() if sys.platform == "win32" else shlex.split(command)
 
 
 def _watch(process: subprocess.Popen[str], task: Task) -> None:
-    """End the program with its action."""
+    """Terminate the program when its action is cancelled."""
     import subprocess
 
     while process.poll() is None:

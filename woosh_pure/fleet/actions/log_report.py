@@ -1,4 +1,4 @@
-"""logReport: what happened lately, and how the vehicle stands, as a file that a person can be sent."""
+"""logReport: recent events and the vehicle's condition, in a file that can be sent to a person."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_REPORTS = 50
 
 
 class Journal:
-    """The last lines of one vehicle, and its reports.
+    """The recent events of one vehicle, and its reports.
 
     Args:
         folder: Where reports are; made with the first one.
@@ -33,13 +33,13 @@ class Journal:
         self._lock = threading.Lock()
 
     def note(self, text: str) -> None:
-        """Keep a line, with the time."""
+        """Remember an event, with the time."""
         line = f"{timestamp(time.time())} {printable(text)[:500]}"
         with self._lock:
             self._lines.append(line)
 
     def write(self, reason: str, facts: dict[str, Any]) -> str:
-        """Store a report; its name.
+        """Store a report and return its name.
 
         Raises:
             OSError: It cannot be stored.

@@ -1,4 +1,4 @@
-"""An action that runs, as the function that carries it out sees it.
+"""A running action, as the function that carries it out sees it.
 
 A function is called in a thread of its own with a `Task`; what it returns is the action's
 `resultDescription`, and what it raises makes the action FAILED. It looks at `task.cancelled` from time to
@@ -24,7 +24,7 @@ __all__ = ["Handler", "Task"]
 
 @dataclass(slots=True)
 class Task:
-    """An action that runs.
+    """A running action.
 
     Attributes:
         action: The action.
@@ -44,7 +44,7 @@ class Task:
         return self.action.parameters
 
     def wait(self, handle: Any) -> str:
-        """Wait for a goal of the chassis, cancelled with the action; its words.
+        """Wait for a goal of the chassis, which is cancelled with the action; returns the goal's text.
 
         Raises:
             GoalFailed: It ended in anything but an arrival.

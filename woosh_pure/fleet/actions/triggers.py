@@ -15,14 +15,14 @@ __all__ = ["Triggers", "waiting_for"]
 
 
 class Triggers:
-    """What waitForTrigger waits for, where a program of the user's pulls it."""
+    """Triggers that the user's own program fires through `Vehicle.trigger`."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._waiting: list[tuple[str, threading.Event]] = []
 
     def pull(self, name: str) -> int:
-        """Let go all that wait for it; how many."""
+        """End every wait for this trigger; returns how many there were."""
         with self._changed:
             gone = [event for waits_for, event in self._waiting if waits_for == name]
         for event in gone:
@@ -30,7 +30,7 @@ class Triggers:
         return len(gone)
 
     def wait(self, name: str, task: Task) -> None:
-        """Until it is pulled, or the action is cancelled."""
+        """Wait until the trigger is fired, or the action is cancelled."""
         entry = (name, threading.Event())
         with self._changed:
             self._waiting.append(entry)

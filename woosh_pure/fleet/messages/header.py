@@ -1,4 +1,4 @@
-"""The header that every message begins with: an id for each topic, counted up by one, and the time. Pure."""
+"""The header that every message begins with: a headerId that counts up for each topic, and the time. Pure."""
 
 from __future__ import annotations
 

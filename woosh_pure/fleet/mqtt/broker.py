@@ -1,4 +1,4 @@
-"""Where the broker is, and how it lets us in: address, user, password, certificates."""
+"""The broker's address, and what it wants to let us in: user, password, certificates."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Broker:
 
     @property
     def tls(self) -> bool:
-        """Whether the line is encrypted."""
+        """Whether the connection is encrypted."""
         return urlsplit(self.url).scheme == "mqtts"
 
     @property
@@ -71,7 +71,8 @@ def _without_secrets(url: str) -> str:
 
 @functools.lru_cache(maxsize=4)
 def _tls(broker: Broker, files: tuple[int, ...]) -> ssl.SSLContext:
-    """One for all lines: reading the system's authorities takes 20 ms. `files` tells when they changed."""
+    """Shared by all connections, because loading the system's authorities takes 20 ms. `files` holds the
+    modification times, so that a renewed certificate makes a new one."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     if broker.ca_file is None:
         context.load_default_certs()
@@ -83,7 +84,7 @@ def _tls(broker: Broker, files: tuple[int, ...]) -> ssl.SSLContext:
 
 
 def tls_context(broker: Broker) -> ssl.SSLContext:
-    """With certificates as they are now: who renews them need not start anew.
+    """The certificates as they are now: renewing them needs no restart.
 
     Raises:
         OSError: A file cannot be read, or is none of certificates.

@@ -108,7 +108,7 @@ class BrokerConnection:
         return f"<BrokerConnection {self.prefix} to {self.broker.url}>"
 
     def open(self) -> None:
-        """Begin to connect; tries until `close`."""
+        """Begin to connect, and keep trying until `close`."""
         if self._loop is None and not self._closing:
             self._loop = shared_loop(self)
 
@@ -136,7 +136,7 @@ class BrokerConnection:
         return bool(sent)
 
     def _written(self, client: Any) -> bool:
-        """Write it in the caller's thread, where that is possible at once: the loop's may have to wait."""
+        """Write in the caller's thread if that is possible at once: the loop's thread may be busy."""
         if self._behind or not self._io.acquire(blocking=False):
             return False
         try:
@@ -171,18 +171,18 @@ class BrokerConnection:
 
     @property
     def broker_address(self) -> Hashable:
-        """Lines of one broker take turns."""
+        """Connections to one broker take turns."""
         return (self.broker.host, self.broker.port)
 
     @property
     def due(self) -> float:
-        """When paho is to see whether a ping is to be sent, or was not answered."""
+        """When paho has to check whether a ping is due, or was not answered."""
         if self._client is None:
             return math.inf
         return min(self._heard, self._wrote) + _KEEP_ALIVE + _PING_MARGIN
 
     def connect(self) -> Any:
-        """In a thread of its own: a client whose connection is open, and who has asked to be let in."""
+        """Return a client with an open socket that has sent its CONNECT; runs in a thread of its own."""
         broker = self.broker
         client = client_class()(
             self._module.CallbackAPIVersion.VERSION2, client_id=self._name(),
@@ -206,7 +206,7 @@ class BrokerConnection:
         return client
 
     def _name(self) -> str:
-        """What the broker knows us by: at most 23 letters and digits, which every broker takes."""
+        """The client id: at most 23 letters and digits, which every broker accepts."""
         return "woosh" + hashlib.sha256(self.prefix.encode()).hexdigest()[:16]
 
     def opened(self, client: Any) -> None:
@@ -242,7 +242,7 @@ class BrokerConnection:
                 self._flush(client)
 
     def on_due(self) -> None:
-        """Have paho ping, or give up a broker that did not answer the last one."""
+        """Let paho send a ping, or give up a broker that has not answered the last one."""
         client = self._client
         if client is not None:
             with self._io:
@@ -252,7 +252,7 @@ class BrokerConnection:
                     self._flush(client)
 
     def broken(self) -> None:
-        """Something of ours has failed: begin anew."""
+        """Our own code has failed: drop the connection and make a new one."""
         self._drop()
         self._lost("", ours="the connection is made anew after a failure of our own")
 
@@ -310,7 +310,7 @@ class BrokerConnection:
             self._loop.leave(self)
 
     def _drop(self) -> None:
-        """Close the socket without a word."""
+        """Close the socket without a DISCONNECT."""
         client, self._client = self._client, None
         if client is not None and (sock := client.socket()) is not None:
             self._on_socket_close(client, None, sock)

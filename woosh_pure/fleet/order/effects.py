@@ -1,4 +1,4 @@
-"""What the order machine asks of whoever carries its decisions out. Pure values."""
+"""What the order machine asks the vehicle to do. Pure values."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ __all__ = ["Begin", "Changed", "Drive", "Effect", "End", "Factsheet", "Halt", "R
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """Something that the state message tells has changed: put the machine on disk, then send a state."""
+    """Something in the state message has changed: save the machine, then publish a state."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Drive to a node; tell the end with `drive_ended(token, ...)`. It replaces a drive under way."""
+    """Drive to a node, replacing a drive under way; report its end with `drive_ended(token, ...)`."""
 
     token: int
     node: Node
@@ -26,14 +26,14 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Halt:
-    """End the drive, and tell its end when the vehicle stands."""
+    """Cancel the drive, and report its end once the vehicle stands still."""
 
     token: int
 
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """Begin an action; tell its end with `action_ended(...)`."""
+    """Begin an action; report its end with `action_ended(...)`."""
 
     action: Action
     scope: Scope
@@ -41,7 +41,7 @@ class Begin:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """End an action that runs; tell it with `action_ended(...)`.
+    """End a running action; report it with `action_ended(...)`.
 
     Attributes:
         failed: False when its edge was left: that is its right end.
@@ -53,14 +53,14 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Retry:
-    """Call `retry()` after so many seconds, or when the vehicle can drive again."""
+    """Call `retry()` after so many seconds, or as soon as the vehicle can drive again."""
 
     after: float
 
 
 @dataclass(frozen=True, slots=True)
 class Factsheet:
-    """Send the factsheet."""
+    """Publish the factsheet."""
 
 
 Effect = Changed | Drive | Halt | Begin | End | Retry | Factsheet

@@ -1,4 +1,4 @@
-"""What a vehicle says of orders it rejects and of things that go wrong: type, level, references. Pure.
+"""The errors that a state message reports: their types, levels and references. Pure.
 
 The types are those that the standard names (chapter 6.6.3 and 6.6.4), and beside them those that fleet
 managers know where it names none; see `Problem.kind`. References follow its chapter 7.1.
@@ -92,7 +92,7 @@ class Problem:
 
 
 class Problems:
-    """Those that are told now, bounded, each once.
+    """The errors that are reported now: a bounded number, each once.
 
     Problems of orders stay until an order is accepted (6.6.4); others stay until whoever put them takes them
     back by their kind.
@@ -110,22 +110,22 @@ class Problems:
 
     @property
     def of_orders(self) -> tuple[Problem, ...]:
-        """Those that the next accepted order ends."""
+        """Those that end with the next accepted order."""
         return tuple(self._of_orders)
 
     def add(self, problem: Problem) -> None:
-        """Tell it until an order is accepted."""
+        """Report it until an order is accepted."""
         if problem in self._of_orders:
             self._of_orders.remove(problem)
         self._of_orders.append(problem)
         del self._of_orders[:-MOST]
 
     def order_accepted(self) -> None:
-        """What orders have caused is over."""
+        """Drop the errors that orders have caused."""
         self._of_orders.clear()
 
     def set(self, key: str, problem: Problem | None) -> bool:
-        """Tell it until it is taken back with None; True when that changes something."""
+        """Report it until it is taken back with None; True if that changes anything."""
         if self._standing.get(key) == problem:
             return False
         if problem is None:

@@ -33,7 +33,8 @@ class Graph:
         with self._lock:
             self._look += 1
             return tuple(
-                OtherDriver(name, ("/cmd_vel",), "http://127.0.0.1:1") for name in self.looks(self._look)
+                OtherDriver(name, ("/cmd_vel",), f"http://{address or '10.0.0.1'}:1")
+                for name, _, address in (each.partition(" ") for each in self.looks(self._look))
             )
 
     def end_them(self, seconds: float = 20.0) -> StopReport:
@@ -56,14 +57,19 @@ def test_who_comes_for_a_moment_to_send_zeros_is_neither_asked_nor_blamed(graph:
     assert graph.asked == ["/driver"]
 
 
-def test_a_program_that_something_starts_again_is_asked_again(
-    graph: Graph, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("again", ["/again", "/driver 10.0.0.2"], ids=["another name", "the same name"])
+def test_a_program_that_something_starts_at_once_again_is_asked_again(
+    graph: Graph, monkeypatch: pytest.MonkeyPatch, again: str
 ) -> None:
     monkeypatch.setattr(other_clients, "_LOOK_AGAIN", 0.1)
-    graph.looks = lambda look: ["/driver"] if look < 3 else [] if "/again" in graph.asked else ["/again"]
+    graph.looks = lambda look: ["/driver"] if look < 3 else [] if len(graph.asked) > 1 else [again]
     report = graph.end_them()
-    assert (report.problems, report.cancelled) == ([], ["the program /driver", "the program /again"])
-    assert graph.asked == ["/driver", "/again"]
+    name = again.partition(" ")[0]
+    assert graph.asked == ["/driver", name]
+    assert (report.problems, report.cancelled) == (
+        [],
+        [f"the program {n}" for n in dict.fromkeys(graph.asked)],
+    )
 
 
 def test_who_came_too_late_to_be_asked_is_not_said_to_have_been(
