@@ -169,10 +169,29 @@ GROUND_ROOMS = {"graph", "revisions", "time"}
 """Rooms of rosproto.node that know none of the others."""
 
 
+def statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Every statement, however deep; expressions, which are most of a tree, hold none."""
+    todo = [tree]
+    while todo:
+        for child in ast.iter_child_nodes(todo.pop()):
+            if isinstance(child, (ast.stmt, ast.excepthandler, ast.match_case)):
+                yield child
+                todo.append(child)
+
+
+def test_a_statement_is_found_however_deep_it_stands() -> None:
+    source = Path(__file__).read_text("utf-8") + (
+        "\ntry:\n  with x:\n    pass\nexcept E:\n  match y:\n    case 1:\n      import deep\n"
+    )
+    tree = ast.parse(source)
+    of_all = {node for node in ast.walk(tree) if isinstance(node, ast.stmt)}
+    assert {node for node in statements(tree) if isinstance(node, ast.stmt)} == of_all
+
+
 def imports_within(module: str, files: dict[str, Path]) -> set[str]:
     """Which of some files one of them imports: late, or for types only, or not."""
     found = set()
-    for node in ast.walk(ast.parse(files[module].read_text("utf-8"))):
+    for node in statements(ast.parse(files[module].read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             names = [f"{node.module}.{alias.name}" for alias in node.names]
             found |= {name if name in files else node.module for name in names}
