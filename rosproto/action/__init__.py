@@ -4,7 +4,7 @@ from rosproto.action.client import ActionClient
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.action.server import ActionServer
 from rosproto.action.server_goal import ServerGoal
-from rosproto.action.types import ActionType
+from rosproto.action.types import ActionType, action_type
 from rosproto.protocol.goal_client import CommState
 from rosproto.protocol.goal_status import GoalStatus
 
@@ -16,4 +16,5 @@ __all__ = [
     "GoalHandle",
     "GoalStatus",
     "ServerGoal",
+    "action_type",
 ]

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, Protocol
 
 import rosproto
-from rosproto.action.types import action_type
+from rosproto.action import action_type
 from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
