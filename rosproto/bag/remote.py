@@ -8,7 +8,6 @@ from __future__ import annotations
 import errno
 import io
 import os
-from http.client import responses
 from typing import Any, BinaryIO, cast
 
 from rosproto.errors import BagError
@@ -93,6 +92,8 @@ def _why(problem: BaseException) -> str:
     for each in chain:
         status = getattr(each, "status", None)
         if isinstance(status, int) and status >= 400:
+            from http.client import responses  # late: it loads ssl
+
             text = f"the server answers {status} {responses.get(status, '')}".rstrip()
             return text + _CREDENTIALS if status in (401, 403) else text
     root = chain[-1]
