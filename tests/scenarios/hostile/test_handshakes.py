@@ -241,7 +241,7 @@ def _sessions(node: Node) -> list[object]:
 
     from rosproto.node.services.session import ServiceSession
 
-    return [s for s in gc.get_objects() if isinstance(s, ServiceSession) and s.callerid == "/other"]
+    return [s for s in gc.get_objects() if type(s) is ServiceSession and s.callerid == "/other"]
 
 
 def test_a_name_as_host_refuses_nobody() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bz2
 import io
 import struct
-import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from rosproto.bag.records import MAGIC, ChunkHeader, FileHeader, encode_fields
 from rosproto.cli import main
 from rosproto.errors import BagError
 from rosproto.time import Time
+from tests.support.memory import peak_of
 from tests.unit.bag.bagmaker import String
 
 MB = 1 << 20
@@ -50,14 +50,9 @@ def bomb() -> bytes:
 
 def test_a_bomb_is_not_unpacked(bomb: bytes) -> None:
     """What a chunk's header declares is compared with the size of the file before memory is taken."""
-    tracemalloc.start()
-    try:
-        bag = BagReader(io.BytesIO(bomb), skip_damaged=True)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
     assert len(bomb) < 6000
-    assert peak < MB
+    assert peak_of(lambda: BagReader(io.BytesIO(bomb), skip_damaged=True)) < MB
+    bag = BagReader(io.BytesIO(bomb), skip_damaged=True)
     assert bag.message_count == 0
     assert any("BagLimits.expansion" in line for line in bag.damage)
 
@@ -65,14 +60,8 @@ def test_a_bomb_is_not_unpacked(bomb: bytes) -> None:
 def test_a_header_that_declares_little_gets_no_more() -> None:
     """A chunk that lies about its size is damage; what exceeds its declaration is not unpacked."""
     data = scanned(chunk(bytes(100 * MB), declared=1000))
-    tracemalloc.start()
-    try:
-        bag = BagReader(io.BytesIO(data))
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < MB
-    assert bag.message_count == 0
+    assert peak_of(lambda: BagReader(io.BytesIO(data))) < MB
+    assert BagReader(io.BytesIO(data)).message_count == 0
 
 
 def test_chunks_count_together() -> None:
@@ -140,22 +129,12 @@ def test_an_index_cannot_hide_a_bomb() -> None:
     ],
     ids=lambda words: words[0],
 )
-def test_every_door_has_the_limit(
-    words: list[str], bomb: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_door_has_the_limit(words: list[str], bomb: bytes, tmp_path: Path) -> None:
     """Each verb of `rosproto bag` ends at once, with little memory, whatever it then says."""
     bag = tmp_path / "bomb.bag"
     bag.write_bytes(bomb)
     places = {"bag": str(bag), "out": str(tmp_path / "out.bag"), "dir": str(tmp_path / "dir")}
-    tracemalloc.start()
-    try:
-        main(["bag", *(word.format(**places) for word in words)])
-        peak = tracemalloc.get_traced_memory()[1]
-    except SystemExit:
-        pytest.fail(f"wrong use: {capsys.readouterr().err}")
-    finally:
-        tracemalloc.stop()
-    assert peak < 32 * MB
+    assert peak_of(lambda: main(["bag", *(word.format(**places) for word in words)])) < 32 * MB
 
 
 def test_a_budget_counts_the_most_of_each() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from hypothesis import strategies as st
 
 from rosproto.cli import bounded
 from rosproto.cli.expression import Expression, ExpressionError
+from tests.support.memory import peak_of
 
 
 class Point:
@@ -146,14 +146,12 @@ def test_what_would_take_gigabytes_or_for_ever_is_refused(text: str) -> None:
     """One clear error, before anything large is made."""
     point = Point()
     point.ranges = np.arange(3000, dtype="f8")  # type: ignore[assignment]
-    tracemalloc.start()
-    try:
+
+    def refused() -> None:
         with pytest.raises(ExpressionError):
             Expression(text)(m=point)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < 100_000_000
+
+    assert peak_of(refused) < 100_000_000
 
 
 @pytest.mark.parametrize(
