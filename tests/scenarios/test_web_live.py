@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -271,6 +272,31 @@ def test_the_lease_goes_from_hand_to_hand_only_by_asking(web: Served, chassis: C
         anna.wait(
             lambda d: d["t"] == "lease" and d["holder"] is None and not d["asking"] and d["seconds"] == 0.0
         )
+
+
+def test_a_closed_page_gives_the_lease_back_though_its_script_said_nothing(
+    web: Served, chassis: Chassis, until: Callable[..., None]
+) -> None:
+    """What a page sends while it is closed need not arrive: the browser's own word is enough."""
+    with PageClient(web.port) as page:
+        page.say(t="lease", op="ask")
+        page.of("lease", yours=True)
+        page.socket.close(code=1001)
+        until(lambda: chassis.lease.holder is None, what="control being free")
+
+
+def test_a_page_that_is_cut_off_keeps_the_lease_for_its_return(
+    web: Served, chassis: Chassis, until: Callable[..., None]
+) -> None:
+    """A network that is cut is not a page that was closed."""
+    with PageClient(web.port) as page:
+        name = page.of("hello")["you"]
+        page.say(t="lease", op="ask")
+        page.of("lease", yours=True)
+        page.socket.socket.shutdown(socket.SHUT_RDWR)
+        context = web.app.state.context  # type: ignore[attr-defined]
+        until(lambda: context.viewers == 0, what="the connection being gone")
+        assert chassis.lease.holder == name
 
 
 def test_orders_of_the_page_count_for_its_lease(web: Served, page: PageClient) -> None:

@@ -41,6 +41,9 @@ NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 MOST_ROUND_TRIP = 0.4
 """Seconds that a frame and its acknowledgement may take when a person begins to drive. No clock tells how
 long the first press itself was under way."""
+GOING_AWAY = 1001
+"""With this code a browser closes the connections of a page that is closed or left. What the page's own script
+sends then does not always arrive (Firefox); a network that is cut says nothing."""
 _AT_ONCE = ("lost",)
 _ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
@@ -223,6 +226,8 @@ class Viewer:
         while True:
             event = await self._socket.receive()
             if event["type"] == "websocket.disconnect":
+                if event.get("code") == GOING_AWAY:
+                    self._give()
                 return
             text = event.get("text")
             if text is None or len(text) > MOST_TEXT:
@@ -278,8 +283,7 @@ class Viewer:
             if not lease.acquire(me):
                 lease.request(me)
         elif op == "give":
-            self._apply(self._dead_man.end("no lease"))
-            lease.release(me)
+            self._give()
         elif op == "keep":
             lease.renew(me)
         elif op == "grant":
@@ -290,6 +294,11 @@ class Viewer:
             raise BadMessage(f"op={op!r:.40}: expected ask, give, keep or grant")
         self._lease = None
         self._hub.wake()
+
+    def _give(self) -> None:
+        """Give control back, after the drive has ended."""
+        self._apply(self._dead_man.end("no lease"))
+        self._robot.chassis.lease.release(self._client.name)
 
     def _keep_lease(self) -> None:
         if self._dead_man.held and not self._robot.chassis.lease.renew(self._client.name):

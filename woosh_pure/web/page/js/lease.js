@@ -18,7 +18,7 @@ export class Lease {
       this.render();
     });
     // A page that is closed gives it back: the next person need not wait until it lapses.
-    addEventListener("pagehide", (event) => !event.persisted && this.yours && this.say("give"));
+    addEventListener("pagehide", () => this.yours && this.say("give"));
     store.on("link", () => {
       this.asked = false;
       this.render();
