@@ -42,7 +42,7 @@ MOST_ROUND_TRIP = 0.4
 """Seconds that a frame and its acknowledgement may take when a person begins to drive. No clock tells how
 long the first press itself was under way."""
 GOING_AWAY = 1001
-"""With this code a browser closes the connections of a page that is closed or left. What the page's own script
+"""With this code a browser closes the connections of a page that is closed or left. What the page's script
 sends then does not always arrive (Firefox); a network that is cut says nothing."""
 _AT_ONCE = ("lost",)
 _ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
