@@ -23,7 +23,7 @@ __all__ = ["WebServer"]
 
 PONG_SECONDS = 4.0
 """A WebSocket that answers no ping for so many seconds is closed. That is longer than a short outage of a
-radio link, and shorter than the six seconds after which the page itself gives up, so it returns to its session."""
+radio link, and shorter than the six seconds after which the page gives up, so it returns to its session."""
 
 _logger = get_logger("woosh_pure.web")
 START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
