@@ -13,6 +13,8 @@ from fastapi.routing import APIRoute
 from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 from starlette.middleware.cors import CORSMiddleware
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.types import ASGIApp
 
 from rosproto.errors import RosError
 from rosproto.text import printable
@@ -61,8 +63,8 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
     app.add_exception_handler(HTTPException, _on_http)
     if PAGE.is_dir():
         for name in context.robots:
-            app.mount(f"/robots/{name}", StaticFiles(directory=PAGE, html=True))
-        app.mount("/", StaticFiles(directory=PAGE, html=True))
+            app.mount(f"/robots/{name}", _page())
+        app.mount("/", _page())
     app.add_middleware(SecurityMiddleware, context=context)
     if origins:
         app.add_middleware(
@@ -73,6 +75,11 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
         )
     _say_problems(app)
     return app
+
+
+def _page() -> ASGIApp:
+    """The page's files, compressed: that is seconds on a slow link."""
+    return GZipMiddleware(StaticFiles(directory=PAGE, html=True), minimum_size=500)
 
 
 def _operation(route: APIRoute) -> str:

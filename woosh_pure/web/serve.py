@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 __all__ = ["WebServer"]
 
+PONG_SECONDS = 4.0
+"""A WebSocket that answers no ping for so many seconds is closed. That is longer than a short outage of a
+radio link, and shorter than the six seconds after which the page gives up, so it returns to its session."""
+
 _logger = get_logger("woosh_pure.web")
 START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
 """Seconds for the server to start; for clients to receive what is left and disconnect; and for it to end."""
@@ -89,7 +93,7 @@ class WebServer:
             timeout_graceful_shutdown=1,
             ws_max_size=64 * 1024,
             ws_ping_interval=2.0,
-            ws_ping_timeout=2.0,
+            ws_ping_timeout=PONG_SECONDS,
             ws_per_message_deflate=False,
             **tls,
         )

@@ -50,6 +50,8 @@ test("the scale bar is a round length of a fitting width", () => {
     const bar = scaleBar(scale);
     assert.ok(bar.pixels >= 59 && bar.pixels <= 160, `${scale}: ${bar.pixels}`);
     assert.match(bar.metres.toExponential(), /^[125]e/);
+    const small = scaleBar(scale, 25);
+    assert.ok(small.pixels >= 24.9 && small.pixels <= 66, `${scale}: ${small.pixels}`);
   }
 });
 

@@ -233,7 +233,7 @@ export class MapView {
     const pose = this.store.get("pose");
     const values = pose && { x: number(pose.x, 2), y: number(pose.y, 2), deg: degrees(pose.theta) };
     say(byId("pose-text"), pose ? t("map.pose", values) : t("map.nopose"));
-    const bar = scaleBar(this.view.scale);
+    const bar = scaleBar(this.view.scale, this.view.width < 600 ? 25 : 60); // a phone's map is small
     const element = byId("scale");
     if (!element.children.length) fill(element, el("span"), el("i"));
     element.lastChild.style.width = `${Math.round(bar.pixels)}px`;

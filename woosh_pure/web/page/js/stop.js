@@ -21,6 +21,8 @@ export class Stop {
     this.shown = null;
     this.box = byId("stop-answer");
     const stop = byId("stop");
+    const early = stop.dataset.early === "pressed"; // before this module had come: see early_stop.js
+    delete stop.dataset.early;
     // pointerdown, not click: a finger that slips off must not undo it.
     stop.addEventListener("pointerdown", (event) => {
       if (event.button === 0) this.press();
@@ -29,6 +31,7 @@ export class Stop {
       if (event.detail === 0) this.press(); // by the keyboard
     });
     onLanguage(() => this.shown && this.answer(this.shown));
+    if (early) this.press();
   }
 
   async press() {

@@ -65,9 +65,9 @@ export class View {
   }
 }
 
-// A round length that is drawn 60 to 150 pixels wide: {metres, pixels}.
-export function scaleBar(scale) {
-  const rough = 60 / scale;
+// A round length that is drawn `least` to 2.5 times as many pixels wide: {metres, pixels}.
+export function scaleBar(scale, least = 60) {
+  const rough = least / scale;
   const power = 10 ** Math.floor(Math.log10(rough));
   const metres = [1, 2, 5, 10].map((step) => step * power).find((step) => step >= rough * 0.999) ?? 10 * power;
   return { metres: Number(metres.toPrecision(2)), pixels: metres * scale };

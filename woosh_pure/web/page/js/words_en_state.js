@@ -1,7 +1,7 @@
 // How it is, why it would not move and what to do, in English. The same keys stand in words_zh_state.js.
 
 export const state = {
-  "state.undefined": "State not told",
+  "state.undefined": "State unknown",
   "state.uninitialised": "not initialised",
   "state.idle": "Idle",
   "state.parking": "Parking",

@@ -1,7 +1,7 @@
 // 机器人的状况、为什么不动、怎么办；键与 words_en_state.js 相同。
 
 export const state = {
-  "state.undefined": "未报告状态",
+  "state.undefined": "状态未知",
   "state.uninitialised": "未初始化",
   "state.idle": "空闲",
   "state.parking": "停靠中",
