@@ -18,6 +18,7 @@ from rosproto import aio
 from rosproto.errors import RosTimeout
 from rosproto.tf import TransformBuffer
 from rosproto.time import Duration
+from tests.support.victim import eventually
 from woosh_pure import GoalFailed, OutcomeKind, Pose2D
 from woosh_pure.motion.steps import Step
 
@@ -122,7 +123,10 @@ def test_feeds_and_states_are_waited_for_in_time(sim, chassis, kind):
         chassis.odometer.wait_for(lambda _: False, kind(0.0625))
     with pytest.raises(RosTimeout):
         chassis.wait_until(lambda _: False, kind(0.0625))
+    assert time.monotonic() - began < 4.0
     sim.press_emergency_stop()
+    eventually(lambda: not chassis.readiness(), 20.0)
+    began = time.monotonic()
     with pytest.raises(RosTimeout):
         chassis.wait_until_ready(kind(0.0625))
     assert time.monotonic() - began < 4.0
