@@ -61,6 +61,13 @@ def test_every_page_fits_and_can_be_touched(
                 "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
             )
             assert (wide, high) == size, tab
+            longest = page.evaluate(
+                """(text) => { document.querySelector('#state').textContent = text;
+                document.querySelector('#simulated').classList.remove('hidden');
+                return document.documentElement.scrollWidth; }""",
+                {"en-US": "State unknown", "zh-CN": "状态未知"}[language],
+            )
+            assert longest == size[0], "a long state, beside a simulated robot"
             panel = page.evaluate(
                 "(({scrollWidth: a, clientWidth: b}) => [a, b])(document.querySelector('#panel'))"
             )
