@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("mkdocs", reason="MkDocs is not installed: pip install -e '.[docs]'")
-pytest.importorskip("material", reason="Material for MkDocs is not installed: pip install -e '.[docs]'")
+pytest.importorskip("mkdocs", reason='MkDocs is not installed: pip install ".[docs]"')
+pytest.importorskip("material", reason='Material for MkDocs is not installed: pip install ".[docs]"')
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted(path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").glob("*.md"))

@@ -177,3 +177,23 @@ def test_the_readme_has_its_two_commands_and_ci_calls_the_second() -> None:
     tests = 'pip install -e ".[test]" && pytest'
     assert tests in readme
     assert tests in (ROOT / ".ci/run").read_text("utf-8")
+
+
+EXTRAS = (ROOT / "pyproject.toml").read_text("utf-8").partition("[project.optional-dependencies]")[2]
+FOLDERS = ("rosproto", "woosh_pure", "examples", "tools")
+
+
+def test_extras_are_installed_from_the_folder_in_every_text() -> None:
+    """`woosh-pure` is not published, and single quotes break cmd.exe: `pip install ".[web]"` works everywhere."""
+    wrong = re.compile(r"pip install (?:-\w+ )*'|woosh-pure\[(?!test)")
+    extra = re.compile(r"pip install (?:-e )?\"\.\[([a-z0-9,]+)\]\"")
+    known = set(re.findall(r"^(\w+) = \[", EXTRAS.partition("\n[")[0], re.MULTILINE))
+    pages = [*PAGES, *(path for path in ROOT.glob("*.md"))]
+    sources = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.*")]
+    told = set()
+    for path in [*pages, *(path for path in sources if path.suffix in {".md", ".py", ".txt", ".toml"})]:
+        text = path.read_text("utf-8")
+        assert not wrong.findall(text), path
+        told |= {name for found in extra.findall(text) for name in found.split(",")}
+    assert told <= known
+    assert {"web", "fleet", "bridge", "mcap", "arrow", "remote", "ros2", "test"} <= told

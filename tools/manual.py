@@ -52,7 +52,7 @@ _ROSPROTO = """## rosproto
 The master is `--master URI`, `$ROS_MASTER_URI`, or this computer. Words and options are those of rostopic,
 rosnode, rosservice, rosparam, rosmsg, rossrv and rosbag, and what they print reads the same. Values are JSON
 or one-line YAML (`'{linear: {x: 0.1}}'`); YAML over several lines needs PyYAML
-(`pip install 'woosh-pure[cli]'`). Facts go to stdout, warnings and errors to stderr.
+(`pip install ".[cli]"`). Facts go to stdout, warnings and errors to stderr.
 """
 
 

@@ -154,7 +154,7 @@ def cluster_module(name: str, package: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as problem:
-        raise BagError(f"this needs {name}: pip install '{package}'") from problem
+        raise BagError(f'this needs {name}: pip install "{package}"') from problem
 
 
 def _pieces(

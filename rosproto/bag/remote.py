@@ -75,7 +75,7 @@ def _filesystem(url: str) -> tuple[Any, str]:
         import fsspec
     except ImportError as problem:
         raise BagError(
-            "bags behind a URL need the package fsspec: pip install 'woosh-pure[remote]'", path=url
+            'bags behind a URL need the package fsspec: pip install ".[remote]"', path=url
         ) from problem
     try:
         filesystem, path = fsspec.core.url_to_fs(url)

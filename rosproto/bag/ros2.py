@@ -176,4 +176,4 @@ def _library(module: str) -> Any:
     try:
         return importlib.import_module(f"rosbags.{module}")
     except ImportError as problem:
-        raise BagError("bags for ROS 2 need the package rosbags: pip install 'woosh-pure[ros2]'") from problem
+        raise BagError('bags for ROS 2 need the package rosbags: pip install ".[ros2]"') from problem

@@ -20,6 +20,4 @@ def need(module: str, package: str, extra: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as problem:
-        raise CommandError(
-            f"this needs the package {package}: pip install 'woosh-pure[{extra}]'"
-        ) from problem
+        raise CommandError(f'this needs the package {package}: pip install ".[{extra}]"') from problem

@@ -148,7 +148,7 @@ def load_text(text: str, origin: str) -> Any:
         if stripped[:1] in ("{", "[") or "\n" not in stripped:
             return parse_value(stripped)
         raise CommandError(
-            f"{origin}: YAML over several lines needs PyYAML: pip install 'woosh-pure[cli]', or write JSON"
+            f'{origin}: YAML over several lines needs PyYAML: pip install ".[cli]", or write JSON'
         ) from None
 
 

@@ -48,7 +48,7 @@ def need_websockets() -> Any:
         return import_module("websockets.asyncio.server")
     except ImportError as problem:
         raise LocalProtocolError(
-            "a rosbridge server needs the package websockets (13 or newer): pip install 'woosh-pure[bridge]'"
+            'a rosbridge server needs the package websockets (13 or newer): pip install ".[bridge]"'
         ) from problem
 
 

@@ -109,4 +109,4 @@ def test_what_fails_leaves_nothing(
     assert "exists already" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
     assert main(["bag", "convert", "--ros2", str(recording), str(tmp_path / "other")]) != 0
-    assert "woosh-pure[ros2]" in capsys.readouterr().err
+    assert ".[ros2]" in capsys.readouterr().err

@@ -83,7 +83,7 @@ def files(pattern: str, count: int = 1):
 
 def has_or_asks_for(pattern: str, extra: str):
     """The file is there, or the error names what to install."""
-    return lambda r, p: f"woosh-pure[{extra}]" in r.err or bool(list(p.glob(pattern)))
+    return lambda r, p: f".[{extra}]" in r.err or bool(list(p.glob(pattern)))
 
 
 # Exit codes.

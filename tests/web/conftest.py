@@ -70,7 +70,7 @@ class Robot:
 def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
     """The simulated hall at three times its speed, served."""
     for module in ("fastapi", "uvicorn", "websockets", "PIL"):
-        pytest.importorskip(module, reason=f"{module} is not installed: pip install 'woosh-pure[web]'")
+        pytest.importorskip(module, reason=f'{module} is not installed: pip install ".[web]"')
     from woosh_pure import web
     from woosh_pure.web.serve import WebServer
 

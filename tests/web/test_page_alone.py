@@ -27,7 +27,7 @@ LANGUAGES = [
 @pytest.fixture
 def served() -> Iterator[tuple[Fake, str]]:
     for module in ("fastapi", "uvicorn", "websockets", "PIL"):
-        pytest.importorskip(module, reason=f"{module} is not installed: pip install 'woosh-pure[web]'")
+        pytest.importorskip(module, reason=f'{module} is not installed: pip install ".[web]"')
     from tests.web.fake_server import Fake, Served
 
     fake = Fake()

@@ -78,7 +78,7 @@ _CUT = """
 @pytest.fixture(scope="module")
 def served() -> Iterator[tuple[Fake, str]]:
     for module in ("fastapi", "uvicorn", "websockets", "PIL"):
-        pytest.importorskip(module, reason=f"{module} is not installed: pip install 'woosh-pure[web]'")
+        pytest.importorskip(module, reason=f'{module} is not installed: pip install ".[web]"')
     from tests.web.fake_server import Fake, Served
 
     fake = Fake()

@@ -179,7 +179,7 @@ def load_config(path: Path) -> FleetConfig:
             import tomli as tomllib
         except ImportError as error:
             raise ImportError(
-                'a fleet.toml needs tomli before Python 3.11: pip install "woosh-pure[fleet]"', name="tomli"
+                'a fleet.toml needs tomli before Python 3.11: pip install ".[fleet]"', name="tomli"
             ) from error
     try:
         data = tomllib.loads(path.read_text("utf-8"))

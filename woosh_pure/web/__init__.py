@@ -4,7 +4,7 @@ application.
     app = FastAPI()
     app.mount("/robot", woosh_pure.web.app(chassis))
 
-Needs the extra `web`: pip install 'woosh-pure[web]'.
+Needs the extra `web`: pip install ".[web]".
 """
 
 from __future__ import annotations

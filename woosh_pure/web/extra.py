@@ -35,5 +35,5 @@ def _load(module: str) -> Any:
     except ImportError as error:
         name = module.partition(".")[0]
         raise ImportError(
-            f"the page and the REST door need {name}: pip install 'woosh-pure[web]'", name=name
+            f'the page and the REST door need {name}: pip install ".[web]"', name=name
         ) from error

@@ -18,5 +18,5 @@ def pyarrow() -> Any:
     try:
         import pyarrow as module
     except ImportError as problem:
-        raise BagError("tables need the package pyarrow: pip install 'woosh-pure[arrow]'") from problem
+        raise BagError('tables need the package pyarrow: pip install ".[arrow]"') from problem
     return module

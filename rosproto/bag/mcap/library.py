@@ -20,7 +20,7 @@ def library(module: str) -> Any:
     try:
         return importlib.import_module(f"mcap.{module}")
     except ImportError as problem:
-        raise BagError("MCAP needs the package mcap: pip install 'woosh-pure[mcap]'") from problem
+        raise BagError('MCAP needs the package mcap: pip install ".[mcap]"') from problem
 
 
 def misfits() -> tuple[type[Exception], ...]:

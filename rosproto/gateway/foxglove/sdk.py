@@ -7,7 +7,7 @@ from typing import Any
 
 __all__ = ["sdk", "websocket"]
 
-MISSING = "a Foxglove server needs the package foxglove-sdk: pip install 'woosh-pure[foxglove]'"
+MISSING = 'a Foxglove server needs the package foxglove-sdk: pip install ".[foxglove]"'
 
 
 def sdk() -> Any:

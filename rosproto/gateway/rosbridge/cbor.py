@@ -117,7 +117,7 @@ def _library() -> Any:
         return import_module("cbor2")
     except ImportError as error:
         raise MissingLibrary(
-            "compression cbor and cbor-raw need the package cbor2: pip install 'woosh-pure[bridge]'"
+            'compression cbor and cbor-raw need the package cbor2: pip install ".[bridge]"'
         ) from error
 
 

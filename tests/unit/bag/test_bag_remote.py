@@ -86,7 +86,7 @@ def test_without_fsspec(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 
     monkeypatch.setitem(sys.modules, "fsspec", None)
-    with pytest.raises(BagError, match=r"woosh-pure\[remote\]"):
+    with pytest.raises(BagError, match=r"\.\[remote\]"):
         partitions("https://127.0.0.1:1/a.bag")
 
 

@@ -86,4 +86,4 @@ def test_what_is_wrong_is_a_sentence(
     assert "no kind" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     assert main([*words, "--port", "0"]) == 1
-    assert "pip install 'woosh-pure[bridge]'" in capsys.readouterr().err
+    assert 'pip install ".[bridge]"' in capsys.readouterr().err

@@ -87,7 +87,7 @@ def test_without_the_sdk_it_names_the_extra(
     monkeypatch.setitem(sys.modules, "foxglove", None)
     with Master() as master:
         assert main(["foxglove", "--master", master.uri, "--port", "0"]) == 1
-    assert "pip install 'woosh-pure[foxglove]'" in capsys.readouterr().err
+    assert 'pip install ".[foxglove]"' in capsys.readouterr().err
 
 
 def test_a_port_in_use(capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,5 +31,5 @@ def test_it_names_the_extra(
     monkeypatch.setitem(sys.modules, module, None)
     assert main(words) == 1
     told = capsys.readouterr().err
-    assert f"woosh-pure[{extra}]" in told
+    assert f".[{extra}]" in told
     assert "mistake of ours" not in told

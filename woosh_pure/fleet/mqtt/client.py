@@ -17,9 +17,7 @@ def paho() -> Any:
     try:
         import paho.mqtt.client as client
     except ImportError as error:
-        raise ImportError(
-            'VDA 5050 needs paho-mqtt 2: pip install "woosh-pure[fleet]"', name="paho"
-        ) from error
+        raise ImportError('VDA 5050 needs paho-mqtt 2: pip install ".[fleet]"', name="paho") from error
     return client
 
 

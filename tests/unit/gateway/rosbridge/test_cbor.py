@@ -16,9 +16,7 @@ from rosproto.gateway.rosbridge.cbor import MissingLibrary, dumps, publish_cbor,
 from rosproto.gateway.rosbridge.values import from_values
 from tests.unit.gateway.rosbridge.test_values import EVERYTHING, VALUES
 
-cbor2 = pytest.importorskip(
-    "cbor2", reason="the extra bridge is not installed: pip install 'woosh-pure[bridge]'"
-)
+cbor2 = pytest.importorskip("cbor2", reason='the extra bridge is not installed: pip install ".[bridge]"')
 
 
 def test_every_kind_of_field() -> None:
@@ -81,5 +79,5 @@ def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     assert issubclass(MissingLibrary, RosError)
     assert issubclass(MissingLibrary, ImportError)
     monkeypatch.setitem(sys.modules, "cbor2", None)
-    with pytest.raises(MissingLibrary, match=r"cbor2: pip install 'woosh-pure\[bridge\]'"):
+    with pytest.raises(MissingLibrary, match=r'cbor2: pip install "\.\[bridge\]"'):
         publish_cbor_raw("/t", 1, 2, b"")
