@@ -366,6 +366,13 @@ HOLDS = {
         "unit/gateway/test_write_guard.py::test_over_real_sockets",
         "unit/gateway/test_rosbridge.py::test_zero_follows_when_a_driving_client_goes",
     ],
+    "is published by no gateway, in whatever encoding it comes, and is no sign of life": [
+        "unit/gateway/test_write_guard.py::test_a_velocity_that_is_none_is_refused",
+        "unit/gateway/test_write_guard.py::test_what_is_no_velocity_is_no_sign_of_life",
+        "unit/gateway/test_write_guard.py::test_no_client_publishes_past_the_guard",
+        "unit/gateway/test_rosbridge.py::test_a_velocity_that_is_none_reaches_no_robot",
+        "unit/gateway/foxglove/test_publishing.py::test_json_that_fits_nothing",
+    ],
     "loses the oldest messages of its topics and costs bounded memory": [
         "unit/gateway/test_websocket_server.py::test_a_client_that_stops_reading_costs_nobody_else",
         "unit/gateway/test_outbox.py::test_bounds_hold_whatever_comes",

@@ -95,7 +95,7 @@ class Publication:
 
         Raises:
             CodecError: A value does not fit its field.
-            LocalProtocolError: This is closed.
+            LocalProtocolError: This is closed; or a velocity is not finite, or too large.
         """
         if self.closed:
             raise LocalProtocolError(f"{self.topic}: not advertised any more")

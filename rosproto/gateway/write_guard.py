@@ -1,4 +1,7 @@
-"""Publishes zero after a velocity whose client has gone or fallen silent.
+"""Publishes what clients send; checks velocities, and sends zero after one whose client is gone or silent.
+
+A velocity with a number that is not finite, or larger than any robot's, is refused here, whatever protocol it
+came by: robots differ in what they make of it, and some drive on. It is no sign of life either.
 
 Most robots keep driving at the last velocity they were given. So this watches every velocity topic that a
 client of a gateway publishes: when its last velocity was not zero and it leaves, or sends nothing for half a
@@ -8,13 +11,15 @@ closed pages and lost networks. It is not an emergency stop, and does not help w
 
 from __future__ import annotations
 
+import math
 import threading
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from rosproto.codec import Message, decode
+from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
 
 __all__ = ["VELOCITY_TYPES", "DriveTable", "Publishes", "WriteGuard", "is_velocity", "moves"]
@@ -34,6 +39,7 @@ VELOCITY_TYPES = frozenset(
 SILENCE = 0.5  # seconds
 ZEROS = 5
 OVER = 0.5  # seconds from the first zero to the last
+FASTEST = 1000.0  # m/s, rad/s: no robot drives faster, so a larger number is a mistake of the client
 
 
 def is_velocity(type_name: str) -> bool:
@@ -55,15 +61,48 @@ class Publishes(Protocol):
     def publish(self, message: Any = None) -> None: ...
 
 
-def moves(message: Any) -> bool:
-    """Whether any number of a velocity is not zero; its header does not count."""
+def _values(message: Any) -> Iterator[Any]:
+    """All values of a message, those in nested messages and arrays too; without its header."""
     for name in message.__slots__:
         value = getattr(message, name)
         if name == "header" and hasattr(value, "frame_id"):
             continue
-        if moves(value) if isinstance(value, Message) else value != 0:
-            return True
-    return False
+        yield from _values_in(value)
+
+
+def _values_in(value: Any) -> Iterator[Any]:
+    if hasattr(value, "tolist"):  # numpy's
+        value = value.tolist()
+    if isinstance(value, Message):
+        yield from _values(value)
+    elif isinstance(value, (list, tuple, bytes)):
+        for item in value:
+            yield from _values_in(item)
+    else:
+        yield value
+
+
+def moves(message: Any) -> bool:
+    """Whether any number of a velocity is not zero; its header does not count."""
+    return any(value != 0 for value in _values(message))
+
+
+def _refuse_no_velocity(topic: str, message: Any) -> None:
+    """
+    Raises:
+        LocalProtocolError: A number is not finite, or larger than any robot's.
+    """
+    for value in _values(message):
+        if isinstance(value, (int, float)):
+            if not math.isfinite(value):
+                raise LocalProtocolError(
+                    f"a velocity for {topic} is not published: it has numbers that are not finite"
+                )
+            if abs(value) > FASTEST:
+                raise LocalProtocolError(
+                    f"a velocity for {topic} is not published: it has {value:g}, which is larger than "
+                    f"{FASTEST:g} m/s or rad/s"
+                )
 
 
 @dataclass(slots=True)
@@ -190,13 +229,14 @@ class WriteGuard:
 
         Raises:
             CodecError: The bytes are not a message of that type.
-            LocalProtocolError: The publisher is closed.
+            LocalProtocolError: The publisher is closed; or a velocity is not finite, or too large.
         """
         if not is_velocity(publisher.type_name):
             publisher.publish(message)
             return
         if not isinstance(message, Message):
             message = decode(publisher.message_class, bytes(message))
+        _refuse_no_velocity(publisher.topic, message)
         moving = moves(message)
         with self._changed:  # publishing and taking note happen in the same order
             topic = publisher.topic

@@ -7,7 +7,6 @@ use JSON for what a person typed or steered, also where they have no definition 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Hashable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,6 @@ from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publication, Publications
 from rosproto.gateway.rosbridge.actions import definition_name
 from rosproto.gateway.rosbridge.values import from_values
-from rosproto.gateway.write_guard import is_velocity
 
 if TYPE_CHECKING:
     from rosproto.node import Node
@@ -138,8 +136,8 @@ class ClientTopics:
         """Publish a message.
 
         Raises:
-            Refused: The bytes do not fit the type, or a velocity is not finite.
-            RosError: It could not be published.
+            Refused: The bytes do not fit the type.
+            RosError: It could not be published, or is a velocity that is not finite.
         """
         publication = advert.publication
         topic = publication.topic
@@ -154,8 +152,6 @@ class ClientTopics:
                 message = decode(publication.message_class, data)
         except (CodecError, _NoJson) as problem:
             raise Refused(f"a message for {topic} is not published: {problem}") from None
-        if is_velocity(publication.type_name) and not finite(message):
-            raise Refused(f"a velocity for {topic} is not published: it has numbers that are not finite")
         publication.publish(message)
 
 
@@ -189,15 +185,3 @@ def _json(data: bytes) -> Any:
         raise _NoJson(f"it is no JSON: byte {problem.start} is not UTF-8") from None
     except ValueError as problem:
         raise _NoJson(f"it is no JSON: {problem}") from None
-
-
-def finite(message: Any) -> bool:
-    """Whether every number in a message is finite."""
-    for name in message.__slots__:
-        value = getattr(message, name)
-        if isinstance(value, Message):
-            if not finite(value):
-                return False
-        elif isinstance(value, float) and not math.isfinite(value):
-            return False
-    return True

@@ -14,6 +14,7 @@ import pytest
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.gateway import Access, GatewayLimits
+from rosproto.gateway.rosbridge.png import publish_png
 from tests.unit.gateway.conftest import Graph
 
 String = message_class("std_msgs/String")
@@ -135,6 +136,29 @@ def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, con
     until(lambda: len(velocities) >= 6)
     assert velocities[1][0] - gone < 0.4
     until(lambda: bridge.stats().zeros == 10)
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "1e308"])
+def test_a_velocity_that_is_none_reaches_no_robot(
+    graph: Graph, serve: Serve, connect: Serve, number: str
+) -> None:
+    """As text, in UTF-8, in fragments and as a picture: refused with a sentence; the next one is published."""
+    heard = graph.robot.subscriber("/cmd_vel", Twist, queue_size=100)
+    client = connect(serve(write=["topic:/cmd_vel"]))
+    client.send(op="advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
+    heard.wait_for_connection(10)
+    text = f'{{"op": "publish", "topic": "/cmd_vel", "msg": {{"angular": {{"z": {number}}}}}}}'
+    client.send_raw(text)
+    assert "a velocity for /cmd_vel is not published" in client.op("status")["msg"]
+    client.send_raw(text.encode())
+    assert "a velocity for /cmd_vel is not published" in client.op("status")["msg"]
+    for num in (0, 1):
+        client.send(op="fragment", id="f", num=num, total=2, data=text[40 * num : 40 + 999 * num])
+    assert "a velocity for /cmd_vel is not published" in client.op("status")["msg"]
+    client.send_raw(publish_png(text))
+    assert "a velocity for /cmd_vel is not published" in client.op("status")["msg"]
+    client.send(op="publish", topic="/cmd_vel", msg={"angular": {"z": 0.25}})
+    assert heard.next(10).angular.z == 0.25
 
 
 def test_services(graph: Graph, serve: Serve, connect: Serve) -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import threading
 import time
+from collections import Counter
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+import rosproto.gateway
 from rosproto import Master, Node
-from rosproto.codec import encode, message_class
+from rosproto.codec import Message, define, encode, message_class
 from rosproto.errors import CodecError, LocalProtocolError
 from rosproto.gateway.publications import Publications
 from rosproto.gateway.write_guard import DriveTable, WriteGuard, is_velocity, moves
@@ -191,11 +195,11 @@ class Recorder:
     """A publisher that is none."""
 
     topic = "/v"
-    type_name = "geometry_msgs/Twist"
-    message_class = Twist
     closed = False
 
-    def __init__(self) -> None:
+    def __init__(self, message: type[Message] = Twist) -> None:
+        self.message_class = message
+        self.type_name = message._type
         self.got: list[Any] = []
 
     def publish(self, message: Any = None) -> None:
@@ -224,12 +228,102 @@ def test_a_closed_guard_lets_nothing_move() -> None:
 def test_other_types_pass_as_they_are() -> None:
     """Bytes are not decoded."""
 
-    class Other(Recorder):
-        type_name = "std_msgs/String"
-        message_class = String
-
-    publisher, guard = Other(), WriteGuard()
+    publisher, guard = Recorder(String), WriteGuard()
     guard.publish("c", publisher, b"whatever")
     assert publisher.got == [b"whatever"]
     assert not is_velocity("std_msgs/String")
     assert guard.driven == ()
+
+
+NO_VELOCITIES = [float("nan"), float("inf"), float("-inf"), 1e308, -1e308, 1000.5]
+
+
+@pytest.mark.parametrize("value", NO_VELOCITIES)
+@pytest.mark.parametrize("encoded", [False, True])
+def test_a_velocity_that_is_none_is_refused(value: float, encoded: bool) -> None:
+    """Every number of it counts, of every type, as bytes too; nothing is published, and nobody drives by it."""
+    places = [(Twist, f"{part}.{axis}") for part in ("linear", "angular") for axis in "xyz"]
+    places.append((TwistStamped, "twist.angular.z"))
+    for cls, path in places:
+        message: Any = cls()
+        *outer, last = path.split(".")
+        inner = message
+        for name in outer:
+            inner = getattr(inner, name)
+        setattr(inner, last, value)
+        publisher, guard = Recorder(cls), WriteGuard()
+        with pytest.raises(LocalProtocolError, match="a velocity for /v is not published"):
+            guard.publish("c", publisher, encode(message) if encoded else message)
+        assert publisher.got == []
+        assert guard.driven == ()
+
+
+def test_the_definition_of_a_client_hides_no_number() -> None:
+    """A viewer may send a definition of its own by the name of a velocity; its arrays are looked into."""
+    text = "float64[] speeds\nfloat32[2] pair\ngeometry_msgs/Vector3[] parts\n"
+    vector = "\n" + "=" * 80 + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    own = define("geometry_msgs/Twist", text + vector)
+    vectors = message_class("geometry_msgs/Vector3")
+    guard = WriteGuard()
+    assert not moves(own())
+    for wrong in (
+        own(speeds=[0.0, float("nan")]),
+        own(pair=[float("inf"), 0.0]),
+        own(parts=[vectors(x=1e308)]),
+    ):
+        publisher = Recorder(own)
+        with pytest.raises(LocalProtocolError):
+            guard.publish("c", publisher, encode(wrong))
+        assert publisher.got == []
+    publisher = Recorder(own)
+    guard.publish("c", publisher, encode(own(speeds=[0.0, 0.5])))
+    assert guard.driven == ("/v",)
+    guard.close()
+
+
+def test_what_is_no_velocity_is_no_sign_of_life() -> None:
+    """A client that goes on with NaN stands still after half a second, as one that is silent."""
+    publisher, guard = Recorder(), WriteGuard(table=DriveTable(silence=0.1, over=0.01))
+    guard.publish("c", publisher, forward())
+    end = time.monotonic() + 10.0
+    while guard.zeros < 5:
+        with pytest.raises(LocalProtocolError):
+            guard.publish("c", publisher, forward(float("nan")))
+        assert time.monotonic() < end, "no zero came"
+    assert [moves(message) for message in publisher.got] == [True, False, False, False, False, False]
+
+
+PUBLISHES = {
+    ("write_guard.py", "WriteGuard.publish"): 2,
+    ("write_guard.py", "WriteGuard._send"): 1,  # its own zeros
+    ("publications.py", "_Early.publish"): 1,  # no velocities: see `Publications.open`
+    ("publications.py", "_Early.connected"): 1,
+    ("publications.py", "Publication.publish"): 2,  # to the two above
+    ("rosbridge/session.py", "RosbridgeSession._publish"): 1,  # a `Publication`
+    ("foxglove/publish.py", "ClientTopics.publish"): 1,  # a `Publication`
+    ("foxglove/advertised_topics.py", "AdvertisedTopics._publish"): 1,  # to the one above
+    ("foxglove/session.py", "Session.message"): 1,  # to the one above
+    ("rosbridge/session.py", "RosbridgeSession._cut"): 1,  # the protocol's: text for a client
+    ("rosbridge/calls.py", "Calls._cancel_all"): 1,  # a goal's id
+    ("rosbridge/tf_republisher.py", "TfRepublisher._serve_topic"): 1,  # transforms
+}
+"""Every place below gateway/ that publishes something, and why no client's velocity passes the guard by there."""
+
+
+def test_no_client_publishes_past_the_guard() -> None:
+    """A new place has to be looked at, and named here."""
+    root = Path(rosproto.gateway.__file__).parent
+    found: Counter[tuple[str, str]] = Counter()
+
+    def look(node: ast.AST, file: str, within: tuple[str, ...]) -> None:
+        for child in ast.iter_child_nodes(node):
+            inner = within
+            if isinstance(child, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+                inner = (*within, child.name)
+            if isinstance(child, ast.Attribute) and child.attr in ("publish", "publish_to"):
+                found[file, ".".join(within)] += 1
+            look(child, file, inner)
+
+    for path in sorted(root.rglob("*.py")):
+        look(ast.parse(path.read_text("utf-8")), path.relative_to(root).as_posix(), ())
+    assert dict(found) == PUBLISHES

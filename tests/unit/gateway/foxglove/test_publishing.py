@@ -71,6 +71,7 @@ WRONG = (
     (as_json({"speed": 1}), "has no field 'speed'"),
     (b'{"linear": {"x": NaN}}', "not finite"),
     (b'{"linear": {"x": 1e999}}', "not finite"),
+    (b'{"linear": {"x": 1e308}}', "which is larger than 1000"),
     (b'{"data": "' + b"x" * 2_000_000 + b'"}', "too large"),
 )
 
