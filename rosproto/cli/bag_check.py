@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import BagError, CodecError
 from rosproto.text import printable
 
-from .bag_opening import opened
+from .bag_opening import reader_of
 from .bag_progress import Progress
 from .connection import print_json
 from .counts import counted
@@ -33,7 +33,7 @@ def check(arguments: argparse.Namespace) -> int:
     """0 when every bag is sound, 1 when something is wrong with one."""
     bad = 0
     for path in arguments.bags:
-        with opened(path, skip_damaged=True, quiet=arguments.quiet) as bag:
+        with reader_of(path, skip_damaged=True, quiet=arguments.quiet) as bag:
             problems = problems_of(bag, quiet=arguments.quiet)
             notes = _notes(bag)
         bad += bool(problems)

@@ -17,7 +17,7 @@ from .connection import CommandError
 from .counts import counted
 from .expression import Expression
 from .option_types import finite
-from .shared_options import add_compression, add_quiet
+from .shared_options import add_allow_damaged, add_compression, add_quiet
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader, RawMessage
@@ -102,6 +102,7 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
         "-p", "--print", dest="shown", metavar="EXPRESSION", help="print its value for each message looked at"
     )
     add_span_arguments(parser)
+    add_allow_damaged(parser)
     add_compression(parser)
 
 
@@ -110,7 +111,7 @@ def filter(arguments: argparse.Namespace) -> int:
     rule = Expression(arguments.expression, NAMES) if arguments.expression else None
     shown = Expression(arguments.shown, NAMES) if arguments.shown else None
     _check_new(arguments.output, arguments.bag)
-    with opened(arguments.bag) as bag:
+    with opened(arguments.bag, arguments) as bag:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
@@ -150,6 +151,7 @@ def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
     """The new bag first, so that patterns can follow."""
     parser.add_argument("output", metavar="OUT")
     parser.add_argument("bags", nargs="+", metavar="IN")
+    add_allow_damaged(parser)
     add_compression(parser)
 
 
@@ -157,7 +159,7 @@ def merge(arguments: argparse.Namespace) -> int:
     """All messages of several bags in one, by receive time."""
     _check_new(arguments.output, *arguments.bags)
     with ExitStack() as stack:
-        bags = [stack.enter_context(opened(path)) for path in arguments.bags]
+        bags = [stack.enter_context(opened(path, arguments)) for path in arguments.bags]
         streams = [bag.read_messages(raw=True) for bag in bags]
         entries = heapq.merge(*streams, key=lambda entry: (entry[2].secs, entry[2].nsecs))
         total = sum(bag.message_count for bag in bags)
@@ -176,6 +178,7 @@ def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ros2", action="store_true", help="make a bag of ROS 2 (SQLite), by the package rosbags"
     )
+    add_allow_damaged(parser)
     add_quiet(parser)
     add_compression(parser)
 
@@ -188,7 +191,7 @@ def convert(arguments: argparse.Namespace) -> int:
         raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
     _check_new(arguments.output, arguments.bag)
     try:
-        with opened(arguments.bag, quiet=arguments.quiet) as bag:
+        with opened(arguments.bag, arguments, quiet=arguments.quiet) as bag:
             entries = bag.read_messages(raw=True)
             count = _write(
                 arguments.output, entries, arguments.compression, bag.message_count, quiet=arguments.quiet
@@ -210,7 +213,7 @@ def _convert_ros2(arguments: argparse.Namespace) -> int:
         raise CommandError("--ros2 writes without compression: leave -j and --lz4 out")
     _check_new(arguments.output, arguments.bag)
     with (
-        opened(arguments.bag, quiet=arguments.quiet) as bag,
+        opened(arguments.bag, arguments, quiet=arguments.quiet) as bag,
         Progress(arguments.output, bag.message_count, quiet=arguments.quiet) as progress,
     ):
         count = write_ros2(bag, arguments.output, progress.step)
@@ -238,6 +241,7 @@ def _in_place_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="+", metavar="BAG")
     parser.add_argument("--output-dir", metavar="DIR", help="write there, made if need be; leaves the bags")
     parser.add_argument("-f", "--force", action="store_true", help="replace an older NAME.orig.bag")
+    add_allow_damaged(parser)
     add_quiet(parser)
 
 
@@ -249,14 +253,6 @@ def compress(arguments: argparse.Namespace) -> int:
 
 
 decompress = compress
-
-
-def _opened_bag(path: str, quiet: bool) -> BagReader:
-    """As `opened`, but bags only: the new file gets their form."""
-    from rosproto.bag import BagReader
-
-    with Progress(f"opening {path}", quiet=quiet, in_bytes=True) as progress:
-        return BagReader(path, scanning=progress.at)
 
 
 def _rewrite(path: str, arguments: argparse.Namespace) -> None:
@@ -273,7 +269,7 @@ def _rewrite(path: str, arguments: argparse.Namespace) -> None:
             raise CommandError(f"{backup} exists already: an older original; remove it, or use --force")
     try:
         quiet = arguments.quiet
-        with _opened_bag(path, quiet) as bag:
+        with opened(path, arguments, quiet=quiet, bags_only=True) as bag:
             entries = bag.read_messages(raw=True)
             _write(output, entries, arguments.compression, bag.message_count, quiet=quiet, what=path)
             before = bag.size

@@ -15,7 +15,7 @@ from .export_names import file_names
 from .export_parquet import write_parquet
 from .field_path import parse_field_path
 from .optional import need
-from .shared_options import add_quiet
+from .shared_options import add_allow_damaged, add_quiet
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
@@ -45,6 +45,7 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scale-depth", action="store_true", help="png: depth to look at, instead of 16-bit millimetres"
     )
+    add_allow_damaged(parser)
     add_quiet(parser)
     add_span_arguments(parser)
 
@@ -54,7 +55,7 @@ def export(arguments: argparse.Namespace) -> int:
     if (arguments.form is None) == (arguments.format is None):
         raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
     form = arguments.form or arguments.format
-    with opened(arguments.bag, quiet=arguments.quiet) as bag:
+    with opened(arguments.bag, arguments, quiet=arguments.quiet) as bag:
         topics = wanted_topics(bag, arguments)
         for path in FORMS[form](bag, topics, arguments):
             if not arguments.quiet:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.text import printable
 
-from .bag_opening import opened
+from .bag_opening import reader_of
 from .bag_progress import Progress
 from .connection import CommandError, print_json
 from .sparkline import sparkline
@@ -47,7 +47,7 @@ def info(arguments: argparse.Namespace) -> int:
     for number, path in enumerate(arguments.bags):
         if number and not arguments.json:
             print("---")
-        with opened(path) as bag:
+        with reader_of(path) as bag:
             drawn = not (arguments.yaml or arguments.plain) or arguments.json
             with Progress(f"reading {path}", _steps(bag, arguments.freq, drawn)) as progress:
                 found = facts(bag, freq=arguments.freq, step=progress.step)

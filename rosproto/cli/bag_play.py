@@ -14,6 +14,7 @@ from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
 from .keys import Keyboard
 from .option_types import finite, whole
+from .shared_options import add_allow_damaged
 from .streams import own
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
         help="when so far ahead (1)",
     )
     parser.add_argument("--wait-for-subscribers", action="store_true", help="on every topic, then begin")
+    add_allow_damaged(parser)
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
 
 
@@ -68,7 +70,7 @@ def play(arguments: argparse.Namespace) -> int:
 
     paths, remap = _split_remappings([*arguments.bags, *arguments.more_bags])
     with ExitStack() as stack:
-        bags = [stack.enter_context(opened(path, quiet=arguments.quiet)) for path in paths]
+        bags = [stack.enter_context(opened(path, arguments, quiet=arguments.quiet)) for path in paths]
         stack.enter_context(interrupt_on_signals())
         # A thread that waits for the interpreter gets it after 5 ms by default: too late for a message.
         stack.callback(sys.setswitchinterval, sys.getswitchinterval())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from .connection import CommandError, Verb, library_for, print_json, unknown, verbs
 from .parser import near
-from .shared_options import add_json
+from .shared_options import add_allow_damaged, add_json
 
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary, MessageSpec
@@ -52,6 +52,7 @@ def _show_arguments(parser: argparse.ArgumentParser) -> None:
     _type_arguments(parser)
     parser.add_argument("-r", "--raw", action="store_true", help="the text as it was written, with comments")
     parser.add_argument("-b", "--bag", metavar="FILE", help="the definition that a bag holds (messages only)")
+    add_allow_damaged(parser)
 
 
 def _package_arguments(parser: argparse.ArgumentParser) -> None:
@@ -115,7 +116,7 @@ def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
 
     if arguments.kind != "msg":
         raise ValueError("--bag: bags hold messages only, no services and actions")
-    with opened(arguments.bag) as bag:
+    with opened(arguments.bag, arguments) as bag:
         texts = {c.type: c.definition for t in bag.topics.values() for c in t.connections}
     found = DefinitionLibrary()
     for name in arguments.type:

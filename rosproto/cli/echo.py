@@ -118,7 +118,7 @@ def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
 def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
     from .bag_opening import opened
 
-    with opened(arguments.bag) as bag:
+    with opened(arguments.bag, arguments) as bag:
         topics = sorted(bag.topics)
         topic, path = split_topic(arguments.topic, topics)
         wanted = topics if arguments.all else [topic] if topic in topics else fnmatch.filter(topics, topic)

@@ -94,7 +94,8 @@ def _run(name: str, arguments: argparse.Namespace, *, until_exit: bool) -> int:
             code: int = arguments.run(arguments)
             if sys.stdout is not None:
                 sys.stdout.flush()  # a full disk or a closed pipe shows here, not at exit
-            return code
+            # What was read from a damaged bag may not be all; see `bag_opening.opened`.
+            return code or (FAILED if getattr(arguments, "incomplete", False) else DONE)
     except KeyboardInterrupt:
         return INTERRUPTED
     except Terminated:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["AddArguments", "add_compression", "add_json", "add_quiet", "argument"]
+__all__ = ["AddArguments", "add_allow_damaged", "add_compression", "add_json", "add_quiet", "argument"]
 
 AddArguments = Callable[[argparse.ArgumentParser], object]
 """What gives a parser its arguments."""
@@ -20,6 +20,15 @@ def argument(*names: str, **options: Any) -> AddArguments:
 def add_json(parser: argparse.ArgumentParser) -> None:
     """--json."""
     parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+
+
+def add_allow_damaged(parser: argparse.ArgumentParser) -> None:
+    """--allow-damaged; see `bag_opening.opened`."""
+    parser.add_argument(
+        "--allow-damaged",
+        action="store_true",
+        help="exit code 0 although a bag is damaged and messages may be missing",
+    )
 
 
 def add_quiet(parser: argparse.ArgumentParser) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from .option_types import count, positive
+from .shared_options import add_allow_damaged
 
 __all__ = ["add_arguments", "run"]
 
@@ -27,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--nostr", action="store_true", help="leave strings out")
     parser.add_argument("--offset", action="store_true", help="times as durations since now")
     parser.add_argument("-b", "--bag", metavar="FILE", help="read messages from a bag, not from a graph")
+    add_allow_damaged(parser)
     parser.add_argument("-a", "--all", action="store_true", help="with a bag: the messages of every topic")
     parser.add_argument("--plot", action="store_true", help="draw numbers over time in the terminal")
     parser.add_argument(

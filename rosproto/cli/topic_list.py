@@ -10,6 +10,7 @@ from rosproto.errors import MasterError
 from rosproto.text import printable
 
 from .connection import below, master_client, print_json, warn_if_none
+from .shared_options import add_allow_damaged
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     side.add_argument("-s", "--subscribers", action="store_true", help="only subscribed ones")
     parser.add_argument("--host", action="store_true", help="grouped by the host of their nodes")
     parser.add_argument("-b", "--bag", metavar="FILE", help="the topics of a bag, not of a graph")
+    add_allow_damaged(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -132,7 +134,7 @@ def _of_bag(arguments: argparse.Namespace) -> int:
     """Topics, or with a namespace how many messages it has, from when to when: as rostopic list -b."""
     from .bag_opening import opened
 
-    with opened(arguments.bag) as bag:
+    with opened(arguments.bag, arguments) as bag:
         names = below(bag.topics, arguments.namespace)
         stamps = _stamps(bag, names) if arguments.namespace and names else []
         facts = [(name, bag.topics[name]) for name in names]

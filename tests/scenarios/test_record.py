@@ -10,6 +10,7 @@ import threading
 import pytest
 
 import rosproto
+import rosproto.cli
 from rosproto.bag import BagReader
 from rosproto.recording import Player
 from woosh_pure.cli import main
@@ -79,6 +80,23 @@ def test_a_graph_without_a_chassis_is_told(tmp_path, capsys):
     assert "woosh doctor" in out
     with BagReader(tmp_path / "run.bag") as bag:
         assert bag.message_count == 0
+
+
+def test_a_recording_that_cannot_be_read_whole_is_told(tmp_path, capsys, monkeypatch):
+    """What the disk lost at the end is found when the summary is made."""
+    path = tmp_path / "run.bag"
+    follow = rosproto.cli.follow_recording
+
+    def cut_off(recorder, **options):
+        code = follow(recorder, **options)
+        path.write_bytes(path.read_bytes()[:-1])
+        return code
+
+    monkeypatch.setattr(rosproto.cli, "follow_recording", cut_off)
+    with rosproto.Master() as master:
+        words = ["--master", master.uri, "record", "--duration", "0.3", "-O", str(path), "--json"]
+        assert main(words) == 1
+    assert json.loads(capsys.readouterr().out)["damage"]
 
 
 def test_the_choice_of_topics():

@@ -54,22 +54,28 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _tell(recorder: Recorder, out: Output) -> int:
-    """What is in the bags; 1 when there is no pose or no battery in them: then it is hardly the chassis."""
+    """What is in the bags; 1 when one is damaged, or no pose or no battery is in them: hardly the chassis."""
     from rosproto.bag import open_bag
     from woosh_pure.interface.table import find
 
     counts: dict[str, int] = {}
     files: list[dict[str, Any]] = []
+    damage: list[str] = []
     for path in filter(Path.exists, recorder.paths):
         with open_bag(path) as bag:
             files.append({"path": str(path), "bytes": bag.size, "seconds": round(bag.duration, 3)})
             for topic, known in bag.topics.items():
                 counts[topic] = counts.get(topic, 0) + known.message_count
+            damage += [f"{path}: {problem}" for problem in bag.damage]
     for topic, count in sorted(counts.items()):
         out.line(f"  {topic:40s} {count:8d}")
     rows = [find(feed) for feed in ALWAYS]
     silent = [row.name for row in rows if not any(name in counts for name in (row.name, *row.aliases))]
     if silent:
         out.line(f"nothing was heard on {' and '.join(silent)}; try `woosh doctor`")
-    out.result({"files": files, "topics": counts, "dropped": recorder.dropped, "silent": silent})
-    return 1 if silent else 0
+    for problem in damage:
+        out.line(f"damaged, messages may be missing: {problem}")
+    out.result(
+        {"files": files, "topics": counts, "dropped": recorder.dropped, "silent": silent, "damage": damage}
+    )
+    return 1 if silent or damage else 0
