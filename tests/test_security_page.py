@@ -307,6 +307,12 @@ HOLDS = {
     "Retained orders and instant actions are not obeyed": [
         "interop/fleet/test_vehicle.py::test_a_retained_order_is_not_obeyed",
     ],
+    "serial number or major version, or with a key twice, is refused": [
+        "interop/fleet/test_refused.py::test_an_order_for_somebody_else_is_not_driven",
+        "interop/fleet/test_refused.py::test_an_order_with_a_key_twice_is_not_driven",
+        "unit/fleet/messages/test_parsing.py::test_a_message_for_somebody_else_is_invalid",
+        "unit/fleet/messages/test_parsing.py::test_a_key_that_comes_twice_is_invalid",
+    ],
     "is answered with `validationError` and changes nothing": [
         "interop/fleet/test_vehicle.py::test_what_does_not_fit_is_answered",
         "unit/fleet/messages/test_parsing.py::test_any_value_at_any_place_is_read_or_invalid",

@@ -78,6 +78,10 @@ class Master:
             self._changed.notify_all()
 
     def send(self, topic: str, data: Any, *, retain: bool = False) -> None:
+        """Publish bytes as they are, and an object with the names of the vehicle that its topic has."""
+        if isinstance(data, dict):
+            _, _, manufacturer, serial = self.prefix.split("/")
+            data = {**data, "manufacturer": manufacturer, "serialNumber": serial}
         payload = data if isinstance(data, (bytes, str)) else json.dumps(data)
         self.client.publish(f"{self.prefix}/{topic}", payload, retain=retain)
 

@@ -11,7 +11,7 @@ from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.order.machine import OrderMachine
-from woosh_pure.fleet.store import Store
+from woosh_pure.fleet.store import Store, StoreInUse
 
 __all__ = ["OrderStorage"]
 
@@ -42,6 +42,25 @@ class OrderStorage:
         self._failed, self._recovered = failed, recovered
         self._failing = False
         self.kept: dict[str, Any] = {}
+
+    def lock(self) -> None:
+        """Keep other vehicles from using the file; a disk that takes nothing is told with the first `save`.
+
+        Raises:
+            StoreInUse: Another one does.
+        """
+        try:
+            if self._store is not None:
+                self._store.lock()
+        except StoreInUse:
+            raise
+        except OSError as error:
+            _log.warning("! %s: %s cannot be locked: %s", self._prefix, self._store, error)
+
+    def unlock(self) -> None:
+        """Let other vehicles use the file."""
+        if self._store is not None:
+            self._store.unlock()
 
     def restore(self, limits: Limits) -> tuple[OrderMachine, bool] | None:
         """The machine that was kept, and whether the vehicle was driving then; None where there is none."""

@@ -1,19 +1,39 @@
-"""What has to survive a vehicle's process: one JSON file for each vehicle, always replaced as a whole."""
+"""What has to survive a vehicle's process: one JSON file for each vehicle, always replaced as a whole.
+
+Two processes that kept their orders in one file would restore each other's. So a vehicle that is open holds a
+lock on a file beside it; the system takes the lock back when its process ends, however it ends.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 from rosproto.logs import get_logger
+from woosh_pure.errors import ChassisError
 
-__all__ = ["Store", "default_folder"]
+__all__ = ["Store", "StoreInUse", "default_folder"]
 
 _log = get_logger("woosh_pure.fleet.store")
 _WRITE = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
+
+_LOCK = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0)
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock_file(opened: int) -> None:
+        msvcrt.locking(opened, msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def _lock_file(opened: int) -> None:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def default_folder() -> Path:
@@ -21,6 +41,10 @@ def default_folder() -> Path:
     `%LOCALAPPDATA%`."""
     given = os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA")
     return (Path(given) if given else Path.home() / ".local" / "state") / "woosh" / "fleet"
+
+
+class StoreInUse(ChassisError, OSError):
+    """Another vehicle, of this process or another one, keeps its order in this file."""
 
 
 class Store:
@@ -37,6 +61,40 @@ class Store:
         self._file, self._folder = str(self.path), str(folder)
         self._beside = str(self.path.with_suffix(".new"))
         self._last = ""
+        self._locked: int | None = None  # the open lock file
+        self._to_lock = False
+
+    def lock(self) -> None:
+        """Keep others from using it until `unlock`.
+
+        Raises:
+            StoreInUse: Somebody does already.
+            OSError: The disk is full, or the folder cannot be written; `save` tries again.
+        """
+        if self._locked is not None:
+            raise StoreInUse(self._in_use())
+        self._to_lock = True
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        opened = os.open(self.path.with_suffix(".lock"), _LOCK, 0o666)
+        try:
+            _lock_file(opened)
+        except OSError as error:
+            os.close(opened)
+            raise StoreInUse(self._in_use()) from error
+        self._locked, self._to_lock = opened, False
+
+    def unlock(self) -> None:
+        """Let others use it."""
+        self._to_lock = False
+        if self._locked is not None:
+            os.close(self._locked)
+            self._locked = None
+
+    def _in_use(self) -> str:
+        return (
+            f"the order kept in {self.path} belongs to a vehicle that is running already; end that one, or "
+            "give this one a serial number or a folder (--state) of its own"
+        )
 
     def load(self) -> dict[str, Any] | None:
         """What was saved last; None where nothing was. What cannot be read is put aside, and the log
@@ -64,6 +122,8 @@ class Store:
         Raises:
             OSError: The disk is full, or the folder cannot be written.
         """
+        if self._to_lock:
+            self.lock()
         text = json.dumps(data, separators=(",", ":"))
         if text == self._last:
             return

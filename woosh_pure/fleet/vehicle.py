@@ -25,6 +25,7 @@ from woosh_pure.fleet.driving_lease import DrivingLease
 from woosh_pure.fleet.equipment import equipment_of
 from woosh_pure.fleet.inbox import Inbox, Left
 from woosh_pure.fleet.messages.elements import Order
+from woosh_pure.fleet.messages.header import check_header
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
@@ -110,8 +111,13 @@ class Vehicle:
         return f"<Vehicle {self.config.prefix}: order {self._machine.order_id or 'none'}>"
 
     def open(self) -> Vehicle:
-        """Restore what was kept, listen to the chassis, connect with the broker; returns at once."""
+        """Restore what was kept, listen to the chassis, connect with the broker; returns at once.
+
+        Raises:
+            StoreInUse: Another vehicle with this manufacturer and serial keeps its order in the same folder.
+        """
         if self._thread is None:
+            self._storage.lock()
             self._monitor.open()  # what it hears comes while a drive of before is ended
             self._restore()
             if self._maps is not None:
@@ -146,6 +152,7 @@ class Vehicle:
         self._lease.release()
         self._monitor.close()
         self._mqtt.close()
+        self._storage.unlock()
 
     def _end_in_order(self) -> None:
         """The last word of the machine, when its thread is over. What it still asks for is being done."""
@@ -266,6 +273,8 @@ class Vehicle:
         _log.debug("< %s %s, %d bytes", self.config.prefix, topic, len(payload))
         try:
             data = parse(payload)
+            ours = self.config
+            check_header(data, version=ours.version, manufacturer=ours.manufacturer, serial=ours.serial)
             if topic == "order":
                 return self._take(read_order(data))
             return self._machine.receive_instant(read_instant_actions(data))

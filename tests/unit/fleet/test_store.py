@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from woosh_pure.fleet.store import Store
+from woosh_pure.fleet.store import Store, StoreInUse
 
 
 def test_what_was_saved_is_loaded(tmp_path: Path) -> None:
@@ -51,3 +53,59 @@ def test_what_is_the_same_is_not_written_again(tmp_path: Path) -> None:
     store.path.unlink()
     store.save({"n": 1})
     assert not store.path.exists()
+
+
+def test_one_file_belongs_to_one_vehicle(tmp_path: Path) -> None:
+    """Two that keep their order in one file would restore each other's; the sentence says what to do."""
+    first, second = Store(tmp_path, "Woosh", "1"), Store(tmp_path, "Woosh", "1")
+    first.lock()
+    with pytest.raises(StoreInUse, match="running already; end that one"):
+        second.lock()
+    with pytest.raises(StoreInUse):
+        first.lock()
+    Store(tmp_path, "Woosh", "2").lock()
+    first.unlock()
+    second.lock()
+    second.save({"n": 1})
+    second.unlock()
+
+
+HOLDER = """
+import sys
+from pathlib import Path
+from woosh_pure.fleet.store import Store
+store = Store(Path(sys.argv[1]), "Woosh", "1")
+store.lock()
+print("locked", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_the_lock_of_a_process_that_was_killed_is_gone(tmp_path: Path) -> None:
+    """Another process holds it, and is killed."""
+    command = [sys.executable, "-c", HOLDER, str(tmp_path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "locked\n"
+        store = Store(tmp_path, "Woosh", "1")
+        with pytest.raises(StoreInUse):
+            store.lock()
+        holder.kill()
+        holder.wait(10.0)
+        store.lock()
+        store.unlock()
+
+
+def test_a_folder_that_cannot_be_made_is_locked_with_the_first_save(tmp_path: Path) -> None:
+    """A disk that takes nothing is told by `save`, as ever; then nobody else may have the file."""
+    (tmp_path / "state").write_text("a file where the folder belongs")
+    store = Store(tmp_path / "state", "Woosh", "1")
+    with pytest.raises(OSError):
+        store.lock()
+    with pytest.raises(OSError):
+        store.save({"n": 1})
+    (tmp_path / "state").unlink()
+    store.save({"n": 1})
+    with pytest.raises(StoreInUse):
+        Store(tmp_path / "state", "Woosh", "1").lock()
+    store.unlock()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, NodePosition, Order
-from woosh_pure.fleet.messages.header import Headers, timestamp
+from woosh_pure.fleet.messages.header import Headers, check_header, timestamp
 from woosh_pure.fleet.messages.parsing import parse, read_edge, read_instant_actions, read_node, read_order
 from woosh_pure.fleet.messages.schema import Invalid
 
@@ -16,6 +16,7 @@ __all__ = [
     "Node",
     "NodePosition",
     "Order",
+    "check_header",
     "parse",
     "read_edge",
     "read_instant_actions",

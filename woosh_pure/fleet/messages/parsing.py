@@ -10,7 +10,7 @@ cannot be carried out is for `order/rejection.py`.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, NodePosition, Order
@@ -36,12 +36,30 @@ def parse(payload: bytes | str) -> dict[str, Any]:
     if len(payload) > MOST_BYTES:
         raise Invalid("", f"at most {MOST_BYTES} bytes", f"{len(payload)} bytes")
     try:
-        found = json.loads(payload, parse_constant=_no_constant)
+        found = json.loads(payload, parse_constant=_no_constant, object_pairs_hook=_each_key_once)
     except (ValueError, RecursionError) as error:
         raise Invalid("", "a JSON object in UTF-8", str(error) or type(error).__name__) from None
     if not isinstance(found, dict):
         raise Invalid("", "a JSON object", found)
     return found
+
+
+def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object; a key that comes twice would be decided by its last value, which nobody may have meant."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError(f"the key {_first_repeated(key for key, _ in pairs)!r} comes twice in one object")
+    return found
+
+
+def _first_repeated(keys: Iterable[str]) -> str | None:
+    """The first key that came before; None where none did."""
+    seen: set[str] = set()
+    for key in keys:
+        if key in seen:
+            return key
+        seen.add(key)
+    return None
 
 
 def _no_constant(text: str) -> float:
@@ -135,7 +153,11 @@ def _actions(raw: Mapping[str, Any], path: str) -> tuple[Action, ...]:
 
 def _action(raw: Any, path: str) -> Action:
     check(raw, ACTION, path)
-    parameters = {each["key"]: each["value"] for each in raw.get("actionParameters", ())}
+    given = raw.get("actionParameters", ())
+    parameters = {each["key"]: each["value"] for each in given}
+    if len(parameters) < len(given):
+        twice = _first_repeated(each["key"] for each in given)
+        raise Invalid(f"{path}.actionParameters", "each key once", f"{twice} more than once")
     return Action(
         raw["actionId"], raw["actionType"], raw["blockingType"], parameters, raw.get("actionDescription", "")
     )
@@ -170,7 +192,5 @@ def _require_shape(order: Order) -> None:
         require(
             edge.released == node.released, f"edges[{n}].released", "as that of its end node", edge.released
         )
-    seen: set[str] = set()
-    for action in order.actions():
-        require(action.id not in seen, "actions", "each actionId once", action.id)
-        seen.add(action.id)
+    repeated = _first_repeated(action.id for action in order.actions())
+    require(repeated is None, "actions", "each actionId once", repeated)

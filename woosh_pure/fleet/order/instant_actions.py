@@ -13,7 +13,7 @@ from woosh_pure.fleet.order.order_state import OrderState
 from woosh_pure.fleet.order.pause import finish_pauses, release
 from woosh_pure.fleet.order.rejection import unsupported_instant_action
 
-__all__ = ["take_instant_action"]
+__all__ = ["refuse_reused_id", "take_instant_action"]
 
 
 def take_instant_action(state: OrderState, action: Action, header: int) -> None:
@@ -29,6 +29,25 @@ def take_instant_action(state: OrderState, action: Action, header: int) -> None:
     elif action.type in BUILT_IN:
         taken.blocking, taken.status = "NONE", ActionStatus.RUNNING
         _OBEY[action.type](state, taken)
+
+
+def refuse_reused_id(state: OrderState, action: Action, known: ActionState, header: int) -> None:
+    """An action with the id of another one is told as an error. What stops is obeyed all the same, because a
+    fleet manager that sends it wants the vehicle to stand."""
+    text = (
+        f"the actionId {action.id} was used before, by {known.action.type}, which is {known.status.value}; "
+        "give each action an id of its own"
+    )
+    if action.type == "startPause":
+        state.paused = True
+        text += "; the vehicle pauses all the same"
+    elif action.type == "cancelOrder" and state.executing:
+        if not state.cancelling:
+            close_order(state)
+        text += "; the order is cancelled all the same"
+    about = (("topic", "instantActions"), ("headerId", str(header)))
+    more = (("actionId", action.id), ("actionType", action.type), ("field", "actionId"))
+    state.add_problem(Problem(ErrorType.INSTANT_ACTION, text, (*about, *more)))
 
 
 def _conflict(state: OrderState, action: Action) -> Problem | None:

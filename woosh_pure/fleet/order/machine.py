@@ -22,7 +22,7 @@ from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
 from woosh_pure.fleet.order.effects import Drive, Effect, Retry
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.execution import next_effects, reached, traverse
-from woosh_pure.fleet.order.instant_actions import take_instant_action
+from woosh_pure.fleet.order.instant_actions import refuse_reused_id, take_instant_action
 from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.order.order_state import OrderState, without
 from woosh_pure.fleet.order.pause import release
@@ -73,11 +73,15 @@ class OrderMachine(OrderState):
         return next_effects(self)
 
     def receive_instant(self, message: InstantActions) -> list[Effect]:
-        """Instant actions. One whose id is known already came twice, and is done once."""
+        """Instant actions. One that is under way already came twice, and is done once; another one with an id
+        that was used is refused."""
         for action in message.actions:
             self.changed = True
-            if self.action_state(action.id) is None:
+            known = self.action_state(action.id)
+            if known is None:
                 take_instant_action(self, action, message.header)
+            elif known.action != action or known.status.final:
+                refuse_reused_id(self, action, known, message.header)
         return next_effects(self)
 
     def set_position(self, position: AgvPosition | None) -> list[Effect]:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fleet import action, instant, order_json
-from woosh_pure.fleet.messages.header import Headers, timestamp
+from woosh_pure.fleet.messages.header import Headers, check_header, timestamp
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import MOST_BYTES, Invalid
 
@@ -118,6 +118,54 @@ def test_what_is_no_object_of_json_is_invalid(text: bytes) -> None:
     """Of no length, of any depth, in any encoding: an error, never a crash."""
     with pytest.raises(Invalid):
         parse(text)
+
+
+def test_a_key_that_comes_twice_is_invalid() -> None:
+    """The last one would decide: `"released": false, "released": true` would drive."""
+    text = json.dumps(order_json(nodes="ab", released=1))
+    parse(text)
+    twice = text.replace('"released": false', '"released": false, "released": true', 1)
+    with pytest.raises(Invalid, match="'released' comes twice"):
+        parse(twice)
+
+
+def test_a_long_object_with_a_key_twice_is_refused_in_its_turn() -> None:
+    """The search for the key takes a time that grows with the number of keys, and not with its square."""
+    pairs = ",".join(f'"k{n}": 0' for n in range(50_000))
+    with pytest.raises(Invalid, match="'k0' comes twice"):
+        parse(f'{{{pairs}, "k0": 1}}')
+
+
+def test_a_parameter_that_comes_twice_is_invalid() -> None:
+    """As a key of the object would be."""
+    data = instant(action("x", "beep", times=1))
+    given = data["actions"][0]["actionParameters"]
+    given.append({"key": "times", "value": 2})
+    with pytest.raises(Invalid, match="times more than once") as caught:
+        read_instant_actions(data)
+    assert caught.value.path == "actions[0].actionParameters"
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("manufacturer", "Other"),
+        ("manufacturer", "w"),
+        ("serialNumber", "2"),
+        ("version", "3.0.0"),
+        ("version", "1.1"),
+        ("version", "20.1.0"),
+        ("version", ""),
+        ("version", "newest"),
+    ],
+)
+def test_a_message_for_somebody_else_is_invalid(field: str, value: str) -> None:
+    """Another manufacturer, serial number or major version; the field is named."""
+    ours = {"version": "2.1.0", "manufacturer": "W", "serial": "1"}
+    check_header({**order_json(), "version": "2.0.0"}, **ours)
+    with pytest.raises(Invalid) as caught:
+        check_header({**order_json(), field: value}, **ours)
+    assert caught.value.path == field
 
 
 def test_an_order_of_too_many_nodes_is_invalid() -> None:

@@ -167,3 +167,47 @@ def test_the_map_of_an_order_is_not_changed_beside_it(vehicle: PureVehicle) -> N
     assert vehicle.begun == ["n"]
     vehicle.finish("n")
     assert vehicle.drives == ["b", "b"]
+
+
+@pytest.mark.parametrize("kind", ["beep", "stateRequest", "stopPause"])
+def test_an_action_id_that_was_used_is_refused(vehicle: PureVehicle, kind: str) -> None:
+    """With an error that names it; what was done under it stays as it is told."""
+    vehicle.instant(action("p", "startPause"))
+    assert vehicle.status("p") == "FINISHED"
+    vehicle.instant(action("p", kind))
+    (problem,) = vehicle.machine.problems
+    assert (problem.kind, problem.about("actionId"), problem.about("actionType")) == (
+        "instantActionError",
+        "p",
+        kind,
+    )
+    assert vehicle.machine.paused
+    assert vehicle.begun == []
+    assert vehicle.status("p") == "FINISHED"
+
+
+def test_what_stops_is_obeyed_under_an_id_that_was_used(vehicle: PureVehicle) -> None:
+    """A reused id is the manager's mistake; the vehicle pauses, ends its order, and says what was wrong."""
+    vehicle.order(nodes="ab")
+    vehicle.instant(action("p", "startPause"))
+    vehicle.stop()
+    vehicle.instant(action("r", "stopPause"))
+    assert vehicle.drives == ["b", "b"]
+    vehicle.instant(action("p", "startPause"))
+    assert vehicle.halting
+    assert vehicle.machine.paused
+    assert kinds(vehicle) == ["instantActionError"]
+    vehicle.instant(action("p", "cancelOrder"))
+    vehicle.stop()
+    assert vehicle.ahead == ""
+    assert kinds(vehicle) == ["instantActionError"] * 2
+
+
+def test_a_message_that_comes_twice_is_no_mistake(vehicle: PureVehicle) -> None:
+    """While its action is under way it is done once, and nothing is told."""
+    vehicle.order(nodes="ab")
+    for _ in range(2):
+        vehicle.instant(action("x", "cancelOrder"))
+    assert kinds(vehicle) == []
+    vehicle.stop()
+    assert vehicle.status("x") == "FINISHED"
