@@ -6,6 +6,7 @@ as its time-out, and `time.monotonic() + np.float16(0.5)` has steps of 64 second
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import SupportsFloat, overload
 
@@ -23,18 +24,32 @@ def as_float(value: SupportsFloat | None) -> float | None: ...
 def as_float(value: SupportsFloat | None) -> float | None:
     """A number as a float; None stays None, where that means "for ever".
 
+    What no float can hold is infinite (`10**400`) or NaN (`Decimal("sNaN")`): who checks for finite numbers
+    refuses it with a sentence of their own.
+
     Raises:
-        TypeError: It is not a number; a text does not count as one.
+        TypeError: It is not a number; neither a text nor a truth value counts as one.
     """
     if value is None or type(value) is float:
         return value
     if isinstance(value, (str, bytes, bytearray)):
         raise TypeError(f"{value!r} is a text; expected a number")
-    return float(value)
+    if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
+        raise TypeError(f"{value!r} is a truth value; expected a number")
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf  # type: ignore[operator]
+    except ValueError:  # of all numbers only Decimal's signalling NaN
+        return math.nan
+    except TypeError:
+        raise TypeError(f"{value!r} is no number; expected one, such as 0.5") from None
 
 
 def whole(value: object) -> int | None:
-    """A whole number as an int, numpy's too; None when it is none (also 1.0: that is a measured number)."""
+    """A whole number as an int, numpy's too; None when it is none (also 1.0, which is measured, and True)."""
+    if isinstance(value, bool):
+        return None
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:

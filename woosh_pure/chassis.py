@@ -15,7 +15,7 @@ from rosproto.numbers import as_float
 from rosproto.transport import Deadline, HostNames
 from woosh_pure import interface
 from woosh_pure.connection.address import master_uri_of
-from woosh_pure.connection.timeouts import require_timeout
+from woosh_pure.connection.timeouts import LONGEST, require_timeout
 from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused
 from woosh_pure.feed.readings import Readings
@@ -99,6 +99,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         self._lease = ChassisLease()
         if not 0.0 < timeout < math.inf:
             raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
+        timeout = min(timeout, LONGEST)
         self._core = Core(
             self.master_uri,
             name=name,

@@ -42,6 +42,9 @@ def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     return quaternion.yaw_of((x, y, z, w))
 
 
+_FARTHEST = 100_000.0  # m; no map is as large, so a larger number is no place, or in another unit
+
+
 def _as_floats(value: object, *names: str) -> None:
     """Make numbers of a frozen value floats: numpy's small ones overflow and lose digits in sums."""
     for name in names:
@@ -69,6 +72,8 @@ class Pose2D:
 
     def __post_init__(self) -> None:
         _as_floats(self, "x", "y", "yaw")
+        if not isinstance(self.frame, str):
+            raise ValueError(f'frame {self.frame!r}: give its name as text, such as "map"')
 
     @property
     def yaw_degrees(self) -> float:
@@ -90,9 +95,11 @@ class Pose2D:
 
         Raises:
             ValueError: A number is NaN or infinite, the yaw is more than one turn (degrees?), or there is no
-                frame.
+                frame; or it is farther than any map reaches.
         """
         self.require_finite()
+        if max(abs(self.x), abs(self.y)) > _FARTHEST:
+            raise ValueError(f"pose {self.x:g}, {self.y:g}: more than {_FARTHEST:g} m away; give metres")
         if abs(self.yaw) > 2.0 * math.pi + 1e-6:
             raise ValueError(
                 f"yaw {self.yaw:g} rad is more than one turn; for degrees give math.radians({self.yaw:g})"
@@ -169,11 +176,11 @@ class Footprint:
         Raises:
             ValueError: Not a simple polygon around the origin, not in metres, or `padding` is negative.
         """
+        padding = as_float(padding)
         if not (math.isfinite(padding) and padding >= 0.0):
             raise ValueError(f"padding={padding}: must be a number of at least 0 (m)")
         try:
-            padding = as_float(padding)
-            corners = [(float(x), float(y)) for x, y in points]
+            corners = [(as_float(x), as_float(y)) for x, y in points]
         except (TypeError, ValueError):
             raise ValueError("a footprint is made of corners (x, y), two numbers in m each") from None
         return cls(tuple((_padded(x, padding), _padded(y, padding)) for x, y in corners))
@@ -181,17 +188,17 @@ class Footprint:
     @classmethod
     def rectangle(cls, length: float, width: float, padding: float = 0.0) -> Footprint:
         """A box of `length` (x) by `width` (y) m, centred on base_link."""
-        _positive(length=length, width=width)
+        length, width = _positive(length=length, width=width)
         x, y = length / 2.0, width / 2.0
         return cls.from_points(((x, y), (-x, y), (-x, -y), (x, -y)), padding)
 
     @classmethod
     def circle(cls, radius: float, padding: float = 0.0, corners: int = 16) -> Footprint:
         """A regular polygon through a circle of `radius` + `padding` m."""
-        _positive(radius=radius)
+        (radius,) = _positive(radius=radius)
         if corners < 3:
             raise ValueError(f"corners={corners}: a circle needs at least 3")
-        r = radius + padding
+        r = radius + as_float(padding)
         steps = (2.0 * math.pi * k / corners for k in range(corners))
         return cls(tuple((r * math.cos(a), r * math.sin(a)) for a in steps))
 
@@ -214,10 +221,12 @@ def _padded(value: float, padding: float) -> float:
     return value + math.copysign(padding, value) if value else value
 
 
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name}={value}: must be a positive number of metres")
+def _positive(**values: float) -> list[float]:
+    numbers = [as_float(value) for value in values.values()]
+    for name, number in zip(values, numbers, strict=True):
+        if not (math.isfinite(number) and number > 0.0):
+            raise ValueError(f"{name}={number}: must be a positive number of metres")
+    return numbers
 
 
 def _check_polygon(points: Sequence[tuple[float, float]]) -> None:

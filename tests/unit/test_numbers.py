@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from fractions import Fraction
 
@@ -25,10 +26,28 @@ def test_whole_numbers_too_and_none_stays():
     assert as_float(None) is None
 
 
-@pytest.mark.parametrize("given", ["0.5", b"1", bytearray(b"1"), [1.0], object()])
+@pytest.mark.parametrize("given", ["0.5", b"1", bytearray(b"1"), [1.0], object(), True, False, np.True_, 1j])
 def test_what_is_no_number_is_refused(given):
     with pytest.raises(TypeError):
         as_float(given)
+
+
+@pytest.mark.parametrize(
+    ("given", "number"),
+    [
+        (10**400, math.inf),
+        (-(10**400), -math.inf),
+        (Fraction(10**400), math.inf),
+        (Decimal("Infinity"), math.inf),
+    ],
+)
+def test_what_is_too_large_for_a_float_is_infinite(given, number):
+    assert as_float(given) == number
+
+
+@pytest.mark.parametrize("given", [Decimal("sNaN"), Decimal("NaN"), np.float16("nan")])
+def test_what_is_not_a_number_is_nan_and_no_error(given):
+    assert math.isnan(as_float(given))
 
 
 @pytest.mark.parametrize("given", [7, np.int8(7), np.uint64(7), np.array(7)])
@@ -37,6 +56,8 @@ def test_a_whole_number_becomes_an_int(given):
     assert type(whole(given)) is int
 
 
-@pytest.mark.parametrize("given", [7.0, np.float32(7), np.array(7.5), np.array([7]), "7", None, Decimal(7)])
+@pytest.mark.parametrize(
+    "given", [7.0, np.float32(7), np.array(7.5), np.array([7]), "7", None, Decimal(7), True]
+)
 def test_what_is_no_whole_number_is_none(given):
     assert whole(given) is None

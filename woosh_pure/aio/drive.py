@@ -8,6 +8,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from rosproto.numbers import as_float
 from rosproto.transport import Deadline
 from woosh_pure.aio.calls import Calls
 from woosh_pure.geometry import Velocity
@@ -103,7 +104,7 @@ class Drive:
             ValueError: As `set`; or `seconds` is negative or not finite.
             ConnectionLost, MotionRefused: As `set`.
         """
-        seconds = float(seconds)
+        seconds = as_float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):
             raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
         deadline = Deadline(seconds)

@@ -6,7 +6,10 @@ import math
 
 from rosproto.numbers import as_float
 
-__all__ = ["require_limit", "require_timeout"]
+__all__ = ["LONGEST", "require_limit", "require_timeout"]
+
+LONGEST = 864_000.0
+"""Seconds."""
 
 
 def require_timeout(timeout: float | None, name: str = "timeout") -> float | None:
@@ -22,7 +25,8 @@ def require_timeout(timeout: float | None, name: str = "timeout") -> float | Non
 
 
 def require_limit(timeout: float, name: str = "timeout") -> float:
-    """As `require_timeout`, where there is always a limit.
+    """As `require_timeout`, where there is always a limit: at most 10 days, since the system's own waits take
+    no number as large as a float can be.
 
     Raises:
         ValueError: It is negative, NaN or infinite.
@@ -30,4 +34,4 @@ def require_limit(timeout: float, name: str = "timeout") -> float:
     seconds = as_float(timeout)
     if seconds is None or not 0.0 <= seconds < math.inf:
         raise ValueError(f"{name}={timeout}: expected seconds of at least 0, and not for ever")
-    return seconds
+    return min(seconds, LONGEST)

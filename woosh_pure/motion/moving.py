@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from rosproto.numbers import as_float
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
@@ -287,7 +288,7 @@ class Moving:
             ValueError: Not finite, too far, or more than a turn without `several_turns`.
             MotionRefused, FirmwareLimit, RosTimeout: As `steps`.
         """
-        radians = math.radians(angle) if degrees else angle
+        radians = math.radians(as_float(angle)) if degrees else angle
         return self.steps(
             [Step.turn(radians, speed)],
             avoid=avoid,
@@ -354,9 +355,13 @@ class Moving:
             MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
                 goal.
         """
-        radians = math.radians(angle) if degrees else angle
+        radians = math.radians(as_float(angle)) if degrees else angle
         return self.steps(
-            [Step.diagonal(distance, radians, speed)], avoid=avoid, timeout=timeout, check=check
+            [Step.diagonal(distance, radians, speed)],
+            avoid=avoid,
+            timeout=timeout,
+            check=check,
+            replace=replace,
         )
 
     def steps(

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import rosproto
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from rosproto.numbers import as_float
 from rosproto.transport import allow_open_files
 from woosh_pure.enums import RobotMode
 from woosh_pure.firmware.revisions import CURRENT
@@ -104,6 +105,7 @@ class SimulatedChassis:
         firmware: str = CURRENT,
         assumed_types: bool = False,
     ) -> None:
+        speed = as_float(speed)
         if not 0.05 <= speed <= 100.0:
             raise ValueError(f"speed {speed}: expected 0.05 to 100 simulated seconds per second")
         self.firmware = firmware_named(firmware)
@@ -403,19 +405,17 @@ class SimulatedChassis:
 
     def fall_silent(self, seconds: float) -> None:
         """The topics the chassis publishes by itself end for a while; commands still arrive."""
-        self.network.fall_silent(seconds)
+        self.network.fall_silent(_seconds("seconds", seconds))
 
     def drop_link(self, seconds: float) -> None:
         """The cable is pulled for a while: nothing arrives, in either direction. What was sent meanwhile
         arrives afterwards, as TCP delivers it; a velocity, too.
         """
-        self.network.drop(seconds)
+        self.network.drop(_seconds("seconds", seconds))
 
     def slow_network(self, delay: float) -> None:
         """Everything takes `delay` s each way from now on: topics, commands, requests, goals; 0 ends it."""
-        if not 0.0 <= delay < math.inf:
-            raise ValueError(f"delay {delay}: expected seconds of at least 0")
-        self.network.delay = delay
+        self.network.delay = _seconds("delay", delay)
 
     def crash_node(self, name: str) -> None:
         """End one of its nodes."""
@@ -459,6 +459,14 @@ def _publish(publisher: rosproto.Publisher, message: Any) -> None:
         publisher.publish(message)
     except RosError as error:
         logger.debug("! publishing failed: %s", error)
+
+
+def _seconds(name: str, value: float) -> float:
+    """A time of the caller's, as a float: one that is none would end the simulation later, in its thread."""
+    seconds = as_float(value)
+    if not 0.0 <= seconds < math.inf:
+        raise ValueError(f"{name}={value!r}: expected seconds of at least 0, and not for ever")
+    return seconds
 
 
 def _speaker(code: int) -> str:

@@ -28,6 +28,7 @@ __all__ = ["stop", "stop_seconds"]
 
 _REPEATS = 6
 _LISTENERS = 1.0  # seconds that subscribers of velocities have at least to connect
+_LONGEST = 3600.0  # seconds; the system's waits take no number as large as a float can be
 _STEADY = 1.0  # seconds for which it must stand still while another program may drive it
 
 
@@ -37,7 +38,7 @@ def stop_seconds(given: float) -> float:
         seconds = as_float(given)
     except (TypeError, ValueError):
         return 5.0
-    return seconds if seconds is not None and 0.0 <= seconds < math.inf else 5.0
+    return min(seconds, _LONGEST) if seconds is not None and 0.0 <= seconds < math.inf else 5.0
 
 
 def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:

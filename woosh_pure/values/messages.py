@@ -12,6 +12,8 @@ from woosh_pure.values.rostypes import message_type
 
 __all__ = ["polygon", "pose_message", "pose_with_covariance", "require_finite", "stamped_pose", "twist"]
 
+_LARGEST = 3.4e38
+
 
 def _new(name: str) -> Any:
     return message_type(name)()
@@ -26,16 +28,19 @@ def set_now(header: Any, frame: str) -> None:
 
 
 def require_finite(value: Any, what: str) -> Any:
-    """A message (or list) of any type, checked: every floating-point number in it is finite.
+    """A message (or list) of any type, checked: every floating-point number in it is finite, and no larger
+    than a float of 32 bits, as which robots often store it.
 
     Raises:
-        ValueError: One is NaN or infinite; the text says where.
+        ValueError: One is not; the text says where.
     """
     if not isinstance(value, (float, int, str)) and getattr(value, "shape", None) == ():
         value = value.item()  # a number of numpy
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(f"{what}: {value} is not finite; nothing was sent")
+        if abs(value) > _LARGEST:
+            raise ValueError(f"{what}: {value} is too large to be meant; nothing was sent")
     elif hasattr(value, "__slots__") and hasattr(value, "_type"):
         for name in value.__slots__:
             require_finite(getattr(value, name), f"{what}.{name}")
