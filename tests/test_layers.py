@@ -36,6 +36,7 @@ LAYERS = [
     "rosproto.action",
     "rosproto.tf",
     "rosproto.recording",
+    "rosproto.watchdog",
     "rosproto.aio",
     "rosproto.gateway",
     "rosproto.selftest",

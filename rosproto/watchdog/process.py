@@ -1,0 +1,307 @@
+"""The watchdog's process: makes ready what it is told, and sends it when its parent is gone.
+
+It ends with its parent: when the pipe ends, and, where a forked child of the parent holds the pipe open, when
+it has become somebody else's child. It ignores the signals by which terminals and supervisors end programs:
+its parent may need a while for its own orderly end, and is watched to the last.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, BinaryIO
+
+from rosproto.codec import decode, define, service_class
+from rosproto.errors import RosError
+from rosproto.node import Node
+from rosproto.watchdog.protocol import (
+    ROUNDS,
+    Arm,
+    Disarm,
+    Drop,
+    LastCall,
+    LastMessage,
+    Line,
+    Place,
+    Prepare,
+    Ready,
+    Sent,
+    WatchTable,
+    read_line,
+    watchdog_name,
+    write_line,
+)
+
+__all__ = ["WatchdogProcess", "main"]
+
+CONNECT = 1.0  # seconds for a subscriber that the master knows
+CALL = 2.0
+LAST = 10.0  # seconds after the parent's end in which a robot out of reach is waited for
+AGAIN = 0.5  # seconds between two attempts then
+PARENT = 0.25  # seconds between two looks whether the parent is still there
+ASLEEP = 0.2  # seconds: woken later than that, this process did not run itself
+
+
+class _LastCall:
+    """A service that is called once, however often it is asked for, unless the call failed."""
+
+    def __init__(self, node: Node, call: LastCall) -> None:
+        kind: Any = service_class(call.type, node.revisions.library_for(call.type, "srv"))
+        self._client = node.service_client(call.service, kind)
+        self._request = decode(kind._request_class, call.data)
+        self._busy = threading.Lock()
+        self.done = False
+
+    def send(self) -> None:
+        """Call it, in a thread."""
+        if not self.done and self._busy.acquire(blocking=False):
+            threading.Thread(target=self._call, name="rosproto:last call", daemon=True).start()
+
+    def _call(self) -> None:
+        try:
+            self._client.call(self._request, timeout=CALL)
+            self.done = True
+        except RosError:
+            pass  # called again in the next round
+        finally:
+            self._busy.release()
+
+    def close(self) -> None:
+        """Take it back."""
+        self._client.close()
+
+
+class _LastMessage:
+    """A topic with what is published on it at the end."""
+
+    def __init__(self, node: Node, message: LastMessage) -> None:
+        self._node = node
+        self._class = define(message.type, message.text)
+        self._publisher = node.publisher(message.topic, self._class, queue_size=ROUNDS, linger=False)
+        self.data = message.data
+        self.done = False
+
+    def wait(self, known: bool) -> None:
+        """Wait until it is connected, if the master knows of a subscriber.
+
+        Raises:
+            RosTimeout: It is not.
+        """
+        if known:
+            self._publisher.wait_for_connection(CONNECT)
+
+    def send(self) -> None:
+        """Publish it."""
+        message: Any = decode(self._class, self.data)
+        if self._class._has_header:
+            message.header.stamp = self._node.clock.now()
+        self._publisher.publish(message)
+        self.done = self._publisher.connections > 0
+
+    def flush(self) -> None:
+        """Wait a moment until it is on the robot: who takes it off the master before may lose it."""
+        try:
+            self._publisher.flush(0.5)
+            self._publisher.wait_arrived(0.5)
+        except RosError:
+            pass  # nothing more can be done
+
+    def close(self) -> None:
+        """Take it back."""
+        self._publisher.close()
+
+
+@dataclass(slots=True)
+class _Prepared:
+    """What is ready to be sent for one watch."""
+
+    messages: list[_LastMessage] = field(default_factory=list)
+    calls: list[_LastCall] = field(default_factory=list)
+
+    def __iter__(self) -> Iterator[_LastMessage | _LastCall]:
+        yield from self.messages
+        yield from self.calls
+
+
+class WatchdogProcess:
+    """Carries out what the pipe says, until it ends.
+
+    Args:
+        lines: The pipe from the parent.
+        answers: The pipe to the parent.
+        parent: Returns the number of the parent's process; None where that does not tell its end.
+    """
+
+    def __init__(self, lines: BinaryIO, answers: BinaryIO, parent: Callable[[], int] | None) -> None:
+        self._lines, self._answers = lines, answers
+        self._parent = parent
+        self._born_of = parent() if parent is not None else 0
+        self._inbox: queue.SimpleQueue[Line | Callable[[], None] | None] = queue.SimpleQueue()
+        self._table = WatchTable(time.monotonic())
+        self._nodes: dict[tuple[str, str], Node] = {}
+        self._opening = threading.Lock()
+        self._ready: dict[int, _Prepared] = {}
+        self._preparing: dict[int, Arm | None] = {}  # armed with it when it is ready
+        self._dropped: set[int] = set()
+
+    def run(self) -> None:
+        """Watch until the parent is gone, and act then."""
+        threading.Thread(target=self._read, name="rosproto:pipe", daemon=True).start()
+        while not self._table.ended or self._preparing or self._table.wait(time.monotonic()) is not None:
+            self._step()
+            self._send(time.monotonic())
+        self._finish()
+
+    def _read(self) -> None:
+        for line in self._lines:
+            self._inbox.put(read_line(line))
+        self._inbox.put(None)
+
+    def _step(self) -> None:
+        """Take one line, or find out that none came."""
+        wait, before = self._table.wait(time.monotonic()), time.monotonic()
+        seconds = PARENT if wait is None else min(wait, PARENT)
+        try:
+            self._take(self._inbox.get(timeout=seconds))
+            return
+        except queue.Empty:
+            now = time.monotonic()
+        if self._table.ended:
+            return
+        if now - before > seconds + ASLEEP:
+            self._table.heard(now)  # how long the parent was silent is not known
+        elif self._parent is not None and self._parent() != self._born_of:
+            self._table.end(now)
+        elif silent := self._table.silent(now):
+            self._send(now)
+            self._answer(Sent(self._table.armed, silent))
+
+    def _take(self, line: Line | Callable[[], None] | None) -> None:
+        now = time.monotonic()
+        if line is None:
+            self._table.end(now)
+        elif callable(line):
+            line()
+        else:
+            self._table.heard(now)
+            self._obey(line)
+
+    def _obey(self, line: Line) -> None:
+        if isinstance(line, Prepare):
+            if line.key not in self._ready and line.key not in self._preparing:
+                self._preparing[line.key] = Arm(line.key) if line.armed else None
+                work = partial(self._prepare, line)
+                threading.Thread(target=work, name="rosproto:prepare", daemon=True).start()
+        elif isinstance(line, Arm) and line.key in self._ready:
+            for message, data in zip(self._ready[line.key].messages, line.data, strict=False):
+                message.data = data
+            self._table.arm(line.key)
+        elif isinstance(line, (Arm, Disarm)) and line.key in self._preparing:
+            self._preparing[line.key] = line if isinstance(line, Arm) else None
+        elif isinstance(line, Disarm):
+            self._table.disarm(line.key)
+        elif isinstance(line, Drop):
+            self._drop(line.key)
+
+    def _prepare(self, line: Prepare) -> None:
+        """In a thread: the master may be slow, and others are watched meanwhile."""
+        parts, problem = _Prepared(), ""
+        try:
+            node = self._node(line.place)
+            for message in line.messages:
+                parts.messages.append(_LastMessage(node, message))
+            for call in line.calls:
+                parts.calls.append(_LastCall(node, call))
+            if line.messages:
+                known = node.master.get_system_state(timeout=CONNECT).subscribers
+                for message, ready in zip(line.messages, parts.messages, strict=True):
+                    ready.wait(bool(known.get(node.resolve_name(message.topic))))
+        except Exception as error:
+            problem = str(error) or type(error).__name__
+        self._inbox.put(partial(self._prepared, line.key, parts, problem))
+
+    def _prepared(self, key: int, parts: _Prepared, problem: str) -> None:
+        self._ready[key] = parts
+        armed = self._preparing.pop(key)
+        if key in self._dropped:
+            self._dropped.discard(key)
+            self._drop(key)
+            return
+        if armed is not None:
+            self._obey(armed)
+        self._answer(Ready(key, problem))
+
+    def _drop(self, key: int) -> None:
+        self._table.disarm(key)
+        if key in self._preparing:
+            self._dropped.add(key)
+            return
+        for each in self._ready.pop(key, ()):
+            threading.Thread(target=each.close, name="rosproto:drop", daemon=True).start()
+
+    def _node(self, place: Place) -> Node:
+        with self._opening:
+            node = self._nodes.get((place.master_uri, place.node))
+            if node is None:
+                node = self._nodes[place.master_uri, place.node] = Node(
+                    watchdog_name(place.node),
+                    master_uri=place.master_uri,
+                    host=place.host,
+                    resolve=place.resolve,
+                    msg_path=place.msg_path,
+                    rosout=False,
+                    follow_clock=False,
+                    allow_shutdown=False,
+                )
+            return node
+
+    def _send(self, now: float) -> None:
+        for key in self._table.due(now):
+            for each in self._ready[key]:
+                _try(each)
+
+    def _answer(self, line: Line) -> None:
+        try:
+            self._answers.write(write_line(line))
+            self._answers.flush()
+        except OSError:
+            pass  # nobody reads any more: the end of the other pipe follows
+
+    def _finish(self) -> None:
+        """All rounds are over: what could not be delivered, for a while."""
+        acting = [each for key in self._table.armed for each in self._ready[key]]
+        until = time.monotonic() + LAST
+        while time.monotonic() < until and (late := [each for each in acting if not each.done]):
+            time.sleep(AGAIN)
+            for each in late:
+                _try(each)
+        for each in acting:
+            if isinstance(each, _LastMessage):
+                each.flush()
+        for node in self._nodes.values():
+            node.close()
+
+
+def _try(each: _LastMessage | _LastCall) -> None:
+    """Send it; whatever fails, the others are sent, too."""
+    try:
+        each.send()
+    except Exception:
+        each.done = False
+
+
+def main() -> None:
+    """Run between the pipes of stdin and stdout."""
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGQUIT"):
+        if (number := getattr(signal, name, None)) is not None:
+            signal.signal(number, signal.SIG_IGN)
+    # On Windows the number of the parent stays when it has ended, and the pipe tells its end in any case.
+    parent = os.getppid if os.name == "posix" else None
+    WatchdogProcess(sys.stdin.buffer, sys.stdout.buffer, parent).run()

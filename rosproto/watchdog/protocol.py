@@ -1,0 +1,276 @@
+"""What a program and its watchdog say to each other, and when the watchdog acts. Pure: callers pass the time.
+
+Each line of the pipe is one JSON object. The program says `Prepare`, `Arm`, `Disarm`, `Drop` and `Beat`; the
+watchdog answers with `Ready` when it could send at once what it was told, and with `Sent` when it has acted
+although the program still lives. Any line of the program is a sign of life; the end of the pipe is its end.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from rosproto.errors import RemoteProtocolError
+
+__all__ = [
+    "Arm",
+    "Beat",
+    "Disarm",
+    "Drop",
+    "LastCall",
+    "LastMessage",
+    "Line",
+    "Place",
+    "Prepare",
+    "Ready",
+    "Sent",
+    "WatchTable",
+    "is_watchdog_name",
+    "read_line",
+    "watchdog_name",
+    "write_line",
+]
+
+BEAT = 0.1  # seconds between two signs of life while something is watched
+SILENCE = 0.8  # seconds without one after which the program counts as gone
+ROUNDS = 5
+APART = 0.1  # seconds between two rounds
+_SUFFIX = "_rosproto_watchdog"
+
+
+def watchdog_name(node: str) -> str:
+    """What the node of the watchdog is called that stands beside a node."""
+    return f"{node}{_SUFFIX}"
+
+
+def is_watchdog_name(node: str) -> bool:
+    """Whether a node is the watchdog of a program: it publishes velocity topics, and never drives."""
+    return node.endswith(_SUFFIX)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The graph to stand in, and as whose watchdog.
+
+    Attributes:
+        master_uri: Where the master is.
+        node: Name of the node that is watched.
+        host: Address under which this computer is reached; None finds it.
+        resolve: Host name -> address.
+        msg_path: Folders with further definitions.
+    """
+
+    master_uri: str
+    node: str
+    host: str | None = None
+    resolve: Mapping[str, str] = field(default_factory=dict)
+    msg_path: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LastMessage:
+    """To be published when the program is gone.
+
+    Attributes:
+        topic: Where.
+        type: "package/Type".
+        text: Full definition of the type.
+        data: The encoded message. The stamp of its header, if it has one, is set when it is sent.
+    """
+
+    topic: str
+    type: str
+    text: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class LastCall:
+    """A service to be called when the program is gone.
+
+    Attributes:
+        service: Which.
+        type: "package/Type".
+        data: The encoded request.
+    """
+
+    service: str
+    type: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Prepare:
+    """Be ready to send this; the answer is `Ready`."""
+
+    key: int
+    place: Place
+    messages: tuple[LastMessage, ...] = ()
+    calls: tuple[LastCall, ...] = ()
+    armed: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """From now on something moves; `data` takes the place of that of the messages."""
+
+    key: int
+    data: tuple[bytes, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Disarm:
+    """It stands; stay ready."""
+
+    key: int
+
+
+@dataclass(frozen=True, slots=True)
+class Drop:
+    """It is over; take back what was prepared."""
+
+    key: int
+
+
+@dataclass(frozen=True, slots=True)
+class Beat:
+    """The program is alive."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """What is watched under the key could be sent at once; `problem` says what could not."""
+
+    key: int
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """The program was silent for so many seconds, so the watchdog has acted."""
+
+    keys: tuple[int, ...]
+    seconds: float
+
+
+Line = Prepare | Arm | Disarm | Drop | Beat | Ready | Sent
+_KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in Line.__args__}
+
+
+def write_line(line: Line) -> bytes:
+    """One line of the pipe, with its end."""
+    fields = {"line": type(line).__name__, **asdict(line)}
+    return json.dumps(fields, default=_text_of).encode() + b"\n"
+
+
+def _text_of(value: object) -> str:
+    if isinstance(value, bytes):
+        return base64.b64encode(value).decode()
+    raise TypeError(f"{type(value).__name__} has no place in a line")
+
+
+def read_line(data: bytes) -> Line:
+    """A line of the pipe.
+
+    Raises:
+        RemoteProtocolError: It is none.
+    """
+    try:
+        fields = json.loads(data)
+        kind = _KINDS[fields.pop("line")]
+        if kind is Prepare:
+            fields["place"] = Place(**{**fields["place"], "msg_path": tuple(fields["place"]["msg_path"])})
+            fields["messages"] = tuple(LastMessage(**_with_bytes(each)) for each in fields["messages"])
+            fields["calls"] = tuple(LastCall(**_with_bytes(each)) for each in fields["calls"])
+        elif kind is Arm:
+            fields["data"] = tuple(base64.b64decode(each) for each in fields["data"])
+        elif kind is Sent:
+            fields["keys"] = tuple(fields["keys"])
+        line: Line = kind(**fields)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise RemoteProtocolError(f"no line of a watchdog's pipe: {data[:80]!r}") from error
+    return line
+
+
+def _with_bytes(fields: dict[str, Any]) -> dict[str, Any]:
+    return {**fields, "data": base64.b64decode(fields["data"])}
+
+
+class WatchTable:
+    """What is watched, and what is due now.
+
+    A watch is prepared, and armed while something moves. When the program is silent, each armed watch is due
+    at once and in some more rounds (a zero can be lost, and a cancel can overtake its goal). Once a silence
+    has been acted upon, the next one counts only after another sign of life. The end of the pipe makes every
+    armed watch due again.
+
+    Args:
+        now: When the program was heard last.
+        silence: Seconds without a sign of life after which it counts as gone.
+    """
+
+    def __init__(self, now: float, *, silence: float = SILENCE) -> None:
+        self._silence = silence
+        self._heard = now
+        self._acted = False
+        self._armed: set[int] = set()
+        self._rounds: dict[int, int] = {}
+        self._next = now
+        self.ended = False
+        """The pipe has ended."""
+
+    @property
+    def armed(self) -> tuple[int, ...]:
+        """Keys of what moves, or may."""
+        return tuple(sorted(self._armed))
+
+    def heard(self, now: float) -> None:
+        """Take note of a sign of life."""
+        self._heard, self._acted = now, False
+
+    def arm(self, key: int) -> None:
+        """Something moves."""
+        self._armed.add(key)
+        if self.ended:  # it was still being prepared
+            self._rounds[key] = ROUNDS
+
+    def disarm(self, key: int) -> None:
+        """It stands, or is over."""
+        self._armed.discard(key)
+        self._rounds.pop(key, None)
+
+    def end(self, now: float) -> None:
+        """The pipe has ended: what is armed is due now."""
+        self.ended = True
+        self._begin(now)
+
+    def _begin(self, now: float) -> None:
+        self._acted, self._next = True, now
+        self._rounds = dict.fromkeys(self._armed, ROUNDS)
+
+    def silent(self, now: float) -> float:
+        """Seconds of a silence that is to be acted upon now, once; else 0.0."""
+        seconds = now - self._heard
+        if self._acted or self.ended or not self._armed or seconds < self._silence:
+            return 0.0
+        self._begin(now)
+        return seconds
+
+    def due(self, now: float) -> tuple[int, ...]:
+        """Keys of what is to be sent now; each call is one round."""
+        if not self._rounds or now < self._next:
+            return ()
+        keys, self._next = tuple(sorted(self._rounds)), now + APART
+        self._rounds = {key: left - 1 for key, left in self._rounds.items() if left > 1}
+        return keys
+
+    def wait(self, now: float) -> float | None:
+        """Seconds until something can be due; None while nothing is armed, or all was sent."""
+        if self._rounds:
+            return max(0.0, self._next - now)
+        if self._armed and not self._acted and not self.ended:
+            return max(0.0, self._heard + self._silence - now)
+        return None

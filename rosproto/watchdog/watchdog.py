@@ -1,0 +1,352 @@
+"""The program's side of the watchdog: starts the process, tells it what is watched, shows that we live.
+
+Lines are written by one thread, so nobody else waits for the pipe: a stop only puts something into a queue.
+That thread is also the sign of life: it does not run when the program is stopped, or hangs as a whole.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import queue
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RemoteProtocolError
+from rosproto.logs import get_logger
+from rosproto.watchdog.protocol import (
+    BEAT,
+    Arm,
+    Beat,
+    Disarm,
+    Drop,
+    LastCall,
+    LastMessage,
+    Line,
+    Place,
+    Prepare,
+    Ready,
+    Sent,
+    read_line,
+    write_line,
+)
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+__all__ = ["Watch", "Watchdog"]
+
+_log = get_logger("rosproto.watchdog")
+
+READY = 2.0  # seconds that a motion waits for its watch
+FIRST = 10.0  # seconds more for the first one: the process is still starting
+END = 3.0  # seconds for the process to end by itself
+STARTS, WITHIN = 3, 30.0  # more ends of the process within so many seconds, and it is given up
+_WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
+
+
+class Watch:
+    """Something that is watched, made by `Watchdog.watch`. Its methods wait for nobody.
+
+    Attributes:
+        armed: Whether it moves now, or may.
+    """
+
+    def __init__(self, owner: Watchdog, line: Prepare) -> None:
+        self._owner = owner
+        self._line = line
+        self._told = threading.Event()
+        self.armed = line.armed
+        self._data: tuple[bytes, ...] = ()
+        self._problem: str | None = None
+
+    @property
+    def ready(self) -> bool:
+        """Whether the watchdog could stop it at once."""
+        return self._problem == ""
+
+    @property
+    def problem(self) -> str:
+        """Why it is not ready; "" when it is."""
+        return "it did not answer in time" if self._problem is None else self._problem
+
+    def arm(self, *data: bytes) -> None:
+        """It begins to move. `data` takes the place of what the messages held."""
+        self._data, self.armed = data, True
+        self._owner.tell(Arm(self._line.key, data))
+
+    def disarm(self) -> None:
+        """It stands."""
+        self.armed = False
+        self._owner.tell(Disarm(self._line.key))
+
+    def drop(self) -> None:
+        """It is over, and nothing more is to be sent for it. May be called again."""
+        self.armed = False
+        self._owner.forget(self._line.key)
+
+    def wait(self, seconds: float) -> None:
+        """Wait until the watchdog is ready for it, or has said that it is not."""
+        self._told.wait(seconds)
+
+    # -- for the watchdog
+
+    def again(self) -> tuple[Line, ...]:
+        """What a new process has to be told; it is not ready yet."""
+        self._problem = None
+        self._told.clear()
+        line = self._line
+        prepare = Prepare(line.key, line.place, line.messages, line.calls, armed=False)
+        return (prepare, Arm(line.key, self._data)) if self.armed else (prepare,)
+
+    def answered(self, problem: str) -> None:
+        """The process has answered, or cannot any more."""
+        self._problem = problem
+        self._told.set()
+
+
+class Watchdog:
+    """A process beside this one, which stops what is watched when this one is gone. Safe from any thread.
+
+    Where it cannot be started, or ends again and again, one warning says so and everything else goes on.
+
+    Args:
+        on_sent: Called with a sentence, in a thread of the library, when the watchdog has stopped everything
+            although this program lives: it did not run for a while.
+
+    Attributes:
+        pid: Number of the process; None while there is none.
+    """
+
+    def __init__(self, on_sent: Callable[[str], object] | None = None) -> None:
+        self._listeners = [] if on_sent is None else [on_sent]
+        self._keys = itertools.count(1)
+        self._watches: dict[int, Watch] = {}
+        self._lines: queue.SimpleQueue[Line | None] = queue.SimpleQueue()
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._begun_in = 0  # number of the process: in a forked child nothing of this works
+        self._began = 0.0
+        self._ends: list[float] = []
+        self._closed = self._failed = False
+        self._slow = False
+        self._threads: list[threading.Thread] = []
+
+    def __enter__(self) -> Watchdog:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process; None while there is none."""
+        return None if self._process is None else self._process.pid
+
+    def on_sent(self, callback: Callable[[str], object]) -> None:
+        """Have `callback` called, too, as the argument `on_sent`."""
+        self._listeners.append(callback)
+
+    def start(self) -> None:
+        """Start the process, so that the first motion need not wait for that. Returns at once."""
+        with self._lock:
+            if self._closed or self._failed or self._begun_in:
+                return
+            self._begun_in, self._began = os.getpid(), time.monotonic()
+            try:
+                self._process = _start()
+            except (OSError, ValueError) as error:
+                self._give_up(f"it cannot be started ({error})")
+                return
+            for name, work in (("write", self._write), ("read", self._read)):
+                thread = threading.Thread(target=work, name=f"rosproto:watchdog {name}", daemon=True)
+                thread.start()
+                self._threads.append(thread)
+
+    def watch(
+        self,
+        place: Place,
+        *,
+        messages: Sequence[LastMessage] = (),
+        calls: Sequence[LastCall] = (),
+        armed: bool = True,
+    ) -> Watch:
+        """Have something watched, and wait until the watchdog could stop it at once: call it before it moves.
+
+        Where there is no watchdog, or it is late, a warning says so once; what is returned then does nothing.
+
+        Args:
+            place: The graph, and our node there.
+            messages: What to publish when this program is gone.
+            calls: What to call then.
+            armed: It moves from now on; else `Watch.arm` says when.
+        """
+        self.start()
+        line = Prepare(next(self._keys), place, tuple(messages), tuple(calls), armed)
+        watch = Watch(self, line)
+        if self._failed or self._closed or self._begun_in != os.getpid():
+            return watch
+        self._watches[line.key] = watch
+        self.tell(line)
+        try:
+            watch.wait(max(READY, self._began + FIRST - time.monotonic()))
+        except BaseException:  # Ctrl-C: nobody gets it, and nothing will move
+            watch.drop()
+            raise
+        if not watch.ready and not self._failed and not self._slow:
+            self._slow = True
+            _log.warning("! the watchdog is not ready for this motion: %s; %s", watch.problem, _WITHOUT)
+        return watch
+
+    def tell(self, line: Line) -> None:
+        """Put a line into the pipe's queue; takes no lock, and waits for nobody."""
+        self._lines.put(line)
+
+    def forget(self, key: int) -> None:
+        """A watch is over."""
+        if self._watches.pop(key, None) is not None:
+            self.tell(Drop(key))
+
+    def close(self) -> None:
+        """End the process; what is still armed is not stopped by it. Bounded; may be called again."""
+        with self._lock:
+            self._closed = True
+        for key in list(self._watches):
+            self.forget(key)
+        process = self._process
+        if process is None or self._begun_in != os.getpid():
+            return
+        self._lines.put(None)
+        try:
+            process.wait(END)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join(END)
+        _close_pipes(process)
+
+    # -- the two threads ------------------------------------------------------------------------------------
+
+    def _write(self) -> None:
+        """Lines as they come, and a sign of life in between while something moves."""
+        while True:
+            armed = any(watch.armed for watch in list(self._watches.values()))
+            try:
+                line = self._lines.get(timeout=BEAT if armed else None)
+            except queue.Empty:
+                line = Beat()
+            pipe = self._process.stdin if self._process is not None else None
+            assert pipe is not None
+            try:
+                if line is None:
+                    pipe.close()
+                    return
+                pipe.write(write_line(line))
+                pipe.flush()
+            except (OSError, ValueError):  # it has ended; the other thread sees that, too
+                if line is None:
+                    return
+
+    def _read(self) -> None:
+        """Answers, until the process ends for good."""
+        while True:
+            process = self._process
+            assert process is not None
+            assert process.stdout is not None
+            try:
+                for data in process.stdout:
+                    self._heard(read_line(data))
+            except (RemoteProtocolError, OSError, ValueError) as error:
+                _log.debug("! %s", error)
+                process.kill()
+            code = process.wait()
+            if self._closed or not self._again(code):
+                return
+
+    def _heard(self, line: Line) -> None:
+        if isinstance(line, Ready) and (watch := self._watches.get(line.key)) is not None:
+            watch.answered(line.problem)
+        elif isinstance(line, Sent):
+            text = (
+                f"this program did not run for {line.seconds:.1f} s while something of it moved, so its "
+                "watchdog has stopped the robot"
+            )
+            _log.warning("! %s", text)
+            for listener in list(self._listeners):
+                try:
+                    listener(text)
+                except Exception:
+                    _log.exception("a callback of the watchdog failed")
+
+    def _again(self, code: int) -> bool:
+        """The process has ended without being told to: start another one; False when that is given up."""
+        now = time.monotonic()
+        self._ends = [*(end for end in self._ends if now - end < WITHIN), now]
+        how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
+        with self._lock:
+            if self._closed:
+                return False
+            if len(self._ends) > STARTS:
+                self._give_up(f"it has ended {len(self._ends)} times ({how})")
+                return False
+            try:
+                old, self._process = self._process, _start()
+            except (OSError, ValueError) as error:
+                self._give_up(f"it has ended ({how}) and cannot be started again ({error})")
+                return False
+        if old is not None:
+            _close_pipes(old)
+        _log.warning("! the watchdog process has ended (%s), and was started again", how)
+        for watch in list(self._watches.values()):
+            for line in watch.again():
+                self.tell(line)
+        return True
+
+    def _give_up(self, why: str) -> None:
+        self._failed = True
+        _log.warning("! there is no watchdog: %s; %s", why, _WITHOUT)
+        for watch in list(self._watches.values()):
+            watch.answered(why)
+
+
+def _close_pipes(process: subprocess.Popen[bytes]) -> None:
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            try:
+                pipe.close()
+            except OSError:
+                pass  # lines that it did not read any more
+
+
+def _start() -> subprocess.Popen[bytes]:
+    """The process: it has no terminal, and Ctrl-C there does not reach it.
+
+    Raises:
+        OSError, ValueError: It cannot be started.
+    """
+    if getattr(sys, "frozen", False) or not sys.executable:
+        raise OSError("this program has no Python interpreter of its own to start it with")
+    # It imports what this program would: from the same places, in the same order.
+    paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
+    flags = 0
+    if sys.platform == "win32":
+        flags = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW
+    return subprocess.Popen(
+        [sys.executable, "-m", "rosproto.watchdog"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        cwd=os.path.abspath(os.sep),
+        env={**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1"},
+        start_new_session=True,
+        creationflags=flags,
+    )

@@ -1,0 +1,193 @@
+"""What the watchdog's process does with the lines of its pipe; here it is a thread."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from rosproto.codec import encode, message_class, service_class
+from rosproto.master import Master
+from rosproto.node import Node
+from rosproto.watchdog.process import WatchdogProcess
+from rosproto.watchdog.protocol import (
+    Arm,
+    Beat,
+    Drop,
+    LastCall,
+    LastMessage,
+    Line,
+    Place,
+    Prepare,
+    Ready,
+    Sent,
+    read_line,
+    write_line,
+)
+
+TWIST = message_class("geometry_msgs/Twist")
+STAMPED = message_class("geometry_msgs/TwistStamped")
+
+
+def until(condition: Callable[[], object], seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.005)
+
+
+class Pipe:
+    """The parent's end of the pipes, and the process in a thread."""
+
+    def __init__(self, parent: Callable[[], int] | None = None) -> None:
+        theirs, ours = os.pipe()
+        answers, write = os.pipe()
+        self._out, self._in = os.fdopen(ours, "wb", 0), os.fdopen(answers, "rb")
+        self._ends = os.fdopen(theirs, "rb"), os.fdopen(write, "wb")
+        self.process = WatchdogProcess(*self._ends, parent)
+        self.thread = threading.Thread(target=self.process.run)
+        self.thread.start()
+
+    def say(self, line: Line) -> None:
+        self._out.write(write_line(line))
+
+    def answer(self) -> Line:
+        return read_line(self._in.readline())
+
+    def prepare(self, line: Prepare) -> None:
+        self.say(line)
+        assert self.answer() == Ready(line.key)
+
+    def end(self) -> None:
+        """The parent is gone."""
+        self._out.close()
+        self.thread.join(20)
+        assert not self.thread.is_alive()
+
+    def close(self) -> None:
+        self.end()
+        for each in (self._in, *self._ends):
+            each.close()
+
+
+@pytest.fixture
+def pipe() -> Iterator[Pipe]:
+    made = Pipe()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def robot() -> Iterator[Node]:
+    with (
+        Master(host="127.0.0.1", port=0) as master,
+        Node("/robot", master_uri=master.uri, rosout=False) as node,
+    ):
+        yield node
+
+
+def zero(topic: str, kind: Any = TWIST) -> LastMessage:
+    return LastMessage(topic, kind._type, kind._full_text, encode(kind()))
+
+
+def prepared(node: Node, key: int, *messages: LastMessage, armed: bool = True, **more: Any) -> Prepare:
+    return Prepare(key, Place(node.master_uri, "/program"), messages, armed=armed, **more)
+
+
+def heard_on(node: Node, topic: str, kind: Any = TWIST) -> list[Any]:
+    heard: list[Any] = []
+    node.subscriber(topic, kind, heard.append, queue_size=100)
+    return heard
+
+
+def test_a_service_is_called_until_it_answers_and_not_again(robot: Node, pipe: Pipe) -> None:
+    asked: list[bool] = []
+
+    def answer(request: Any) -> dict[str, Any]:
+        asked.append(request.data)
+        if len(asked) == 1:
+            raise ValueError("not yet")
+        return {"success": True, "message": ""}
+
+    robot.service_server("/end", "std_srvs/SetBool", answer)
+    kind: Any = service_class("std_srvs/SetBool")
+    call = LastCall("/end", "std_srvs/SetBool", encode(kind._request_class(data=True)))
+    pipe.prepare(prepared(robot, 1, calls=(call,)))
+    pipe.end()
+    assert asked == [True, True]
+
+
+def test_the_last_message_is_stamped_when_it_is_sent_and_armed_with_other_data(
+    robot: Node, pipe: Pipe
+) -> None:
+    heard = heard_on(robot, "/stamped", STAMPED)
+    pipe.prepare(prepared(robot, 1, zero("/stamped", STAMPED), armed=False))
+    frame: Any = STAMPED()
+    frame.header.frame_id = "base_link"
+    pipe.say(Arm(1, (encode(frame),)))
+    pipe.end()
+    assert abs(heard[0].header.stamp.to_sec() - time.time()) < 20.0
+    assert heard[0].header.frame_id == "base_link"
+
+
+def test_what_was_dropped_is_off_the_graph_and_gets_nothing(robot: Node, pipe: Pipe) -> None:
+    dropped, kept = heard_on(robot, "/dropped"), heard_on(robot, "/kept")
+    pipe.prepare(prepared(robot, 1, zero("/dropped")))
+    pipe.prepare(prepared(robot, 2, zero("/kept")))
+    pipe.say(Drop(1))
+    until(lambda: "/dropped" not in robot.master.get_system_state().publishers)
+    pipe.end()
+    assert not dropped
+    assert kept
+
+
+def test_a_watch_that_is_dropped_while_it_is_prepared_is_taken_back(robot: Node, pipe: Pipe) -> None:
+    heard = heard_on(robot, "/cmd_vel")
+    pipe.say(prepared(robot, 1, zero("/cmd_vel")))
+    pipe.say(Drop(1))
+    pipe.prepare(prepared(robot, 2, zero("/other")))
+    until(lambda: "/cmd_vel" not in robot.master.get_system_state().publishers)
+    pipe.end()
+    assert not heard
+
+
+def test_what_is_being_prepared_when_the_parent_ends_is_sent_all_the_same(robot: Node, pipe: Pipe) -> None:
+    heard = heard_on(robot, "/cmd_vel")
+    pipe.say(prepared(robot, 1, zero("/cmd_vel")))
+    pipe.end()
+    assert heard
+
+
+def test_it_tells_a_parent_that_was_silent_and_goes_on_watching(robot: Node, pipe: Pipe) -> None:
+    heard = heard_on(robot, "/cmd_vel")
+    pipe.prepare(prepared(robot, 1, zero("/cmd_vel")))
+    sent = pipe.answer()
+    assert isinstance(sent, Sent)
+    assert sent.keys == (1,)
+    until(lambda: len(heard) == 5)
+    pipe.say(Beat())
+    assert isinstance(pipe.answer(), Sent)
+
+
+def test_a_parent_whose_number_changes_is_gone(robot: Node) -> None:
+    number = [7]
+    pipe = Pipe(lambda: number[0])
+    heard = heard_on(robot, "/cmd_vel")
+    pipe.prepare(prepared(robot, 1, zero("/cmd_vel")))
+    number[0] = 1
+    pipe.thread.join(20)
+    assert not pipe.thread.is_alive()
+    assert len(heard) >= 5
+    pipe.close()
+
+
+def test_a_robot_that_cannot_be_reached_gets_its_zero_when_it_is_back(robot: Node, pipe: Pipe) -> None:
+    pipe.prepare(prepared(robot, 1, zero("/late")))
+    threading.Timer(1.0, lambda: heard.extend([heard_on(robot, "/late")])).start()
+    heard: list[list[Any]] = []
+    pipe.end()
+    until(lambda: heard and heard[0])
