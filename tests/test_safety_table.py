@@ -96,6 +96,12 @@ HELD_BY = {
         "test_web_live.py::test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes",
         "test_web_dead_man.py::test_a_stop_that_another_person_gives_ends_the_drive_in_zero",
         "test_web_api.py::test_stop_answers_what_stands_still",
+        "test_web_stop.py::test_a_stop_stops_first_and_complains_afterwards",
+        "test_web_stop.py::test_a_body_that_never_ends_holds_no_stop_up",
+        "test_web_stop.py::test_a_stop_begins_although_all_threads_of_requests_and_stops_wait",
+        "test_web_stop.py::test_a_stop_over_the_connection_waits_for_nothing_that_was_asked_before",
+        "test_web_api.py::test_without_the_token_nothing_but_the_page_is_shown",
+        "test_web_api.py::test_a_foreign_page_may_change_nothing",
     ),
     "SIGTERM to a program of yours": (
         "test_ends_of_programs.py::test_a_goal_of_a_killed_program_goes_on_and_another_program_can_stop_it",

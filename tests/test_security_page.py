@@ -100,6 +100,10 @@ HOLDS = {
         "scenarios/test_web_api.py::test_a_body_that_is_too_large_is_not_read",
         "scenarios/test_web_api.py::test_hostile_bodies_get_a_sentence_and_move_nothing",
     ],
+    "A stop is carried out before its body is read": [
+        "scenarios/test_web_stop.py::test_a_body_of_100_megabytes_holds_no_stop_up",
+        "scenarios/test_web_stop.py::test_a_flood_of_stops_takes_few_threads_and_the_last_one_counts",
+    ],
     "until then it costs two frames": [
         "scenarios/test_web_live.py::test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence",
         "scenarios/test_web_live.py::test_a_page_that_stops_reading_costs_no_memory",

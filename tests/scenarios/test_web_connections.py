@@ -30,7 +30,7 @@ HALVES = [
     b"\x16\x03\x01",
     b"GET /api/v1/status HT",
     b"GET /api/v1/status HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow:",
-    b"POST /api/v1/stop HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100\r\nContent-Type: application/json\r\n\r\n{",
+    b"POST /api/v1/goals HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100\r\nContent-Type: application/json\r\n\r\n{",
 ]
 RESET = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 CONNECTS = 10_000

@@ -98,6 +98,7 @@ def _say_problems(app: FastAPI) -> None:
         parts = schema["components"]["schemas"]
         parts.pop("HTTPValidationError", None)
         parts.pop("ValidationError", None)
+        parts["StopRequest"] = models.StopRequest.model_json_schema()
         parts["ProblemDocument"] = models.ProblemDocument.model_json_schema()
         content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
         for path in schema["paths"].values():

@@ -27,7 +27,7 @@ class WebContext:
         allow_driving: Whether a page may drive by velocity.
         clients: Who is connected.
         slots: The slots for connections. Unused if the application is mounted in another server.
-        stops, drives, reads: Threads for each of these purposes.
+        drives, reads: Threads for each of these purposes.
         hubs: What viewers are shown, by the robot's name.
         streams, viewers: How many are open.
         closed: True once the server is ending.
@@ -36,8 +36,7 @@ class WebContext:
     def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
         self.clients, self.slots = Clients(), ConnectionSlots()
-        self.stops, self.drives = Workers("stop", 8), Workers("drive", 8)
-        self.reads = Workers("read", 8)
+        self.drives, self.reads = Workers("drive", 8), Workers("read", 8)
         self.hubs = {name: Hub(robot, self.reads) for name, robot in self.robots.items()}
         self.streams = 0
         self.viewers = 0
@@ -60,5 +59,5 @@ class WebContext:
         self.closed = True
         for robot in self.robots.values():
             robot.close(why)
-        for workers in (self.stops, self.drives, self.reads):
+        for workers in (self.drives, self.reads):
             workers.close()

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import time
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import CookieError, SimpleCookie
@@ -54,6 +55,19 @@ def token_of(headers: dict[str, str]) -> str | None:
     return None if cookie is None else cookie.value
 
 
+_STOP = re.compile(r"/api/v1/stop|/api/v1/robots/[^/]+/stop|/robots/[^/]+/api/v1/stop")
+_LOOKS = (*_SAFE, "TRACE")
+
+
+def as_stop(scope: Scope) -> Scope | None:
+    """The request as a stop that is routed, if it means one: also with odd slashes, or with an odd method."""
+    path = re.sub("/+", "/", _path(scope)).rstrip("/")
+    if scope["method"] in _LOOKS or not _STOP.fullmatch(path):
+        return None
+    root = scope.get("root_path", "")
+    return {**scope, "path": root + path, "method": "POST", "woosh.method": scope["method"]}
+
+
 def needs_token(path: str) -> bool:
     """Whether a path needs the token. The page's own files are no secret; what the page shows is."""
     is_api = "/api/v1/" in path or path == "/openapi.json"
@@ -71,6 +85,8 @@ class SecurityMiddleware:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
+        if scope["type"] == "http":
+            scope = as_stop(scope) or scope
         headers = {key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]}
         refusal = self._refusal(scope, headers)
         key, authorized = _end_of(scope), refusal is None and self._is_authorized(scope)
@@ -98,12 +114,13 @@ class SecurityMiddleware:
             await self._app(scope, receive, send)
             return
         answer = _with_headers(scope, send)
-        if refusal is None and _announced(headers) > MOST_BODY:
+        is_stop = "woosh.method" in scope  # it bounds its body itself, after the robot was stopped
+        if refusal is None and not is_stop and _announced(headers) > MOST_BODY:
             refusal = _too_large()
         if refusal is not None:
             await _refuse(scope, refusal, answer)
             return
-        await self._app(scope, _limited(receive), answer)
+        await self._app(scope, receive if is_stop else _limited(receive), answer)
 
     def _is_authorized(self, scope: Scope) -> bool:
         """Whether the client has shown that it may send requests. Paths that are open to all do not count if

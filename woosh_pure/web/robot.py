@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,15 +24,58 @@ if TYPE_CHECKING:
     from woosh_pure.web.clients import Client
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
-__all__ = ["Robot"]
+STOP_SECONDS = 5.0
+"""Seconds that a stop watches whether the robot comes to rest."""
+
+__all__ = ["Robot", "Stops"]
 
 
-class _Stop:
-    """A stop under way, and its result."""
+class Stops:
+    """The stops of one robot. They have threads of their own, which no request and no other robot can take.
 
-    def __init__(self) -> None:
-        self.over = threading.Event()
-        self.report: StopReport | None = None
+    Each request is a stop of its own, also while another is under way: what has begun meanwhile ends, too.
+    While `MOST` are under way, the next ones wait for one of them, and are one stop.
+
+    Args:
+        stop: Stops, and tells what stands still: `(who, everything)`.
+    """
+
+    MOST = 8
+
+    def __init__(self, stop: Callable[[str, bool], StopReport]) -> None:
+        self._stop = stop
+        self._lock = threading.Lock()  # never held while anything is waited for
+        self._due: dict[bool, tuple[str, Future[StopReport]]] = {}
+        self._under_way = 0
+
+    def begin(self, who: str, everything: bool) -> Future[StopReport]:
+        """Begin a stop. Does not wait; only if no thread can be started, it stops in this one."""
+        with self._lock:
+            if everything in self._due:
+                return self._due[everything][1]
+            future: Future[StopReport] = Future()
+            future.set_running_or_notify_cancel()  # whoever gives up waiting for it does not end it
+            self._due[everything] = who, future
+            if self._under_way >= self.MOST:
+                return future
+            self._under_way += 1
+        try:
+            threading.Thread(target=self._work, name="woosh:web stop", daemon=True).start()
+        except RuntimeError:
+            self._work()
+        return future
+
+    def _work(self) -> None:
+        while True:
+            with self._lock:
+                if not self._due:
+                    self._under_way -= 1
+                    return
+                everything, (who, future) = self._due.popitem()
+            try:
+                future.set_result(self._stop(who, everything))
+            except Exception as error:
+                future.set_exception(error)
 
 
 class Robot:
@@ -61,8 +105,7 @@ class Robot:
         self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}
         self.recordings = RecordingManager(chassis, recordings)
         self._listening = False
-        self._lock = threading.Lock()
-        self._stopping: dict[bool, _Stop] = {}
+        self._stops = Stops(self._stop)
 
     def listen(self) -> None:
         """Subscribe to what the snapshot needs. Blocks the first time, until the links are connected."""
@@ -102,33 +145,21 @@ class Robot:
         if holder is not None:
             lease.renew(client.name)
 
-    def stop(self, who: str, *, everything: bool = True, timeout: float = 5.0) -> StopReport:
-        """Stop now; blocks until it is known whether the robot stands still. Requests to stop that arrive
-        meanwhile get the same answer.
-        """
+    def begin_stop(self, who: str, *, everything: bool = True) -> Future[StopReport]:
+        """Stop now. Does not wait: an open drive is over when this returns, and the rest is under way."""
         self.teleop.halt(f"{who} stopped the robot")
-        with self._lock:
-            stop = self._stopping.get(everything)
-            begins = stop is None
-            if stop is None:
-                stop = self._stopping[everything] = _Stop()
-        if begins:
-            self._stop(stop, who, everything, timeout)
-        stop.over.wait(timeout + 25.0)
-        if stop.report is None:
-            raise Problem(504, "the stop was sent, but is not confirmed: watch the robot, use its own button")
-        return stop.report
+        return self._stops.begin(who, everything)
 
-    def _stop(self, stop: _Stop, who: str, everything: bool, timeout: float) -> None:
-        entry = self.journal.begin(who, "stop")
+    def _stop(self, who: str, everything: bool) -> StopReport:
+        entry = self.journal.begin(who, "stop" if everything else "stop what is ours")
         try:
-            stop.report = report = self.chassis.stop(everything=everything, timeout=timeout)
-            state = {True: "stands still", False: "STILL MOVES", None: "not known"}[report.standing]
-            self.journal.end(entry, state, report.sentence())
-        finally:
-            with self._lock:
-                del self._stopping[everything]
-            stop.over.set()
+            report = self.chassis.stop(everything=everything, timeout=STOP_SECONDS)
+        except Exception as error:
+            self.journal.end(entry, "failed", str(error))
+            raise
+        state = {True: "stands still", False: "STILL MOVES", None: "not known"}[report.standing]
+        self.journal.end(entry, state, report.sentence())
+        return report
 
     def close(self, why: str) -> None:
         """End driving and recordings at once. The Chassis is closed by whoever opened it."""

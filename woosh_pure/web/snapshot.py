@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from woosh_pure.geometry import Pose2D, Velocity
     from woosh_pure.lease import LeaseState
     from woosh_pure.readiness.assessment import Readiness
+    from woosh_pure.stopping.report import StopReport
     from woosh_pure.values.state import Battery, RobotStatus
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "pose_part",
     "readiness_part",
     "state_parts",
+    "stop_part",
 ]
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
@@ -165,6 +167,16 @@ def lease_part(state: LeaseState, *, mine: str | None = None) -> dict[str, Any]:
         part["you"] = mine
         part["yours"] = state.holder == mine
     return part
+
+
+def stop_part(report: StopReport) -> dict[str, Any]:
+    """What a stop did."""
+    return {
+        "stands_still": report.standing,
+        "text": report.sentence(),
+        "cancelled": list(report.cancelled),
+        "problems": list(report.problems),
+    }
 
 
 def points_part(points: Iterable[tuple[float, float]]) -> list[list[float]]:

@@ -20,6 +20,7 @@ __all__ = [
     "check_command",
     "client_of",
     "context_of",
+    "name_of",
     "named_robot",
     "problems",
     "robot_of",
@@ -73,6 +74,15 @@ def client_of(request: Request) -> Client:
     if client is None:
         raise Problem(403, f"{SESSION}: this session is over; connect to api/v1/live again", "session")
     return client
+
+
+def name_of(request: Request) -> str:
+    """The name of the client, for what is never refused: a stop, or the end of something."""
+    session, address = request.headers.get(SESSION, ""), address_of(request)
+    if not session:
+        return f"program at {address}"
+    client = context_of(request).clients.by_session(session)
+    return f"page of another session at {address}" if client is None else client.name
 
 
 def check_command(request: Request, *, lease: bool = True) -> tuple[Robot, Client]:

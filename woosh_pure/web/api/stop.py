@@ -1,52 +1,149 @@
-"""POST stop, and POST pose."""
+"""POST stop. It stops first, whatever the request looks like, and complains afterwards.
+
+Who may reach the server at all (token, `Host`, `Origin`) may stop. Everything else comes second: an unknown
+session, an odd path or method, a body that makes no sense or does not come. What is ours is stopped before
+the body is read; only a body that says so, in time, leaves alone what others have started.
+"""
 
 from __future__ import annotations
 
-from functools import partial
+import asyncio
+from collections.abc import Callable
 from typing import Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import JSONResponse
+from pydantic import ValidationError
+from starlette.types import Receive
 
-from woosh_pure.geometry import Pose2D
+from woosh_pure.stopping.report import StopReport
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, check_command, client_of, context_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, context_of, name_of, problems
+from woosh_pure.web.middleware import MOST_BODY
+from woosh_pure.web.problems import MEDIA_TYPE, Problem
+from woosh_pure.web.robot import Robot
+from woosh_pure.web.snapshot import stop_part
 
 __all__ = ["router"]
 
 router = APIRouter(tags=["stop"], responses=PROBLEMS)
+BODY_SECONDS = 0.5
+"""Seconds for the body to say what not to stop; then everything is stopped."""
+ANSWER_SECONDS = 30.0
+"""Seconds after which a stop whose result is still not known is answered."""
 
 
-async def stop(request: Request, body: models.StopRequest | None = None) -> dict[str, Any]:
+async def stop(request: Request) -> Response:
     """Stop the robot. Needs no lease and is not limited. This is NO emergency stop; the answer tells whether
-    the robot stands still.
+    the robot stands still. It stops whatever the request looks like, and complains afterwards.
     """
-    robot, client = robot_of(request), client_of(request)
-    everything = True if body is None else body.everything
-    robot.teleop.halt(f"{client.name} stopped the robot")  # at once, before any thread is free
-    report = await context_of(request).stops.run(partial(robot.stop, client.name, everything=everything))
-    return {
-        "stands_still": report.standing,
-        "text": report.sentence(),
-        "cancelled": list(report.cancelled),
-        "problems": list(report.problems),
-    }
-
-
-def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
-    """Tell the robot where it is, for example after power-up."""
-    robot, client = check_command(request)
-    pose = Pose2D(body.x, body.y, body.theta).require_sensible()
-    entry = robot.journal.begin(client.name, f"set the pose to {pose}")
+    robots, complaint = _meant(request)
+    name, body = name_of(request), _Body(request)
+    begun = [] if body.is_absent else [robot.begin_stop(name, everything=False) for robot in robots]
+    if await body.asks_for_everything():
+        begun += [robot.begin_stop(name) for robot in robots]
     try:
-        robot.chassis.set_pose(pose)
-    except Exception as error:
-        robot.journal.end(entry, "failed", str(error))
-        raise
-    robot.journal.end(entry, "done", "sent; whether it has found itself there is told by its readiness")
-    return {"x": pose.x, "y": pose.y, "theta": pose.yaw}
+        report = await _over(begun)
+    finally:
+        body.close()
+    complaint = complaint or _of_method(request) or body.complaint()
+    if complaint is None:
+        return JSONResponse(stop_part(report))
+    text = f"stopped all the same: {report.sentence()}; but {complaint.text}"
+    document = {**complaint.document(request.url.path), **stop_part(report), "detail": text}
+    headers = {"connection": "close"} if complaint.status in (408, 413) else None
+    return JSONResponse(document, complaint.status, headers=headers, media_type=MEDIA_TYPE)
 
 
-router.add_api_route("/stop", stop, methods=["POST"], response_model=models.StopAnswer)
+def _meant(request: Request) -> tuple[list[Robot], Problem | None]:
+    """The robot to stop; all of them if the path names none of this server: it may have another name now."""
+    context = context_of(request)
+    try:
+        return [context.robot(request.path_params.get("robot"))], None
+    except Problem as problem:
+        return list(context.robots.values()), problem
+
+
+def _of_method(request: Request) -> Problem | None:
+    method = request.scope.get("woosh.method", "POST")
+    return None if method == "POST" else Problem(405, f"this address takes POST, not {method[:20]}")
+
+
+async def _over(begun: list[Any]) -> StopReport:
+    """What all of these stops did.
+
+    Raises:
+        Problem: It is not known in time.
+    """
+    done, late = await asyncio.wait(map(asyncio.wrap_future, begun), timeout=ANSWER_SECONDS)
+    if late:
+        raise Problem(504, "the stop was sent, but is not confirmed: watch the robot, use its own button")
+    reports = [one.result() for one in done]
+    standing = [report.standing for report in reports]
+    return StopReport(
+        False if False in standing else None if None in standing else True,
+        _each(reports, lambda report: report.cancelled),
+        _each(reports, lambda report: report.problems),
+        any(report.looked for report in reports),
+    )
+
+
+def _each(reports: list[StopReport], part: Callable[[StopReport], list[str]]) -> list[str]:
+    return list(dict.fromkeys(text for report in reports for text in part(report)))
+
+
+class _Body:
+    """The body of a stop. It is read while the robot is being stopped; only the beginning of it is kept."""
+
+    def __init__(self, request: Request) -> None:
+        headers = request.headers
+        self.is_absent = headers.get("content-length", "0") == "0" and "transfer-encoding" not in headers
+        self._kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+        self._text = b""
+        self._reading = asyncio.ensure_future(self._read(request.receive))
+
+    async def _read(self, receive: Receive) -> None:
+        more = not self.is_absent
+        while more:
+            message = await receive()
+            self._text = (self._text + message.get("body", b""))[: MOST_BODY + 1]
+            more = bool(message.get("more_body", False))
+
+    async def asks_for_everything(self) -> bool:
+        """Whether to stop what others have started, too: yes, unless the body says in time that not."""
+        await asyncio.wait([self._reading], timeout=BODY_SECONDS)
+        return self.complaint() is not None or not self._text or self._request().everything
+
+    def _request(self) -> models.StopRequest:
+        return models.StopRequest.model_validate_json(self._text)
+
+    def complaint(self) -> Problem | None:
+        """What is wrong with it."""
+        if not self._reading.done():
+            return Problem(408, "the body did not come")
+        if len(self._text) > MOST_BODY:
+            return Problem(413, f"the body is larger than {MOST_BODY} bytes")
+        if not self._text:
+            return None
+        if self._kind != "application/json":
+            return Problem(422, "the body is not sent as content-type: application/json", "invalid")
+        try:
+            self._request()
+        except ValidationError as error:
+            return Problem(422, f"the body makes no sense: {error.errors()[0]['msg']}", "invalid")
+        return None
+
+    def close(self) -> None:
+        """Read no more of it."""
+        self._reading.cancel()
+
+
+_BODY = {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/StopRequest"}}}}
 router.add_api_route(
-    "/pose", set_pose, methods=["POST"], response_model=models.Pose, responses=problems(403, 409, 422, 429)
+    "/stop",
+    stop,
+    methods=["POST"],
+    response_model=models.StopAnswer,
+    responses=problems(405, 408, 413, 422),
+    openapi_extra={"requestBody": _BODY},
 )

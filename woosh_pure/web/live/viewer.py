@@ -23,11 +23,14 @@ from woosh_pure.web.access import TokenBucket
 from woosh_pure.web.live.deadman import SILENCE, DeadMan, Verdict
 from woosh_pure.web.live.hub import STATE_PARTS, text_of
 from woosh_pure.web.problems import Problem, problem_of
-from woosh_pure.web.snapshot import lease_part
+from woosh_pure.web.snapshot import lease_part, plain, stop_part
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from starlette.websockets import WebSocket
 
+    from woosh_pure.stopping.report import StopReport
     from woosh_pure.web.clients import Client
     from woosh_pure.web.context import WebContext
     from woosh_pure.web.live.hub import Hub
@@ -69,7 +72,9 @@ class Viewer:
         self._journal = -1
         self._lease: object = None
         self._own_messages: deque[str] = deque(maxlen=32)
-        self._watched: set[str] = set()
+        self._wanted: set[str] = set()  # cameras and costmap that the page wants to see
+        self._watched: set[str] = set()  # of these, what the hub was told
+        self._is_looking = False
         self._confirmed = False
         self._dead_man = DeadMan()
         self._presses = 0
@@ -232,13 +237,19 @@ class Viewer:
             text = event.get("text")
             if text is None or len(text) > MOST_TEXT:
                 raise BadMessage(f"expected text of at most {MOST_TEXT} letters")
+            message = _document(text)
+            if message.get("t") == "stop":  # also one that is too many
+                self._stop(message.get("n"))
             if not self._pace.take(time.monotonic()):
                 raise BadMessage("more than 200 messages a second")
-            await self._handle(_document(text))
+            self._handle(message)
 
-    async def _handle(self, message: dict[str, Any]) -> None:
+    def _handle(self, message: dict[str, Any]) -> None:
+        """Nothing here waits: a beat or a stop that comes next must not wait for it."""
         kind = message.get("t")
-        if kind == "ack":
+        if kind == "stop":
+            pass  # it is on its way
+        elif kind == "ack":
             self._ack(message.get("n"))
         elif kind == "beat":
             now = time.monotonic()
@@ -251,7 +262,7 @@ class Viewer:
         elif kind == "confirm":
             self._confirmed = True
         elif kind == "look":
-            await self._look(message)
+            self._look(message)
         elif kind == "lease":
             self._ask_lease(message)
         else:
@@ -268,14 +279,39 @@ class Viewer:
         self._acked, self._heard = number, now
         self._wake.set()
 
-    async def _look(self, message: dict[str, Any]) -> None:
-        camera, costmap = message.get("camera"), message.get("costmap", "costmap" in self._watched)
+    def _stop(self, number: object) -> None:
+        """Stop for this page, which needs neither the lease nor a confirmation for it."""
+        stop = self._robot.begin_stop(self._client.name)
+        self._tell({"t": "stop", "n": plain(number), "state": "begun"})
+        self._start(self._tell_stop(stop, number))
+
+    async def _tell_stop(self, stop: Future[StopReport], number: object) -> None:
+        part: dict[str, Any] = {"stands_still": None}
+        try:
+            part.update(stop_part(await asyncio.wrap_future(stop)))
+        except Exception as error:
+            part["text"] = problem_of(error).text
+        self._tell({"t": "stop", "n": plain(number), "state": "done", **part})
+
+    def _look(self, message: dict[str, Any]) -> None:
+        camera, costmap = message.get("camera"), message.get("costmap", "costmap" in self._wanted)
         if camera not in ("color", "depth", None) or not isinstance(costmap, bool):
             raise BadMessage('look: expected camera "color", "depth" or null, and costmap true or false')
-        wanted = {what for what, on in ((camera, True), ("costmap", costmap)) if on and what}
-        for what in self._watched ^ wanted:
-            await self._hub.watch(what, what in wanted)
-        self._watched = wanted
+        self._wanted = {what for what, on in ((camera, True), ("costmap", costmap)) if on and what}
+        if not self._is_looking:
+            self._is_looking = True
+            self._start(self._follow_look())
+
+    async def _follow_look(self) -> None:
+        """Watch what is wanted; what is wanted meanwhile comes afterwards."""
+        try:
+            while changed := self._watched ^ self._wanted:
+                what = min(changed)
+                on = what in self._wanted
+                self._watched ^= {what}  # before it is waited for: at the end of `run` all of it is given up
+                await self._hub.watch(what, on)
+        finally:
+            self._is_looking = False
 
     def _ask_lease(self, message: dict[str, Any]) -> None:
         lease, me, op = self._robot.chassis.lease, self._client.name, message.get("op")
