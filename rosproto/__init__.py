@@ -10,6 +10,7 @@ Names are imported when they are first used: a program that reads a bag does not
 
 from __future__ import annotations
 
+from rosproto.errors import RosError
 from rosproto.version import __version__ as __version__
 
 TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
@@ -163,14 +164,16 @@ _SUBMODULES = (
 
 def __getattr__(name: str) -> object:
     """Import a name, or a subpackage, with its first use (PEP 562)."""
-    from importlib import import_module
-
-    if name in _MODULE_OF:
-        value: object = getattr(import_module(_MODULE_OF[name]), name)
-    elif name in _SUBMODULES:
-        value = import_module(f"{__name__}.{name}")
-    else:
+    module = _MODULE_OF.get(name) or (f"{__name__}.{name}" if name in _SUBMODULES else None)
+    if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        from importlib import import_module
+
+        found = import_module(module)
+    except OSError as error:  # the process may open no more files, not even a module
+        raise RosError(f"{__name__}.{name} cannot be loaded: {error}") from error
+    value: object = getattr(found, name) if name in _MODULE_OF else found
     globals()[name] = value
     return value
 

@@ -2,19 +2,47 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import BinaryIO
 
 from rosproto.bag.limits import BagLimits, Budget
 from rosproto.bag.remote import is_remote, open_remote
-from rosproto.errors import BagError
+from rosproto.errors import BagError, RosError
 
-__all__ = ["BagFile", "Scanning", "Unreachable"]
+__all__ = ["BagFile", "Scanning", "Unreachable", "system_errors"]
 
 Scanning = Callable[[int, int], None]
 """Called now and then while a file is searched for what it holds: bytes done, and of how many."""
+
+
+@contextmanager
+def system_errors(path: str | None) -> Iterator[None]:
+    """What the system refuses inside becomes an error of ours, its cause chained.
+
+    Not only to the bag: numpy, lz4 and the codec are imported with their first use, and a process that may
+    open no more files cannot import either.
+
+    Raises:
+        BagError: In place of an OSError or ImportError.
+    """
+    try:
+        yield
+    except RosError:
+        raise
+    except (OSError, ImportError) as problem:
+        code = getattr(problem, "errno", None)
+        what = getattr(problem, "strerror", None) or str(problem)
+        advice = (
+            "; close some, or allow more with `ulimit -n 4096`"
+            if code in (errno.EMFILE, errno.ENFILE)
+            else ""
+        )
+        name = getattr(problem, "filename", None) or getattr(problem, "path", None) or "a file"
+        raise BagError(f"{name} cannot be opened: {what}{advice}", path=path) from problem
 
 
 class Unreachable(BagError):

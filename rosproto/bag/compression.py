@@ -153,6 +153,6 @@ def keep_freed_memory() -> None:
 def _lz4() -> Any:
     try:
         import lz4.frame  # type: ignore[import-untyped]
-    except ImportError as problem:
+    except ModuleNotFoundError as problem:
         raise BagError("LZ4 chunks need the lz4 package: pip install lz4") from problem
     return lz4.frame

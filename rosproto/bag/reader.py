@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
-from rosproto.bag.bag_file import BagFile, Scanning
+from rosproto.bag.bag_file import BagFile, Scanning, system_errors
 from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
 from rosproto.bag.decoding import Takers, decoded_messages
 from rosproto.bag.index import open_index
@@ -93,7 +93,8 @@ class BagReader(RunReader):
     ) -> None:
         self._source = file if isinstance(file, BagFile) else BagFile(file, limits, scanning)
         try:
-            found = open_index(self._source)
+            with system_errors(self._source.path):
+                found = open_index(self._source)
             self._source.searched()
         except BaseException:
             self._source.close()
@@ -201,16 +202,22 @@ class BagReader(RunReader):
         self, wanted: set[int], low: int | None, high: int | None, raw: bool | str
     ) -> Iterator[tuple[str, Any, Time]]:
         view = raw == "view"
-        for run in self.runs(wanted, low, high, apart=bool(raw) and not view):
-            yield from raw_messages(run, self._known, view) if raw else decoded_messages(run, self._takers)
-            del run  # the next chunk is read into the same memory, still in the cache
+        with system_errors(self.path):
+            for run in self.runs(wanted, low, high, apart=bool(raw) and not view):
+                yield from (
+                    raw_messages(run, self._known, view) if raw else decoded_messages(run, self._takers)
+                )
+                del run  # the next chunk is read into the same memory, still in the cache
 
     def message_at(self, topic: str, time: Stamp, *, raw: bool = False) -> tuple[str, Any, Time] | None:
         """The latest message on a topic received at or before a time; None when there is none.
 
         Reads one chunk where chunks do not overlap.
         """
-        limit = to_ns(time)
+        with system_errors(self.path):
+            return self._message_at(topic, to_ns(time), raw)
+
+    def _message_at(self, topic: str, limit: int, raw: bool) -> tuple[str, Any, Time] | None:
         wanted = self._wanted(topic, None)
         best: tuple[int, ChunkData, Rows] | None = None
         chunks = [c for c in self.chunks if c.start <= limit and not wanted.isdisjoint(c.counts)]
@@ -237,9 +244,12 @@ class BagReader(RunReader):
 
         `step` is called after each chunk that has some.
         """
+        with system_errors(self.path):
+            return self._times(self._wanted(topic, None), step)
+
+    def _times(self, wanted: set[int], step: Callable[[], None] | None) -> NDArray[np.int64]:
         import numpy as np
 
-        wanted = self._wanted(topic, None)
         parts: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
         for info in self.chunks:
             if wanted.isdisjoint(info.counts):

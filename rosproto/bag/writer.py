@@ -18,7 +18,7 @@ from dataclasses import replace
 from struct import Struct, error
 from typing import Any, BinaryIO, Literal
 
-from rosproto.bag.bag_file import BagFile
+from rosproto.bag.bag_file import BagFile, system_errors
 from rosproto.bag.compression import compressor
 from rosproto.bag.contents import BagIndex
 from rosproto.bag.index import open_index
@@ -98,7 +98,8 @@ class BagWriter:
         if not 1 <= chunk_bytes <= 1 << 30:
             raise ValueError(f"chunk_bytes {chunk_bytes}: between 1 and {1 << 30} bytes")
         self._compression = compression
-        compress = compressor(compression)
+        with system_errors(os.fspath(file) if isinstance(file, (str, os.PathLike)) else None):
+            compress = compressor(compression)
         self._limit = chunk_bytes
         self._outs: dict[tuple[str, type], _Out] = {}
         self._raw_outs: dict[tuple[str, int], _Out] = {}
@@ -289,7 +290,9 @@ class BagWriter:
         if cls._type == "*":
             return self._find_out(topic, as_raw(topic, message), header)
         definition = own_text(cls, header) or cls._full_text
-        out = self._out(Connection(-1, topic, cls._type, cls._md5sum, definition, header or {}), encoder(cls))
+        with system_errors(self.path):
+            encode = encoder(cls)
+        out = self._out(Connection(-1, topic, cls._type, cls._md5sum, definition, header or {}), encode)
         if header is None:
             self._outs[topic, cls] = out
         return out, message
@@ -352,7 +355,10 @@ class BagWriter:
         if not self._parts:
             return
         info = ChunkInfo(0, 0, 0)
-        indexes = self._take_index(info)
+        try:
+            indexes = self._take_index(info)
+        except (OSError, ImportError) as problem:  # numpy cannot be loaded when no file is left to open
+            raise self._fail(problem) from problem
         parts, size = self._parts, self._size
         self._parts, self._size = [], 0
         self._chunks.add(info, size, parts, indexes)
