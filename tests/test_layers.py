@@ -14,6 +14,7 @@ LAYERS = [
     "rosproto.late",
     "rosproto.text",
     "rosproto.errors",
+    "rosproto.files",
     "rosproto.bounded_cache",
     "rosproto.logs",
     "rosproto.records",

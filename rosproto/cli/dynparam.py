@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.errors import RosTimeout
+from rosproto.files import read_text
 from rosproto.text import printable
 
 from .connection import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
@@ -227,7 +228,7 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def _load(arguments: argparse.Namespace) -> int:
-    values = load_text(Path(arguments.file).read_text("utf-8"), str(arguments.file))
+    values = load_text(read_text(arguments.file), str(arguments.file))
     if not isinstance(values, dict):
         raise CommandError(
             f"{arguments.file}: expected name: value on each line, as `dynparam dump` writes it"

@@ -9,6 +9,7 @@ from typing import Any
 
 from rosproto.codec.dicts import plain
 from rosproto.errors import MasterError
+from rosproto.files import read_file, read_stream, read_text
 from rosproto.text import printable
 
 from .connection import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
@@ -106,11 +107,13 @@ def _set(arguments: argparse.Namespace) -> int:
     if len(given) != 1:
         raise ValueError("give a value, or --textfile FILE, or --binfile FILE")
     if arguments.textfile is not None:
-        value: Any = Path(arguments.textfile).read_text("utf-8")
+        value: Any = read_text(arguments.textfile)
     elif arguments.binfile is not None:
-        value = Path(arguments.binfile).read_bytes()
+        value = read_file(arguments.binfile)
     else:
-        value = value_of(sys.stdin.read() if arguments.value == "-" else arguments.value)
+        value = value_of(
+            read_stream(sys.stdin, "standard input") if arguments.value == "-" else arguments.value
+        )
     if value is None:
         raise ValueError("a parameter cannot be nothing: give a value, or delete it")
     with master_client(arguments) as master:
@@ -165,7 +168,7 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def _load(arguments: argparse.Namespace) -> int:
-    text = sys.stdin.read() if arguments.file == "-" else Path(arguments.file).read_text("utf-8")
+    text = read_stream(sys.stdin, "standard input") if arguments.file == "-" else read_text(arguments.file)
     origin = "standard input" if arguments.file == "-" else arguments.file
     value = load_text(text, origin)
     if value is None:

@@ -7,12 +7,12 @@ import itertools
 import sys
 import time
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 from rosproto.codec import Message, message_class
 from rosproto.codec.dicts import from_dict
 from rosproto.errors import RosTimeout
+from rosproto.files import read_text
 from rosproto.time import Time
 
 from .connection import CommandError, absolute, library_for, master_client, open_node, print_json, warn
@@ -58,7 +58,7 @@ def _messages(arguments: argparse.Namespace) -> list[Any]:
     if arguments.file is None:
         values = [value_of(word) for word in arguments.values]
         return [values[0] if len(values) == 1 else values or None]
-    lines = Path(arguments.file).read_text("utf-8").splitlines(keepends=True)
+    lines = read_text(arguments.file).splitlines(keepends=True)
     found = list(load_documents(lines, arguments.file))
     if not found:
         raise CommandError(f"{arguments.file} is empty; write a message, and `---` between two")

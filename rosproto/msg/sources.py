@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import Protocol
 
 from rosproto.errors import DefinitionError
+from rosproto.files import read_file
 from rosproto.msg.parser import is_legal_base
 
 __all__ = [
@@ -57,10 +58,11 @@ class FileTree:
     def read(self, *parts: str) -> str:
         path = self.describe(*parts)
         try:
-            with open(path, "rb") as file:
-                return _text(file.read())
+            return _text(read_file(path))
         except OSError as error:
             raise DefinitionError(f"cannot be read: {error.strerror}", file=path) from error
+        except ValueError as error:
+            raise DefinitionError(str(error), file=path) from error
 
     def describe(self, *parts: str) -> str:
         return os.path.join(self.root, *parts)

@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from rosproto.files import read_text
+
 __all__ = ["Profile", "directory", "forget", "load", "mark_file", "profile_file", "save"]
 
 
@@ -68,7 +70,7 @@ def load() -> Profile | None:
     """
     try:
         path = profile_file()
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except FileNotFoundError:
         return None
     try:

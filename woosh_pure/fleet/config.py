@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from rosproto.files import read_text
 from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.geometry import Footprint
 
@@ -158,7 +159,7 @@ def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
         raise ValueError(f"{path} is a folder; expected a file of two lines, user and password")
     if os.name == "posix" and path.stat().st_mode & 0o077:
         raise ValueError(f"{path}: others may read it; run chmod 600 {path}")
-    lines = path.read_text("utf-8").splitlines()
+    lines = read_text(path).splitlines()
     if len(lines) < 2 or not lines[0]:
         raise ValueError(f"{path}: expected the user in its first line and the password in its second")
     return lines[0], lines[1]
@@ -182,7 +183,7 @@ def load_config(path: Path) -> FleetConfig:
                 'a fleet.toml needs tomli before Python 3.11: pip install ".[fleet]"', name="tomli"
             ) from error
     try:
-        data = tomllib.loads(path.read_text("utf-8"))
+        data = tomllib.loads(read_text(path))
     except UnicodeDecodeError:
         raise ValueError(f"{path} is no text in UTF-8; a fleet.toml is") from None
     except ValueError as error:

@@ -7,11 +7,13 @@ Images are PGM or PPM (plain or raw) or PNG. The three modes are read as map_ser
 from __future__ import annotations
 
 import math
+import struct
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rosproto.files import read_text
 from rosproto.numeric import decode_png, is_png
 from rosproto.typed_values import parse_value
 from woosh_pure.geometry import Pose2D
@@ -24,6 +26,9 @@ __all__ = ["read_map", "write_map"]
 _MODES = ("trinary", "scale", "raw")
 _CHANNELS = {b"P2": 1, b"P5": 1, b"P3": 3, b"P6": 3}
 _PLAIN = (b"P2", b"P3")
+_HEAD_BYTES = 1 << 16
+_SPARE_BYTES = 16 << 20  # for comments, colour profiles and the like
+_PNG_SIZE = struct.Struct(">II")
 
 
 def read_map(
@@ -93,7 +98,7 @@ def _entries(path: Path) -> dict[str, str]:
     """
     found: dict[str, list[str]] = {}  # the value, then the items with dashes below it
     key = ""
-    for line in path.read_text(encoding="utf-8-sig").splitlines():
+    for line in read_text(path, "utf-8-sig").splitlines():
         text = _without_comment(line).strip()
         if not text or text in ("---", "..."):
             continue
@@ -169,11 +174,22 @@ def _origin(value: object, path: Path) -> Pose2D:
 
 def _read_image(path: Path, limit_cells: int) -> NDArray[np.uint8]:
     """(height, width, channels) uint8."""
-    data = path.read_bytes()
     try:
+        with path.open("rb") as file:
+            data = file.read(_HEAD_BYTES)
+            data += file.read(_most_bytes(data, limit_cells))
         return decode_png(data, limit_cells) if is_png(data) else _decode_pnm(data, limit_cells)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
+
+
+def _most_bytes(head: bytes, limit_cells: int) -> int:
+    """How much may follow the first bytes of a picture: a device or a pipe may never end."""
+    if is_png(head):
+        cells: int = math.prod(_PNG_SIZE.unpack_from(head, 16)) if len(head) >= 24 else 0
+        return _SPARE_BYTES + 9 * min(cells, limit_cells)  # not even packed: 4 channels of 16 bits
+    kind, (width, height, _), _ = _pnm_head(head)
+    return _SPARE_BYTES + 6 * _CHANNELS[kind] * min(width * height, limit_cells)  # 5 digits and a blank
 
 
 def _decode_pnm(data: bytes, limit_cells: int) -> NDArray[np.uint8]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
+from rosproto.files import read_text
 from woosh_pure.geometry import Pose2D
 
 __all__ = ["MarkFile", "UserMark"]
@@ -42,7 +43,7 @@ class MarkFile:
 
     def _load(self) -> None:
         try:
-            entries = json.loads(self.path.read_text(encoding="utf-8"))
+            entries = json.loads(read_text(self.path))
             self._marks = {name: _mark(name, entry) for name, entry in entries.items()}
         except (ValueError, TypeError, AttributeError, KeyError) as error:
             example = '{"A1": {"x": 3.0, "y": 1.0, "yaw": 1.57}}'

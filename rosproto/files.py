@@ -1,0 +1,52 @@
+"""Read small files that a person named: whole, and never more than fits.
+
+A name may lead to a device or a pipe that never ends (`/dev/zero`, `/dev/full`), and `read()` would take
+memory until the system ends the program.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TextIO
+
+__all__ = ["MOST_BYTES", "read_file", "read_stream", "read_text"]
+
+MOST_BYTES = 64 << 20
+"""Of a file that is read whole, unless the caller says otherwise."""
+
+
+def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
+    """All bytes of a file.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It has more than `most` bytes, or does not end.
+    """
+    with open(path, "rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise ValueError(f"{os.fspath(path)}: more than {most} bytes; is this the right file?")
+    return data
+
+
+def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int = MOST_BYTES) -> str:
+    """All of a text file, with `\\n` at the ends of lines.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It has more than `most` bytes, does not end, or is no text.
+    """
+    text = read_file(path, most).decode(encoding)
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_stream(stream: TextIO, name: str, most: int = MOST_BYTES) -> str:
+    """All of a text that is piped in.
+
+    Raises:
+        ValueError: It has more than `most` characters, or does not end.
+    """
+    text = stream.read(most + 1)
+    if len(text) > most:
+        raise ValueError(f"{name}: more than {most} characters; is this the right input?")
+    return text

@@ -1,0 +1,84 @@
+"""Files that a person names are read whole, but a device or a pipe that never ends is not."""
+
+from __future__ import annotations
+
+import io
+import os
+import threading
+from pathlib import Path
+
+import pytest
+
+from rosproto.errors import DefinitionError
+from rosproto.files import read_file, read_stream, read_text
+from rosproto.msg.sources import FileTree
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.marks import MarkFile
+from woosh_pure.sim.site_options import site_of
+
+ENDLESS = Path("/dev/zero")
+endless = pytest.mark.skipif(not ENDLESS.exists(), reason="this system has no device that never ends")
+
+
+def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
+    """One byte more is an error that names the file."""
+    path = tmp_path / "a.txt"
+    path.write_bytes(b"one\r\ntwo\n")
+    assert read_file(path, 9) == b"one\r\ntwo\n"
+    assert read_text(path) == "one\ntwo\n"
+    with pytest.raises(ValueError, match=r"a\.txt: more than 8 bytes"):
+        read_file(path, 8)
+
+
+def test_what_is_piped_in_is_read_up_to_its_limit() -> None:
+    """Nothing is cut off in silence."""
+    assert read_stream(io.StringIO("12345"), "standard input", 5) == "12345"
+    with pytest.raises(ValueError, match="standard input: more than 4 characters"):
+        read_stream(io.StringIO("12345"), "standard input", 4)
+
+
+@endless
+def test_what_never_ends_is_refused(tmp_path: Path) -> None:
+    """Maps, their pictures, marks and definitions."""
+    with pytest.raises(ValueError, match="/dev/zero: more than"):
+        GridMap.load(ENDLESS)
+    with pytest.raises(ValueError, match="/dev/zero: more than"):
+        site_of(ENDLESS)
+    (tmp_path / "map.yaml").write_text("image: /dev/zero\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    with pytest.raises(ValueError, match="neither PGM, PPM"):
+        GridMap.load(tmp_path / "map.yaml")
+    with pytest.raises(ValueError, match="/dev/zero"):
+        MarkFile(ENDLESS)
+    (tmp_path / "Endless.msg").symlink_to(ENDLESS)
+    with pytest.raises(DefinitionError, match="more than"):
+        FileTree(str(tmp_path)).read("Endless.msg")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize(
+    "head", [b"P5\n4 4\n255\n", b"P2\n4 4\n255\n", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\4\0\0\0\4"]
+)
+def test_a_picture_that_never_ends_is_read_as_far_as_its_head_says(tmp_path: Path, head: bytes) -> None:
+    """A pipe that always gives more: the reader is done, and its writer is told so."""
+    pipe = tmp_path / "map.pgm"
+    os.mkfifo(pipe)
+    (tmp_path / "map.yaml").write_text("image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+
+    def write() -> None:
+        with pipe.open("wb", buffering=0) as file:
+            file.write(head)
+            try:
+                while True:
+                    file.write(b"1 " * 32768)
+            except BrokenPipeError:
+                pass
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    if head.startswith(b"P"):
+        assert GridMap.load(tmp_path / "map.yaml").width == 4
+    else:
+        with pytest.raises(ValueError, match="PNG picture is cut short"):
+            GridMap.load(tmp_path / "map.yaml")
+    writer.join(10)
+    assert not writer.is_alive()
