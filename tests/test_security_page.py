@@ -322,7 +322,12 @@ HOLDS = {
         "unit/fleet/messages/test_parsing.py::test_any_value_at_any_place_is_read_or_invalid",
         "unit/fleet/order/test_rejection.py::test_a_malformed_order_is_a_validation_error",
     ],
-    "an order of more than 1000 nodes, and what comes while 100 messages wait": [
+    "a flood takes no room from `cancelOrder` and `startPause`": [
+        "unit/fleet/test_inbox.py::test_whatever_comes_the_last_of_each_stop_is_kept",
+        "interop/fleet/test_floods.py::test_a_cancel_behind_a_flood_of_requests_is_obeyed",
+    ],
+    "64 messages that stop, 32 of other instant actions, 8 orders, 4 that do not fit": [
+        "unit/fleet/test_inbox.py::test_a_full_lane_drops_what_comes_and_counts_it",
         "unit/fleet/messages/test_parsing.py::test_what_is_no_object_of_json_is_invalid",
         "unit/fleet/messages/test_parsing.py::test_an_order_of_too_many_nodes_is_invalid",
         "unit/fleet/test_vehicle.py::test_a_flood_of_messages_is_bounded",

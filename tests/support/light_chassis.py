@@ -46,13 +46,15 @@ class Handle:
         self.goal = (x, y)
         self._ended = threading.Event()
         self.arrived = False
+        self.ended_at = 0.0
 
     @property
     def done(self) -> bool:
         return self._ended.is_set()
 
     def end(self, arrived: bool) -> None:
-        self.arrived = arrived
+        if not self.done:
+            self.arrived, self.ended_at = arrived, time.monotonic()
         self._ended.set()
 
     def cancel(self) -> None:

@@ -1,19 +1,75 @@
-"""What other threads leave for the one that owns the order machine: messages, calls, flags, and due times."""
+"""What other threads leave for the one that owns the order machine: messages, calls, flags, and due times.
+
+Messages wait in lanes, each with a room of its own, so that no flood takes the place of what stops the robot:
+
+    lane        what                                      room   when it is full
+    -----------------------------------------------------------------------------------------------------------
+    STOP        cancelOrder, startPause                     64   one whose kind comes again later makes room
+    INSTANT     other instant actions                       32   the new one is dropped
+    ORDER       orders and updates                           8   the new one is dropped
+    MALFORMED   what does not fit                            4   the new one is dropped
+
+A lane is about room, not about rank: messages are read in the order in which they came, so that a cancel
+never overtakes the order that it is for. At most 44 others stand before a stop. What is dropped is counted.
+"""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections import deque
-from collections.abc import Callable
-from typing import NamedTuple
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
 
+from woosh_pure.fleet.messages.elements import InstantActions, Order
+from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.order.effects import Effect
 
-__all__ = ["MOST_MESSAGES", "Inbox", "Left"]
+__all__ = ["MOST_MESSAGES", "ROOM", "Inbox", "Lane", "Left", "Malformed", "Message", "lane_of"]
 
-MOST_MESSAGES = 100
-"""Messages of a fleet manager that wait; more are dropped, counted and logged."""
+
+class Lane(Enum):
+    """Where a message waits; the value says in words what waits there."""
+
+    STOP = "cancelOrder or startPause"
+    INSTANT = "other instant actions"
+    ORDER = "orders"
+    MALFORMED = "messages that do not fit"
+
+
+ROOM = {Lane.STOP: 64, Lane.INSTANT: 32, Lane.ORDER: 8, Lane.MALFORMED: 4}
+"""Messages that wait in each lane."""
+MOST_MESSAGES = sum(ROOM.values())
+"""Messages of a fleet manager that wait."""
+
+
+@dataclass(frozen=True, slots=True)
+class Malformed:
+    """A message that does not fit, with whatever of it can be read."""
+
+    topic: str
+    data: Mapping[str, Any]
+    error: Invalid
+
+
+Message = Order | InstantActions | Malformed
+
+
+def lane_of(message: Message) -> Lane:
+    """The lane of a message."""
+    if isinstance(message, Malformed):
+        return Lane.MALFORMED
+    if isinstance(message, Order):
+        return Lane.ORDER
+    return Lane.STOP if _stops(message) else Lane.INSTANT
+
+
+def _stops(message: Message) -> set[str]:
+    """The actions of a message that stop the vehicle, by their types."""
+    actions = message.actions if isinstance(message, InstantActions) else ()
+    return {action.type for action in actions} & {"cancelOrder", "startPause"}
 
 
 class Left(NamedTuple):
@@ -22,12 +78,12 @@ class Left(NamedTuple):
     Attributes:
         flags: What has changed, by a word.
         calls: To be made in their order; each gives effects of the order machine.
-        messages: (topic, payload) pairs of the fleet manager.
+        message: The oldest message of the fleet manager that waits; None where there is none.
     """
 
     flags: set[str]
     calls: list[Callable[[], list[Effect]]]
-    messages: list[tuple[str, bytes]]
+    message: Message | None
 
 
 class Inbox:
@@ -35,18 +91,19 @@ class Inbox:
 
     Attributes:
         due: When something is to be done, by the monotonic clock; the reader's own.
-        dropped: Messages for which there was no room.
+        dropped: Messages for which there was no room, by lane.
         closed: Nothing is read any more.
     """
 
     def __init__(self) -> None:
         self.due: dict[str, float] = {}
-        self.dropped = 0
+        self.dropped: Counter[Lane] = Counter()
         self.closed = False
         self._wake = threading.Condition()
         self._flags: set[str] = set()
         self._calls: deque[Callable[[], list[Effect]]] = deque()
-        self._messages: deque[tuple[str, bytes]] = deque()
+        self._waiting: list[tuple[Lane, Message]] = []  # in the order in which they came
+        self._count: Counter[Lane] = Counter()
 
     def flag(self, name: str) -> None:
         """Say that something has changed."""
@@ -60,20 +117,43 @@ class Inbox:
             self._calls.append(call)
             self._wake.notify_all()
 
-    def add_message(self, topic: str, payload: bytes) -> bool:
-        """Leave a message; False when there is no room for it."""
+    def add_message(self, message: Message) -> bool:
+        """Leave a message; False when another one of its kind or it itself is dropped for want of room."""
+        lane = lane_of(message)
         with self._wake:
-            if len(self._messages) >= MOST_MESSAGES:
-                self.dropped += 1
-                return False
-            self._messages.append((topic, payload))
+            room = self._count[lane] < ROOM[lane]
+            if not room:
+                self.dropped[lane] += 1
+                self._flags.add("dropped")
+                if lane is Lane.STOP:
+                    self._make_room_for_stop(message)
+            if room or lane is Lane.STOP:
+                self._waiting.append((lane, message))
+                self._count[lane] += 1
             self._wake.notify_all()
-            return True
+            return room
+
+    def _make_room_for_stop(self, message: Message) -> None:
+        """Drop the oldest stop whose kinds come again behind it. There is one: kinds are two, stops many."""
+        behind, oldest = _stops(message), -1
+        for n in reversed(range(len(self._waiting))):
+            lane, each = self._waiting[n]
+            if lane is Lane.STOP:
+                if _stops(each) <= behind:
+                    oldest = n
+                behind |= _stops(each)
+        del self._waiting[oldest]
+        self._count[Lane.STOP] -= 1
 
     @property
     def waiting_messages(self) -> int:
         """How many messages have not been read."""
-        return len(self._messages)
+        return len(self._waiting)
+
+    @property
+    def stop_waits(self) -> bool:
+        """Whether a message that stops the vehicle has not been read."""
+        return self._count[Lane.STOP] > 0
 
     def close(self) -> bool:
         """Wake the reader up for the last time; False when that was done before."""
@@ -85,15 +165,18 @@ class Inbox:
     def wait(self) -> Left | None:
         """Wait until something is left or due, and take it; None when the inbox is closed."""
         with self._wake:
-            while not (self.closed or self._flags or self._calls or self._messages):
+            while not (self.closed or self._flags or self._calls or self._waiting):
                 wait = min(self.due.values()) - time.monotonic()
                 if wait <= 0.0:
                     break
                 self._wake.wait(wait)
             if self.closed:
                 return None
-            left = Left(self._flags, list(self._calls), list(self._messages))
+            message = None
+            if self._waiting:
+                lane, message = self._waiting.pop(0)
+                self._count[lane] -= 1
+            left = Left(self._flags, list(self._calls), message)
             self._flags = set()
             self._calls.clear()
-            self._messages.clear()
             return left

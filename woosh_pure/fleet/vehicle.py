@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,7 @@ from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
 from woosh_pure.fleet.driving_lease import DrivingLease
 from woosh_pure.fleet.equipment import equipment_of
-from woosh_pure.fleet.inbox import Inbox, Left
+from woosh_pure.fleet.inbox import Inbox, Lane, Left, Malformed, Message
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.header import check_header
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
@@ -32,7 +33,7 @@ from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
 from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
-from woosh_pure.fleet.order.errors import Problem
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.machine import OrderMachine
 from woosh_pure.fleet.order_storage import OrderStorage
 from woosh_pure.fleet.outline import outline_of
@@ -51,6 +52,8 @@ STATE_EVERY = 25.0
 """Seconds between two states at most; the standard asks for 30."""
 _AGAIN_SECONDS = 1.5  # until the state is told once more after the connection has come back
 _DISK_SECONDS = 2.0  # between two tries of a disk that is full, or cannot be written
+_TOGETHER_SECONDS = 0.2  # for which messages that wait are answered by one state
+_DROPPED_SECONDS = 5.0  # between two looks whether more messages were dropped
 _FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
 _END_SECONDS = 10.0  # for the thread to end
 _STOP_SECONDS = 4.0
@@ -96,6 +99,9 @@ class Vehicle:
         self._lost = False
         self._moving = False
         self._was_blocked = ""
+        self._owed = False  # the state has changed, and was not told
+        self._told = 0.0
+        self._told_dropped: Counter[Lane] = Counter()
 
     # -- life ------------------------------------------------------------------------------------------------
 
@@ -170,7 +176,7 @@ class Vehicle:
     @property
     def dropped(self) -> int:
         """Messages of the fleet manager that came faster than they were read."""
-        return self._inbox.dropped
+        return self._inbox.dropped.total()
 
     def trigger(self, name: str) -> int:
         """Somebody has pressed the button: every waitForTrigger of this type that waits now is over.
@@ -200,10 +206,19 @@ class Vehicle:
     # -- from other threads ----------------------------------------------------------------------------------
 
     def _on_message(self, topic: str, payload: bytes) -> None:
-        if not self._inbox.add_message(topic, payload) and self._inbox.dropped == 1:
-            _log.warning(
-                "! %s: messages come faster than they are read; some are dropped", self.config.prefix
-            )
+        _log.debug("< %s %s, %d bytes", self.config.prefix, topic, len(payload))
+        if self._journal is not None:
+            self._journal.note(f"< {topic} {payload[:300]!r}")
+        self._inbox.add_message(self._read(topic, payload))
+
+    def _read(self, topic: str, payload: bytes) -> Message:
+        data: Mapping[str, Any] = {}
+        try:
+            data, ours = parse(payload), self.config
+            check_header(data, version=ours.version, manufacturer=ours.manufacturer, serial=ours.serial)
+            return read_order(data) if topic == "order" else read_instant_actions(data)
+        except Invalid as error:
+            return Malformed(topic, data, error)
 
     def _on_connected(self, connected: bool) -> None:
         if connected:
@@ -247,15 +262,19 @@ class Vehicle:
                 _log.exception("! %s: a failure of our own; the vehicle goes on", self.config.prefix)
 
     def _handle(self, left: Left) -> None:
-        flags, calls, messages = left
+        flags, calls, message = left
         if "lease" in flags:
             self._lease.hand_over()
-        if flags & {"told", "moved", "lease"} or messages:
+        if flags & {"told", "moved", "lease"} or message is not None:
             self._refresh(full=bool(flags & {"told", "lease"}) or not self.facts.located)
         for call in calls:
             self._carry_out(call())
-        for topic, payload in messages:
-            self._carry_out(self._receive(topic, payload))
+        if message is not None:
+            self._carry_out(self._receive(message))
+        if "dropped" in flags and "dropped" not in self._due:
+            self._due["dropped"] = 0.0
+        if self._owed and not self._inbox.waiting_messages:
+            self._tell()
         if "connected" in flags or "described" in flags:
             self._factsheet()
         if "connected" in flags:
@@ -266,20 +285,27 @@ class Vehicle:
             self._moving = self.facts.moving
             self._publish()
 
-    def _receive(self, topic: str, payload: bytes) -> list[Effect]:
-        data: Mapping[str, Any] = {}
-        if self._journal is not None:
-            self._journal.note(f"< {topic} {payload[:300]!r}")
-        _log.debug("< %s %s, %d bytes", self.config.prefix, topic, len(payload))
-        try:
-            data = parse(payload)
-            ours = self.config
-            check_header(data, version=ours.version, manufacturer=ours.manufacturer, serial=ours.serial)
-            if topic == "order":
-                return self._take(read_order(data))
-            return self._machine.receive_instant(read_instant_actions(data))
-        except Invalid as error:
-            return self._machine.receive_malformed(data, error, topic)
+    def _receive(self, message: Message) -> list[Effect]:
+        if isinstance(message, Order):
+            return self._take(message)
+        if isinstance(message, Malformed):
+            return self._machine.receive_malformed(message.data, message.error, message.topic)
+        return self._machine.receive_instant(message)
+
+    def _tell_dropped(self) -> None:
+        """What was not read is told as an error, until nothing more was dropped for a while."""
+        dropped = self._inbox.dropped
+        if dropped == self._told_dropped:
+            del self._due["dropped"]
+            self._carry_out(self._machine.set_problem("dropped", None))
+            return
+        counted = ", ".join(f"{lane.value}: {n}" for lane, n in dropped.items())
+        text = f"messages came faster than they are read, and were dropped since the start: {counted}"
+        _log.warning("! %s: %s", self.config.prefix, text)
+        hint = "send less at a time, and wait for the state that answers"
+        problem = Problem(ErrorType.DROPPED, text, (), Level.WARNING, hint)
+        self._due["dropped"], self._told_dropped = time.monotonic() + _DROPPED_SECONDS, dropped.copy()
+        self._carry_out(self._machine.set_problem("dropped", problem))
 
     def _take(self, order: Order) -> list[Effect]:
         """What is acknowledged is there after a restart: the disk takes an order before the machine does."""
@@ -318,6 +344,8 @@ class Vehicle:
             elif name == "visualization":
                 self._due[name] = now + self.config.visualization
                 self._publisher.send_visualization(self.facts)
+            elif name == "dropped":
+                self._tell_dropped()
             elif name == "disk":
                 del self._due[name]
                 self._save()
@@ -345,23 +373,38 @@ class Vehicle:
     # -- effects ---------------------------------------------------------------------------------------------
 
     def _carry_out(self, effects: list[Effect]) -> None:
+        # What stops waits for no disk and no broker.
+        for effect in effects:
+            if isinstance(effect, Halt):
+                self._driver.halt(effect.token)
+            elif isinstance(effect, End):
+                self._actions.end(effect.action_id)
         if any(isinstance(effect, Changed) for effect in effects):
-            self._lease.hold(self._machine.executing)
-            self._save()
-            self._publish()
+            self._owed = True
+            if all(isinstance(effect, Changed) for effect in effects) and self._busy():
+                return  # nothing follows from it: the next state tells it, too
+            self._tell()
         for effect in effects:
             if isinstance(effect, Drive):
                 self._driver.drive(effect)
-            elif isinstance(effect, Halt):
-                self._driver.halt(effect.token)
             elif isinstance(effect, Begin):
                 self._actions.begin(effect)
-            elif isinstance(effect, End):
-                self._actions.end(effect.action_id)
             elif isinstance(effect, Retry):
                 self._due["retry"] = time.monotonic() + effect.after
             elif isinstance(effect, Factsheet):
                 self._factsheet()
+
+    def _busy(self) -> bool:
+        """Whether what has changed may be told with the next message: a stop waits, or many messages do."""
+        waits = self._inbox.waiting_messages > 0 and time.monotonic() < self._told + _TOGETHER_SECONDS
+        return self._inbox.stop_waits or waits
+
+    def _tell(self) -> None:
+        """Put what has changed on disk, then tell it."""
+        self._owed, self._told = False, time.monotonic()
+        self._lease.hold(self._machine.executing)
+        self._save()
+        self._publish()
 
     def _action_ended(self, action_id: str, ok: bool, text: str) -> list[Effect]:
         self._actions.forget(action_id)

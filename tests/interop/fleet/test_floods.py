@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +13,7 @@ from typing import Any
 import pytest
 
 from tests.support.fleet_master import Master, came_back, errors, order_over, statuses
+from tests.support.fleet_peers import ROOT
 from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
@@ -69,6 +72,27 @@ def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
     assert 0 < errors(found).count("validationError") <= 20
     obeys(master, "after")
     assert memory() - before < 100.0
+
+
+@pytest.mark.parametrize(("requests", "rate"), [(300, 0), (3000, 1000)])
+def test_a_cancel_behind_a_flood_of_requests_is_obeyed(hall: Any, requests: int, rate: int) -> None:
+    """300 at once and the cancel behind them; 1000 a second and the cancel among them. What was dropped is told."""
+    broker, master, ours = hall
+    ours.chassis.speed = 0.03
+    master.send("order", order_over("one", "n1 n2"))
+    master.until(lambda s: s["driving"])
+    numbers = [str(broker.port), master.prefix, str(requests), str(rate)]
+    flood = [sys.executable, "-m", "tests.support.fleet_flood", *numbers]
+    with subprocess.Popen(flood, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        assert process.stdout is not None
+        sent = float(process.stdout.readline())
+        drive = ours.chassis.drive
+        drive.wait(10.0)
+        assert drive.done, f"it drives on {time.monotonic() - sent:.1f} s after the cancel"
+        print(f"stopped {drive.ended_at - sent:.2f} s after the cancel, {ours.dropped} messages dropped")
+    found = master.until(lambda s: statuses(s).get("stop") == "FINISHED" and not s["nodeStates"], 30.0)
+    if ours.dropped:
+        assert "messagesDropped" in errors(found)
 
 
 def resent(master: Master) -> bool:

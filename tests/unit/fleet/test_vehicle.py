@@ -16,16 +16,16 @@ pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
 
 def test_a_flood_of_messages_is_bounded() -> None:
-    """Beyond a hundred that wait they are dropped, and counted."""
-    from woosh_pure.fleet.inbox import MOST_MESSAGES
+    """Beyond the room of their lane they are dropped, and counted."""
+    from woosh_pure.fleet.inbox import ROOM, Lane
     from woosh_pure.fleet.vehicle import Vehicle
 
     config = VehicleConfig(manufacturer="W", serial="1")
     vehicle = Vehicle(Chassis("127.0.0.1:1"), config, Broker("mqtt://127.0.0.1:1"))
-    for _ in range(3 * MOST_MESSAGES):
+    for _ in range(100):
         vehicle._on_message("order", b"{}")
-    assert vehicle._inbox.waiting_messages == MOST_MESSAGES
-    assert vehicle.dropped == 2 * MOST_MESSAGES
+    assert vehicle._inbox.waiting_messages == ROOM[Lane.MALFORMED]
+    assert vehicle.dropped == 100 - ROOM[Lane.MALFORMED]
 
 
 def test_a_pose_that_changes_nothing_wakes_nobody() -> None:

@@ -32,6 +32,7 @@ class ErrorType:
     LOCALISATION = "localizationError"
     ROBOT_LOST = "robotLost"  # the chassis does not answer any more
     STORAGE = "storageError"  # orders cannot be kept on disk
+    DROPPED = "messagesDropped"  # they came faster than they are read
     CHASSIS = "chassisError"  # a fault that the chassis tells
 
 

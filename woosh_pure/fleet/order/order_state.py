@@ -23,6 +23,9 @@ __all__ = ["OrderState", "without"]
 
 MOST_ACTION_STATES = 1000
 """Ended actions that are remembered; one that runs is never forgotten."""
+MOST_REQUESTS = 32
+"""Ended requests for a state or the factsheet that are remembered."""
+REQUESTS = ("stateRequest", "factsheetRequest")
 
 State = TypeVar("State", bound="OrderState")
 
@@ -147,7 +150,11 @@ class OrderState:
         self.forget_old_actions()
 
     def forget_old_actions(self) -> None:
-        """Keep as many action states as there may be."""
+        """Keep as many action states as there may be. Each state message has them all, so that those of mere
+        requests are soon forgotten."""
+        requests = [a for a in self.action_states if a.action.type in REQUESTS and a.status.final]
+        if len(requests) > MOST_REQUESTS:
+            self.action_states = without(self.action_states, requests[:-MOST_REQUESTS])
         over = len(self.action_states) - MOST_ACTION_STATES
         if over > 0:
             old = [each for each in self.action_states if each.status.final][:over]

@@ -1,0 +1,99 @@
+"""The lanes in which messages of a fleet manager wait: what stops always has room."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from tests.support.fleet import action, instant, order_json
+from woosh_pure.fleet.inbox import MOST_MESSAGES, ROOM, Inbox, Lane, Malformed, Message, lane_of
+from woosh_pure.fleet.messages.elements import InstantActions
+from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
+from woosh_pure.fleet.messages.schema import Invalid
+
+ORDER = read_order(order_json())
+MALFORMED = Malformed("order", {}, Invalid("", "an object", 3))
+
+
+def told(*kinds: str, name: str = "x") -> InstantActions:
+    return read_instant_actions(instant(*(action(f"{name}{n}", kind) for n, kind in enumerate(kinds))))
+
+
+def read(inbox: Inbox) -> list[Message]:
+    """What waits."""
+    found = []
+    while inbox.waiting_messages:
+        left = inbox.wait()
+        assert left is not None
+        assert left.message is not None
+        found.append(left.message)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("message", "lane"),
+    [
+        (ORDER, Lane.ORDER),
+        (MALFORMED, Lane.MALFORMED),
+        (told("stateRequest"), Lane.INSTANT),
+        (told("stopPause"), Lane.INSTANT),
+        (told("startPause"), Lane.STOP),
+        (told("beep", "cancelOrder"), Lane.STOP),
+    ],
+)
+def test_each_message_has_its_lane(message: Message, lane: Lane) -> None:
+    """One that stops among others makes all of the message a stop."""
+    assert lane_of(message) is lane
+
+
+@pytest.mark.parametrize("message", [ORDER, MALFORMED, told("stateRequest")])
+def test_a_full_lane_drops_what_comes_and_counts_it(message: Message) -> None:
+    """And takes nothing from another lane."""
+    inbox, lane = Inbox(), lane_of(message)
+    taken = [inbox.add_message(message) for _ in range(500)]
+    assert taken.count(True) == inbox.waiting_messages == ROOM[lane]
+    assert inbox.dropped == {lane: 500 - ROOM[lane]}
+    left = inbox.wait()
+    assert left is not None
+    assert left.flags == {"dropped"}
+    for other in (ORDER, MALFORMED, told("stateRequest"), told("cancelOrder")):
+        assert inbox.add_message(other)
+
+
+def test_messages_are_read_in_the_order_in_which_they_came() -> None:
+    """A cancel never overtakes the order that it is for."""
+    inbox = Inbox()
+    sent = [
+        told("stateRequest"),
+        ORDER,
+        told("cancelOrder"),
+        MALFORMED,
+        told("startPause"),
+        told("stopPause"),
+    ]
+    for message in sent:
+        inbox.add_message(message)
+    assert read(inbox) == sent
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_whatever_comes_the_last_of_each_stop_is_kept(seed: int) -> None:
+    """In a flood of everything, stops too: the newest cancel and the newest pause are read, and nothing is
+    beyond its bound."""
+    chance = random.Random(seed)
+    inbox, last = Inbox(), dict[str, InstantActions]()
+    for n in range(1000):
+        kinds = chance.choice(
+            (("cancelOrder",), ("startPause",), ("startPause", "cancelOrder"), ("beep",), ())
+        )
+        message = told(*kinds, name=f"n{n}-") if kinds else chance.choice((ORDER, MALFORMED))
+        inbox.add_message(message)
+        assert inbox.waiting_messages <= MOST_MESSAGES
+        if isinstance(message, InstantActions):
+            last |= {kind: message for kind in kinds if kind != "beep"}
+    found = read(inbox)
+    assert [message for message in found if message is last["cancelOrder"]]
+    assert [message for message in found if message is last["startPause"]]
+    assert not inbox.stop_waits
+    assert inbox.dropped.total() == 1000 - len(found)
