@@ -25,6 +25,8 @@ PUBLIC_IN_SPITE = frozenset(
     [
         # Of a message class: all names without an underscore are for its fields. What it documents is public.
         *re.findall(r"^ {8}(_\w+):", Message.__doc__ or "", re.MULTILINE),
+        # Given to each message class when it is made: its decoders.
+        *("_decode", "_whole"),
         # Of genpy: AnyMsg, messages, and services.
         *("_buff", "_check_types", "_get_types", "_request_class", "_response_class"),
         # Of the standard library, which documents them.
@@ -203,6 +205,48 @@ def test_the_watch_sees_a_reach(text: str) -> None:
 def test_the_watch_lets_a_file_use_what_is_its_own(text: str) -> None:
     """Two objects of one class, and a function beside its class, may know each other."""
     assert list(reaches(read(text, "rosproto.right"))) == []
+
+
+OF_LIBRARIES = {
+    "rosproto.cli.parser": {"_actions", "_add_container_actions", "_option_string_actions", "_print_message"},
+    "rosproto.gateway.foxglove.channels": {"_channels_by_id"},
+    "woosh_pure.fleet.mqtt.client": {"_in_packet"},
+}
+"""Private parts of libraries (argparse, foxglove-sdk, paho) that are still used. This list only shrinks."""
+
+
+def of_libraries(source: Source) -> set[str]:
+    """Private names of a class that no file of ours defines, and those that a constant spells for `getattr`."""
+    found = set()
+    for node in ast.walk(source.tree):
+        if isinstance(node, ast.Attribute) and private(node.attr) and own_object(node.value):
+            found.add(node.attr)
+        elif isinstance(node, ast.Assign) and re.fullmatch(r"'_[a-z]\w*[a-z]'", ast.unparse(node.value)):
+            found.add(ast.literal_eval(node.value))
+    folders = {part for module in project() for part in module.split(".")}
+    return found - inherited(source) - PUBLIC_IN_SPITE - folders
+
+
+@pytest.mark.parametrize("module", sorted(project()))
+def test_a_file_uses_no_private_part_of_a_library(module: str) -> None:
+    """A library is used by its public face. What a file no longer uses is taken off the list."""
+    assert of_libraries(project()[module]) == OF_LIBRARIES.get(module, set())
+
+
+def test_the_list_names_files_that_are_there() -> None:
+    assert set(OF_LIBRARIES) <= set(project())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import paho\nclass A(paho.Client):\n    def f(self): return self._in_packet",
+        "import argparse\nclass A(argparse.ArgumentParser):\n    def f(self): self._actions.clear()",
+        "TABLE = '_channels_by_id'\ndef f(x): return getattr(x, TABLE)",
+    ],
+)
+def test_the_watch_sees_a_reach_into_a_library(text: str) -> None:
+    assert len(of_libraries(read(text, "rosproto.wrong"))) == 1
 
 
 if __name__ == "__main__":  # python -m tests.test_privacy: every reach, and how many each folder has

@@ -25,7 +25,13 @@ class Compression:
 
 
 class BagInfo:
-    """The part of a Bag that answers questions, also when it is closed."""
+    """The part of a Bag that answers questions, also when it is closed; Bag has these."""
+
+    _closed: bool
+    _filename: "str | None"
+
+    def _readable(self) -> BagReader:
+        raise NotImplementedError
 
     @contextmanager
     def _reader_of_facts(self):
