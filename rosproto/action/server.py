@@ -11,7 +11,6 @@ Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_server.py a
 from __future__ import annotations
 
 import itertools
-import sys
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -22,7 +21,6 @@ from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
-from rosproto.node.call_site import CallSite
 from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
 from rosproto.time import Time
 from rosproto.transport.clock import SYSTEM, Clock
@@ -116,7 +114,6 @@ class ActionServer:
         clock: Clock = SYSTEM,
     ) -> None:
         self._node = node
-        self._site = CallSite(sys._getframe(1))
         self._handler = handler
         self._check = check
         self._concurrent = concurrent
@@ -206,7 +203,6 @@ class ActionServer:
     # -- what arrives ------------------------------------------------------------------------
 
     def _on_goal(self, message: Any) -> None:
-        self._site.wait()  # a goal may arrive before the program has returned from making this server
         header = message._connection_header or {}
         stamp = message.goal_id.stamp
         if not stamp:

@@ -8,7 +8,6 @@ as a callable; nothing below this file names `Node`.
 
 from __future__ import annotations
 
-import sys
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -18,7 +17,6 @@ from rosproto import names
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
 from rosproto.node import closing, options
-from rosproto.node.call_site import CallSite
 from rosproto.node.context import Context
 from rosproto.node.events import Event
 from rosproto.node.graph.endpoints import open_endpoints
@@ -238,7 +236,6 @@ class Node:
         on_disconnect: Callable[[str], object] | None = None,
         header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
-        site: CallSite | None = None,
     ) -> Publisher:
         """Publish a topic; registered at the master when this returns.
 
@@ -248,14 +245,14 @@ class Node:
                 that does not know what it sends (only subscribers of any type get it, as with rospy).
             latch: A subscriber that comes later gets the last message.
             queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
-            on_connect: Called with the caller id of each new subscriber, in a thread of the library.
+            on_connect: Called with the caller id of each new subscriber, in a thread of the library; perhaps
+                before this has returned.
             on_disconnect: The same for each subscriber that has left, not when this publisher is closed.
             header: Called for each new subscriber; what it returns is said to it besides the usual fields
                 of a connection header, or in their place.
             linger: When the program is killed, the system goes on delivering what it sent, for minutes when
                 the network is away. False has that thrown away: for commands that do harm when they come
                 late. After an orderly end (`close`) it is delivered in both cases.
-            site: Where the program made it, for a layer in between; None: where this is called.
 
         Raises:
             LocalProtocolError: No definite type, another type than before, or the node is closed.
@@ -279,7 +276,6 @@ class Node:
             on_disconnect=on_disconnect,
             header=header,
             linger=linger,
-            site=site or (CallSite(sys._getframe(1)) if on_connect is not None else None),
         )
 
     def subscriber(
@@ -294,7 +290,6 @@ class Node:
         unreliable: bool = False,
         on_error: Callable[[Exception], object] | None = None,
         inline: bool = False,
-        site: CallSite | None = None,
     ) -> Subscriber:
         """Subscribe a topic; registered at the master when this returns.
 
@@ -302,8 +297,8 @@ class Node:
             topic: Global, relative or "~private" name.
             type: A message class or "package/Type"; None takes the publisher's own definition, `AnyMsg` is
                 any type, raw.
-            callback: Called with each message; see `Subscriber` for the thread. Not before this has returned
-                and the program has gone on. Without it, iterate or use `next`.
+            callback: Called with each message; see `Subscriber` for the thread. The first call may come as
+                soon as the topic is registered, before this has returned. Without it, iterate or use `next`.
             queue_size: Most messages that wait for the program; the oldest is dropped. 1 is the newest.
             raw: Give `AnyMsg` with the encoded bytes, do not decode.
             tcp_nodelay: Ask publishers to send each message at once. It removes stalls of 40 ms with peers
@@ -316,7 +311,6 @@ class Node:
             inline: Call `callback` in the thread that received the message even when it is slow; the
                 connection is not read meanwhile (what rospy does). Callbacks for two publishers may then
                 run at the same time.
-            site: As for `publisher`.
 
         Raises:
             LocalProtocolError: Another type than before, or the node is closed.
@@ -335,7 +329,6 @@ class Node:
             unreliable=unreliable,
             on_error=on_error,
             inline=inline,
-            site=site or (CallSite(sys._getframe(1)) if callback is not None else None),
         )
 
     def wait_for_message(self, topic: str, type: TypeGiven = None, *, timeout: float | None = 10.0) -> Any:
@@ -362,10 +355,12 @@ class Node:
         return self._services.client(self.resolve_name(service), type, persistent=persistent)
 
     def service_server(self, service: str, type: Any, handler: Callable[[Any], Any]) -> ServiceServer:
-        """Provide a service: `handler(request)` returns the response. See `ServiceServer`."""
+        """Provide a service: `handler(request)` returns the response. See `ServiceServer`.
+
+        The handler may be called as soon as the service is registered, before this has returned.
+        """
         self._check_open()
-        site = CallSite(sys._getframe(1))
-        return self._services.server(self.resolve_name(service), type, handler, site)
+        return self._services.server(self.resolve_name(service), type, handler)
 
     def wait_for_service(self, service: str, *, timeout: float | None = 10.0) -> None:
         """Wait until a service is provided and its provider answers.

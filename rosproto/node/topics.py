@@ -23,7 +23,6 @@ from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.revisions.topic_types import TopicType
 
 if TYPE_CHECKING:
-    from rosproto.node.call_site import CallSite
     from rosproto.node.context import Context
     from rosproto.node.stats import LinkStats
     from rosproto.protocol.udpros import DatagramRequest
@@ -61,7 +60,6 @@ class TopicTable:
         on_disconnect: Callable[[str], object] | None = None,
         header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
-        site: CallSite | None = None,
     ) -> Publisher:
         """See `Node.publisher`."""
         with self._publishing.hold(name):
@@ -85,7 +83,6 @@ class TopicTable:
                 on_disconnect=on_disconnect,
                 header=header,
                 linger=linger,
-                site=site,
             )
             publication.add_handle(publisher)
             self._publications[name] = publication
@@ -123,7 +120,6 @@ class TopicTable:
         unreliable: bool = False,
         on_error: Callable[[Exception], object] | None = None,
         inline: bool = False,
-        site: CallSite | None = None,
         deadline: Deadline | None = None,
     ) -> Subscriber:
         """See `Node.subscriber`; the master, and others who open the topic, have time until the deadline."""
@@ -144,7 +140,6 @@ class TopicTable:
                 raw=raw,
                 on_error=on_error,
                 inline=inline,
-                site=site,
                 renew=subscription.renew_delivery,
             )
             subscriber = Subscriber(

@@ -185,7 +185,8 @@ class Feed(Generic[T]):
             return
         reading = Reading(value, received, stamp_of(message), message)
         if self.row.on_change:
-            self._links_then = self._links()
+            with self._open_lock:  # a latched value may come before `open` has its subscriber
+                self._links_then = self._links()
         with self._condition:
             self._history.append(reading)
             self._count += 1

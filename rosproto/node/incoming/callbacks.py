@@ -82,6 +82,12 @@ class CallbackRunner:
         else:
             self._too_slow(batch[done:] if done >= 0 else (), stamp)
 
+    def begin(self, batch: Sequence[Any], stamp: float) -> None:
+        """Have the callback called with these first, in its own thread."""
+        with self._inbox.lock:
+            self._inbox.put_locked(batch, stamp)
+            self._start_thread()
+
     def offer_one(self, message: Any) -> None:
         """As `offer`, for the one message that most reads bring: the way of nearly every one, kept short."""
         inbox = self._inbox
@@ -228,6 +234,11 @@ class InlineCaller:
                 self._callback(message)
             except BaseException:
                 self._log_error()
+
+    def begin(self, batch: Sequence[Any], stamp: float) -> None:
+        """Have the callback called with these, in a thread of their own."""
+        name = f"rosproto:callback {self._topic}"
+        threading.Thread(target=self.offer, args=(batch, stamp), name=name, daemon=True).start()
 
     def offer_one(self, message: Any) -> None:
         """As `offer`, for one message."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,6 @@ from rosproto.node.incoming.inbox import Inbox
 from rosproto.node.interrupts import is_interrupt
 
 if TYPE_CHECKING:
-    from rosproto.node.call_site import CallSite
     from rosproto.node.revisions.topic_types import TopicType
 
 __all__ = ["Recipient"]
@@ -31,13 +29,12 @@ class Recipient:
         raw: Wants `AnyMsg` with the encoded bytes.
         on_error: Called with each error of a link.
         inline: Call back in the thread that received the message, however long it takes.
-        site: Where the program made it: the first call waits until that has returned.
         renew: Called when the subscription's delivery has to be made anew.
 
     Attributes:
         inbox: What was received and not taken yet.
         runner: Calls the callback; None without one.
-        offer: `(messages, receive time)`: takes what a link received. Another function after the first call.
+        offer: `(messages, receive time)`: takes what a link received.
         offer_one: The same for one message, where a callback takes it at once; else None.
     """
 
@@ -54,7 +51,6 @@ class Recipient:
         raw: bool,
         on_error: Callable[[Exception], object] | None,
         inline: bool,
-        site: CallSite | None,
         renew: Callable[[], None],
     ) -> None:
         self.topic = topic
@@ -69,32 +65,15 @@ class Recipient:
         self._renew = renew
         self.offer = self.inbox.put
         self.offer_one = None
-        self._site = site
-        self._first = threading.Lock()
-        self._early: list[tuple[Sequence[Any], float]] = []
         if self.runner is not None:
-            self.offer = self._offer_first
+            self.offer, self.offer_one = self.runner.offer, self.runner.offer_one
 
-    def _offer_first(self, batch: Sequence[Any], stamp: float) -> None:
-        """The first messages for the callback: not before the program has what it asked for."""
-        site, runner = self._site, self.runner
-        assert runner is not None
-        if site is not None and site.is_here:  # a latched message, in the constructor itself
-            self._early.append((batch, stamp))
-            name = f"rosproto:first of {self.topic}"
-            threading.Thread(target=self._offer_first, args=((), 0.0), name=name, daemon=True).start()
-            return
-        with self._first:
-            if self._site is not None:
-                self._site.wait()
-                self._site = None
-            while self._early:
-                runner.offer(*self._early.pop(0))
-            if batch:
-                runner.offer(batch, stamp)
-            if self.offer_one is None:
-                self.offer, self.offer_one = runner.offer, runner.offer_one
-                self._renew()
+    def hand_over(self, messages: Sequence[Any], stamp: float) -> None:
+        """Take latched messages of the topic; the thread that subscribes does not call the callback."""
+        if self.runner is None:
+            self.offer(messages, stamp)
+        else:
+            self.runner.begin(messages, stamp)
 
     @property
     def keeps(self) -> int | None:

@@ -166,11 +166,11 @@ class Subscription:
         with self._condition:
             if not recipient.type.is_wildcard and self._decode_type.is_wildcard:
                 self._adopt(recipient.type)
+            latched = [self._as_wanted(message, recipient.raw) for message in self._latched.values()]
+            if latched:  # before anything that comes from now on
+                recipient.hand_over(latched, self.context.wall_time())
             self._recipients.append(recipient)
             self.renew_delivery()
-            latched = list(self._latched.values())
-        for message in latched:
-            recipient.offer([self._as_wanted(message, recipient.raw)], self.context.wall_time())
 
     def _as_wanted(self, message: Any, raw: bool) -> Any:
         """A remembered message for a subscriber that wants it raw, or decoded."""

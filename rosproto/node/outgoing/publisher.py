@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rosproto.codec import Message
-    from rosproto.node.call_site import CallSite
     from rosproto.node.context import Context
     from rosproto.node.outgoing.publication import Publication
     from rosproto.node.stats import LinkStats
@@ -45,7 +44,6 @@ class Publisher:
         on_disconnect: Callable[[str], object] | None = None,
         header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
-        site: CallSite | None = None,
     ) -> None:
         self._context = context
         self._publication = publication
@@ -57,13 +55,10 @@ class Publisher:
         self.header = header
         self.linger = linger
         self._closed = False
-        self._site = site
 
     def connected(self, caller_id: str) -> None:
-        """A subscriber came; told in a thread of the library, once the program has what it asked for."""
+        """A subscriber came; told in a thread of the library."""
         if self.on_connect is not None:
-            if self._site is not None:
-                self._site.wait()
             self.on_connect(caller_id)
 
     @property

@@ -22,7 +22,6 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import write_header
 
 if TYPE_CHECKING:
-    from rosproto.node.call_site import CallSite
     from rosproto.node.context import Context
 
 __all__ = ["ServiceServer"]
@@ -53,7 +52,6 @@ class ServiceServer:
         name: str,
         service_class: Any,
         handler: Callable[[Any], Any],
-        site: CallSite | None = None,
         *,
         on_close: Callable[[ServiceServer], None],
     ) -> None:
@@ -63,7 +61,6 @@ class ServiceServer:
         self._context = context
         self._class = service_class
         self._handler = handler
-        self._site = site
         self.on_refused: Callable[[Mapping[str, str], RemoteProtocolError], object] | None = None
         self._on_close = on_close
         self._request_class = service_class._request_class
@@ -172,8 +169,6 @@ class ServiceServer:
         A `sys.exit()` in a handler would end this thread only, and the caller would not learn why.
         """
         self._calls += 1
-        if self._site is not None:  # not before the program has what it asked for
-            self._site.wait()
         try:
             if revision is None:
                 request = decode(self._request_class, data)

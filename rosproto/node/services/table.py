@@ -21,7 +21,6 @@ from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.node.call_site import CallSite
     from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
 
@@ -98,7 +97,6 @@ class Services:
         name: str,
         type_: ServiceTypeGiven,
         handler: Callable[[Any], Any],
-        site: CallSite | None = None,
     ) -> ServiceServer:
         """Provide a service: it accepts calls when this returns.
 
@@ -113,7 +111,6 @@ class Services:
             name,
             resolve_service_type(type_, name, self._context.revisions),
             handler,
-            site,
             on_close=self.forget_server,
         )
         registration = ServiceRegistration(self._context, name)

@@ -11,8 +11,7 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.master import Master
-from rosproto.node import Event, EventKind, MasterClient, Node, NodeClient, Publisher, Subscriber
-from rosproto.node.call_site import CallSite
+from rosproto.node import Event, EventKind, MasterClient, Node, NodeClient
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport.deadline import Deadline
@@ -148,55 +147,6 @@ def test_a_program_may_keep_the_clock_for_itself(master: Master, follow: bool) -
         with Node("/n", master_uri=master.uri, rosout=False, follow_clock=follow) as node:
             assert node.clock.simulated is follow
             assert client.get_system_state().subscribers == ({"/clock": ["/n"]} if follow else {})
-
-
-# -- layers between the program and the node --------------------------------------------------------------------
-
-
-def test_a_layer_in_between_says_where_the_program_is(
-    master: Master, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A callback waits until the program's own call has returned, not only the layer's."""
-    monkeypatch.setattr("rosproto.node.call_site.PATIENCE", 20.0)
-    called = threading.Event()
-
-    def layer(node: Node) -> Subscriber:
-        site = CallSite(sys._getframe(1))
-        subscriber = node.subscriber("/latched", String, lambda message: called.set(), site=site)
-        subscriber.wait_for_connection(5)
-        assert not called.wait(0.1)
-        return subscriber
-
-    with (
-        Node("/says", master_uri=master.uri, rosout=False) as says,
-        Node("/n", master_uri=master.uri, rosout=False) as node,
-    ):
-        says.publisher("/latched", String, latch=True).publish(data="x")
-        with layer(node):
-            assert called.wait(5)
-
-
-def test_a_layer_in_between_is_told_of_subscribers_as_late(
-    master: Master, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The same for `on_connect`."""
-    monkeypatch.setattr("rosproto.node.call_site.PATIENCE", 20.0)
-    told = threading.Event()
-
-    def layer(node: Node) -> Publisher:
-        site = CallSite(sys._getframe(1))
-        publisher = node.publisher("/early", String, on_connect=lambda name: told.set(), site=site)
-        publisher.wait_for_connection(5)
-        assert not told.wait(0.1)
-        return publisher
-
-    with (
-        Node("/hears", master_uri=master.uri, rosout=False) as hears,
-        Node("/n", master_uri=master.uri, rosout=False) as node,
-    ):
-        hears.subscriber("/early", String)
-        with layer(node):
-            assert told.wait(5)
 
 
 # -- addresses, and who came there ------------------------------------------------------------------------------

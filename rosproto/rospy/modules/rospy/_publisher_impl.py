@@ -39,8 +39,8 @@ class PublisherImpl(TopicImpl):
             on_connect=self._connected,
             on_disconnect=self._left,
             header=self._fields,
-            site=self.site,
         )
+        self.attached()
 
     def _fields(self):
         return {str(key): str(value) for key, value in self.headers.items()}
@@ -87,6 +87,7 @@ class PublisherImpl(TopicImpl):
         self.publock.release()
 
     def _connected(self, caller_id):
+        self.settle()
         for listener in list(self.subscriber_listeners):
             listener.peer_subscribe(
                 self.resolved_name, self.publish, lambda message: self._publish_to(caller_id, message)

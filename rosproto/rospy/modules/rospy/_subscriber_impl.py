@@ -37,8 +37,8 @@ class SubscriberImpl(TopicImpl):
             raw=anything,
             tcp_nodelay=self.tcp_nodelay,
             inline=True,
-            site=self.site,
         )
+        self.attached()
 
     def close(self):
         """Close the topic."""
@@ -112,6 +112,8 @@ class SubscriberImpl(TopicImpl):
         self._receive(message)
 
     def _receive(self, message):
+        if not self._settled:
+            self.settle()
         header = message._connection_header or {}
         if header.get("latching") == "1":
             self._remember(header.get("callerid"), message)

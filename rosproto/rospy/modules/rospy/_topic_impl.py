@@ -2,7 +2,12 @@
 
 import sys
 import threading
+import time
 
+SETTLE = 0.02
+"""Seconds after the registration in which no callback comes: rospy's links take longer, and programs use what
+`self.sub = rospy.Subscriber(...)` assigns in the callback."""
+MOST_ATTACHING = 1.0  # seconds
 UNBOUNDED = sys.maxsize  # messages that may wait; rospy has no bound by default
 
 
@@ -25,7 +30,6 @@ class TopicImpl:
 
     Attributes:
         handle: The node's Publisher or Subscriber; None before there is a node.
-        site: Where the program made it (`rosproto.node.call_site`).
         refused: The master did not take the registration; nothing is sent or received.
     """
 
@@ -36,8 +40,21 @@ class TopicImpl:
         self.ref_count = 0
         self.closed = self.refused = False
         self.handle = None
-        self.site = None
         self.c_lock = threading.RLock()
+        self._settled = False
+        self._attached = threading.Event()
+        self._settles_at = 0.0
+
+    def attached(self):
+        """Note that the node has the topic; the program goes on behind the constructor."""
+        self._settles_at = time.monotonic() + SETTLE
+        self._attached.set()
+
+    def settle(self):
+        """Called before the first callback, in a thread of the library: give the program time to go on."""
+        if self._attached.wait(MOST_ATTACHING):
+            time.sleep(max(0.0, self._settles_at - time.monotonic()))
+        self._settled = True
 
     @property
     def connections(self):

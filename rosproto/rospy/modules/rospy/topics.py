@@ -11,8 +11,6 @@ import traceback
 import genpy
 import rosgraph.names
 
-from rosproto.node.call_site import CallSite
-
 from . import core, names
 from ._publisher_impl import PublisherImpl
 from ._subscriber_impl import SubscriberImpl
@@ -76,15 +74,8 @@ class Topic:
         self.type = data_class._type
         self.md5sum = data_class._md5sum
         self.reg_type = reg_type
-        frame = sys._getframe(1)
-        site = CallSite(frame.f_back or frame)  # where the Publisher or Subscriber was created
-
-        def prepared(impl):
-            impl.site = impl.site or site
-            options(impl)
-
         with core.uninterrupted:
-            self.impl = manager.acquire_impl(reg_type, self.resolved_name, data_class, prepared)
+            self.impl = manager.acquire_impl(reg_type, self.resolved_name, data_class, options)
 
     def get_num_connections(self):
         """Peers connected now."""

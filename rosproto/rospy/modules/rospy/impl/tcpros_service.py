@@ -11,7 +11,6 @@ import rosgraph.names
 
 from rosproto.errors import Md5sumMismatch, RosError, ServiceError
 from rosproto.names import is_usable_name
-from rosproto.node.call_site import CallSite
 from rosproto.rospy.host import refusal
 from rosproto.rospy.messages import Encoded, is_ours, node_service
 
@@ -229,7 +228,6 @@ class Service(_Service):
                 stacklevel=2,
             )
         self.handler = handler
-        self._site = CallSite(sys._getframe(1))
         self.done = False
         self._server = None
         if error_handler is not None:
@@ -263,7 +261,6 @@ class Service(_Service):
         )
 
     def _answer(self, request):
-        self._site.wait()
         try:
             return _for_node(convert_return_to_response(self.handler(request), self.response_class))
         except ServiceException as error:
