@@ -147,10 +147,28 @@ HOLDS = {
         "unit/gateway/rosbridge/test_protocol.py::test_a_required_field_is_missed",
         "unit/gateway/rosbridge/test_values.py::test_wrong_values",
     ],
-    "A message is bounded in bytes, in nesting, and to a million arrays and objects": [
+    "A message is bounded in bytes, in nesting, and in its values and keys": [
         "unit/gateway/rosbridge/test_protocol.py::test_size_is_bounded",
         "unit/gateway/rosbridge/test_protocol.py::test_nesting_is_bounded",
-        "unit/gateway/rosbridge/test_protocol.py::test_objects_are_bounded",
+        "unit/gateway/rosbridge/test_protocol.py::test_values_are_bounded",
+        "unit/gateway/test_json_text.py::test_values_are_counted_before_they_are_decoded",
+        "unit/gateway/test_json_text.py::test_keys_count",
+        "unit/gateway/foxglove/test_publishing.py::test_json_that_fits_nothing",
+    ],
+    "where nothing may be written it has 64 KiB, before authentication 4 KiB": [
+        "unit/gateway/test_websocket_server.py::test_who_may_write_nothing_says_nothing_long",
+    ],
+    "of all clients' long messages one is decoded at a time": [
+        "unit/gateway/test_json_text.py::test_one_long_text_is_decoded_at_a_time",
+        "unit/gateway/test_rosbridge.py::test_long_calls_are_limited",
+        "unit/gateway/rosbridge/test_protocol.py::test_what_takes_long_is_left_to_a_rest",
+        "unit/gateway/rosbridge/test_protocol.py::test_fragments_of_a_long_message_are_left_to_a_rest",
+    ],
+    "zero within half a second, at most 300 MB": [
+        "scenarios/hostile/test_long_messages.py::test_zero_is_in_time_while_clients_send_all_they_can",
+    ],
+    "before its connection was reset is not carried out any more": [
+        "scenarios/hostile/test_long_messages.py::test_a_client_that_is_torn_off_leaves_no_velocities_to_play_out",
     ],
     "16 may be incomplete, all together as large as one message, for ten minutes": [
         "unit/gateway/rosbridge/test_fragments.py::test_what_is_incomplete_is_bounded",
@@ -358,8 +376,8 @@ HOLDS = {
     ],
     "A web page from elsewhere is refused by its origin": [
         "unit/gateway/test_websocket_server.py::test_pages_from_elsewhere_are_refused",
-        "unit/gateway/test_access.py::test_origins",
-        "unit/gateway/test_access.py::test_hosts",
+        "unit/gateway/test_strangers.py::test_origins",
+        "unit/gateway/test_strangers.py::test_hosts",
     ],
     "With `--authenticate` a rosbridge client is served only after the service": [
         "unit/gateway/test_rosbridge.py::test_a_client_is_served_after_its_credentials_are_accepted",

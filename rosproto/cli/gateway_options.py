@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .failure import CommandError
-from .option_types import port, seconds
+from .option_types import count, port, seconds
 
 if TYPE_CHECKING:
     import ssl
 
-    from rosproto.gateway import Access
+    from rosproto.gateway import Access, GatewayLimits
     from rosproto.node import Node
 
 __all__ = ["add_gateway_options", "gateway_options", "opened", "until_interrupted"]
@@ -54,6 +54,12 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
     )
     parser.add_argument("--read-only", action="store_true", help="refuse all of that in any case")
     parser.add_argument(
+        "--message-bytes",
+        type=count,
+        metavar="N",
+        help="longest message of a client (default: 1048576); one value or key is taken for every ten bytes",
+    )
+    parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
     )
 
@@ -69,7 +75,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
         CommandError: The certificate cannot be used.
     """
     from rosproto.gateway import Access
-    from rosproto.gateway.access import is_loopback_host
+    from rosproto.gateway.strangers import is_loopback_host
 
     token = arguments.token
     if token is None and not is_loopback_host(arguments.bind):
@@ -88,7 +94,17 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
         "tls": _tls(arguments),
         "origins": tuple(arguments.origin),
         "token": token,
+        **({} if arguments.message_bytes is None else {"limits": _limits(arguments.message_bytes)}),
     }
+
+
+def _limits(message_bytes: int) -> GatewayLimits:
+    from rosproto.gateway import GatewayLimits
+
+    usual = GatewayLimits()
+    return usual._replace(
+        message_bytes=message_bytes, message_values=max(usual.message_values, message_bytes // 10)
+    )
 
 
 def _tls(arguments: argparse.Namespace) -> ssl.SSLContext | None:

@@ -1,4 +1,4 @@
-"""Who may do what through a gateway: decisions about names and about connections.
+"""Who may do what through a gateway: decisions about names.
 
 Reading is open unless `allow` or `deny` says otherwise. Writing is closed unless a pattern of `write` opens
 it: everything that moves a robot is a write (a velocity, a goal, a pose, a call), and names alone do not tell
@@ -7,25 +7,13 @@ which topics move it. The few services that only answer are recognised by their 
 
 from __future__ import annotations
 
-import hmac
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import translate
-from ipaddress import ip_address
 from typing import Literal
-from urllib.parse import urlsplit
 
-__all__ = [
-    "Access",
-    "Kind",
-    "Refusal",
-    "foreign_host",
-    "foreign_origin",
-    "is_loopback_host",
-    "require_token_off_loopback",
-    "token_fits",
-]
+__all__ = ["Access", "Kind", "Refusal"]
 
 Kind = Literal["topic", "service", "parameter", "action", "node"]
 
@@ -209,83 +197,3 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
 
 def _short(name: str) -> str:
     return name if len(name) <= _SHOWN else f"{name[:_SHOWN]}..."
-
-
-# -- connections --------------------------------------------------------------------------------------------
-
-
-def token_fits(given: str | None, expected: str | None) -> bool:
-    """Whether a client knows the token; compared in constant time. True when no token is required."""
-    if expected is None:
-        return True
-    return hmac.compare_digest((given or "").encode("utf-8", "replace"), expected.encode("utf-8"))
-
-
-def is_loopback_host(host: str) -> bool:
-    """Whether a host, as written in an address, is the loopback: 127.0.0.0/8, ::1 or localhost."""
-    host = host.strip("[]").lower()
-    if host == "localhost":
-        return True
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def require_token_off_loopback(host: str, token: str | None) -> None:
-    """Make sure that a gateway which other computers can reach requires a token.
-
-    Raises:
-        ValueError: It would not.
-    """
-    if token is not None and not token:
-        raise ValueError("the token is empty; give a long random one")
-    if token is None and not is_loopback_host(host):
-        raise ValueError(
-            f"{host or 'every address'} is reached from other computers, and who reaches a gateway sees the"
-            f" robot: give a token (--token, in a program token=...), or listen on 127.0.0.1"
-        )
-
-
-def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
-    """Why a page of this origin may not connect; None when it may.
-
-    A browser sends the page's origin with every WebSocket and lets any page open one to any address, so a
-    page on the internet could reach a robot through the browser of whoever looks at it. A client without an
-    origin is not a browser. Pages of this computer's own servers (`http://localhost:8080`) may connect.
-
-    Args:
-        origin: The header; None when there is none.
-        origins: Allowed origins, as a browser writes them; "*" for all.
-    """
-    if origin is None or origin in origins or "*" in origins:
-        return None
-    try:
-        parts = urlsplit(origin)
-        host = parts.hostname if parts.scheme in ("http", "https") else None
-    except ValueError:
-        host = None
-    if host is not None and is_loopback_host(host):
-        return None
-    return (
-        f"a page of {_short(origin)!r} may not connect; open it with --origin {_short(origin)}"
-        if host is not None
-        else f"a page whose origin is {_short(origin)!r} may not connect"
-    )
-
-
-def foreign_host(host: str | None, bound: str) -> str | None:
-    """Why a request for this host is not meant for a server on the loopback; None when it may be.
-
-    An attacker's name that resolves to 127.0.0.1 would give his page the same origin as a server here.
-
-    Args:
-        host: The Host header.
-        bound: The address that the server listens on.
-    """
-    if not is_loopback_host(bound) or host is None:
-        return None
-    name = host.rpartition(":")[0] if host.rpartition(":")[2].isdigit() else host
-    if is_loopback_host(name):
-        return None
-    return f"this gateway serves this computer alone, and {_short(host)!r} is not its name: use localhost"

@@ -30,6 +30,10 @@ class Late(Protocol):
 class Session(Protocol):
     """What a server does with one client's messages."""
 
+    @property
+    def longest(self) -> int:
+        """Bytes that the next message may have; a longer one ends the connection unread."""
+
     async def received(self, data: str | bytes) -> None:
         """A message; the next one is read when this is done. Runs in the server's loop."""
 
@@ -48,6 +52,9 @@ class Channel:
         sent: Messages written.
         received: Messages read.
         ending: (code, reason) of the close that was asked for; None while there is none.
+        gone: The connection is over. What came before its end is still read.
+        lost: It was torn down: what came before is not read any more, as nobody knows how old it is.
+        subprotocol: The one that was agreed on; None where there is none.
     """
 
     def __init__(
@@ -57,6 +64,7 @@ class Channel:
         wake: Callable[[Channel], object],
         end: Callable[[Channel], object],
         later: Callable[[float, Callable[[], object]], object],
+        subprotocol: str | None = None,
     ) -> None:
         self.peer = peer
         self.since = time.monotonic()
@@ -65,6 +73,9 @@ class Channel:
         self.sent = 0
         self.received = 0
         self.ending: tuple[int, str] | None = None
+        self.gone = False
+        self.lost = False
+        self.subprotocol = subprotocol
         self._end = end
         self.later = later
         """`later(seconds, function)`: have it called in the server's loop; it must not block."""

@@ -18,6 +18,8 @@ class GatewayLimits(NamedTuple):
             for as long again.
         close_seconds: Time that closing a connection may take.
         message_bytes: One message of a client, after joining its fragments.
+        message_values: Values and keys of JSON in it. Decoding them holds up everything else in the process,
+            up to a microsecond for each.
         nesting: Depth of nested arrays and objects in a message.
         text_length: Characters of a name, type or id.
         subscriptions_per_client: Topics that one client subscribes to.
@@ -38,7 +40,8 @@ class GatewayLimits(NamedTuple):
     handshake_seconds: float = 5.0
     silence_seconds: float = 20.0
     close_seconds: float = 2.0
-    message_bytes: int = 16 << 20
+    message_bytes: int = 1 << 20
+    message_values: int = 100_000
     nesting: int = 64
     text_length: int = 1024
     subscriptions_per_client: int = 200

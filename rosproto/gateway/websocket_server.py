@@ -12,6 +12,7 @@ import logging
 import socket
 import ssl
 import threading
+import time
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
@@ -19,23 +20,26 @@ from contextlib import suppress
 from http import HTTPStatus
 from importlib import import_module
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
-from rosproto.gateway.access import foreign_host, foreign_origin, require_token_off_loopback, token_fits
 from rosproto.gateway.channel import Channel, Session
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.outgoing import Outgoing, closed_error
+from rosproto.gateway.strangers import Strangers, Verdict, require_token_off_loopback
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
 __all__ = ["WebSocketServer", "need_websockets"]
 
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
-UNREAD = 2  # messages of a client read ahead of its session
+READ_BUFFER = 64 << 10
+"""Bytes that the system takes from a client ahead of us: what a reset leaves to be read, at most."""
+UNREAD = 0  # messages of a client read ahead of the one that waits for its session
+TURN = 0.001  # seconds of the loop's time, after which a client waits for its turn
+SHARE = 0.1  # of the loop's time; who takes less never waits
 START_SECONDS = 10.0
-_GOING_AWAY, _TRY_AGAIN = 1001, 1013
+_TOO_BIG, _TRY_AGAIN = 1009, 1013
 
 
 def need_websockets() -> Any:
@@ -63,6 +67,8 @@ class WebSocketServer:
         tls: Certificate and key; None for none.
         origins: Origins of pages that may connect, besides those of this computer.
         token: What a client has to know; None only on loopback.
+        subprotocols: Names of the protocol, the best first; a client has to offer one of them. Empty: it
+            need not. `Channel.subprotocol` is the one.
         name: For threads and errors.
 
     Raises:
@@ -87,6 +93,7 @@ class WebSocketServer:
         tls: ssl.SSLContext | None = None,
         origins: Sequence[str] = (),
         token: str | None = None,
+        subprotocols: Sequence[str] = (),
         name: str = "gateway",
     ) -> None:
         self._websockets = need_websockets()
@@ -102,14 +109,14 @@ class WebSocketServer:
         self.said = PeerLog("rosproto.gateway")
         self._open_session = open_session
         self._tls = tls
-        self._origins = tuple(origins)
-        self._token = token
+        self._strangers = Strangers(host, tuple(origins), token, tuple(subprotocols))
         self._name = name
         self._lock = threading.Lock()
         self._sockets: dict[Channel, Any] = {}
+        self._channels: dict[Any, Channel] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
         self._pending: OrderedDict[Any, None] = OrderedDict()
-        self._transports: set[Any] = set()
+        self._transports: dict[Any, Any] = {}
         self._leaving: set[Future[None]] = set()
         self._closing = False
         with system_errors(f"listen on {host}:{port}", f"{host}:{port}"):
@@ -119,6 +126,7 @@ class WebSocketServer:
         self._loop = asyncio.new_event_loop()
         self._outgoing = Outgoing(self._loop, self.pool, self.said, name)
         self._stop = asyncio.Event()
+        self._turn = asyncio.Lock()
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{name}", daemon=True)
         self._thread.start()
         try:
@@ -165,6 +173,7 @@ class WebSocketServer:
             ssl=self._tls,
             **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
             process_request=self._judge,
+            subprotocols=list(self._strangers.subprotocols) or None,
             create_connection=_connection_type(self._websockets.ServerConnection, self),
             compression=None,
             open_timeout=limits.handshake_seconds,
@@ -184,7 +193,7 @@ class WebSocketServer:
             await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
         except (asyncio.TimeoutError, TimeoutError):
             pass  # what is left is cut off
-        for transport in list(self._transports):
+        for transport in list(self._transports.values()):
             transport.abort()
         tasks = [task for task in self._tasks if task is not asyncio.current_task()]
         if tasks:
@@ -195,48 +204,39 @@ class WebSocketServer:
 
     # -- strangers ------------------------------------------------------------------------------------------
 
-    def began(self, transport: Any) -> None:
+    def began(self, connection: Any, transport: Any) -> None:
         """A connection was accepted; the one that holds back its handshake longest makes room."""
         # asyncio does it for the sockets that it made itself. A short message would wait for the client's
         # acknowledgement of the one before, up to 40 ms.
         with suppress(OSError):  # it has gone already
             transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._transports.add(transport)
-        self._pending[transport] = None
+        self._transports[connection] = transport
+        self._pending[connection] = None
         if len(self._pending) > self.limits.pending_handshakes:
             oldest, _ = self._pending.popitem(last=False)
             self.refused["too many handshakes at a time"] += 1
-            oldest.abort()
+            self._transports[oldest].abort()
 
-    def over(self, transport: Any) -> None:
-        """A connection is lost."""
-        self._transports.discard(transport)
-        self._pending.pop(transport, None)
+    def over(self, connection: Any, error: Exception | None) -> None:
+        """A connection is lost; `error` when it was torn down."""
+        self._transports.pop(connection, None)
+        self._pending.pop(connection, None)
+        channel = self._channels.get(connection)
+        if channel is not None:
+            channel.gone = True
+            channel.lost = error is not None
 
     def _judge(self, connection: Any, request: Any) -> Any:
         """An HTTP answer to a request that is refused; None to go on."""
-        headers = request.headers
-        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
-        if len(hosts) > 1 or len(origins) > 1:
-            return self._refuse(connection, HTTPStatus.BAD_REQUEST, "headers", "a header is there twice")
-        why = foreign_host(hosts[0] if hosts else None, self.host)
-        if why is not None:
-            return self._refuse(connection, HTTPStatus.FORBIDDEN, "host", why)
-        why = foreign_origin(origins[0] if origins else None, self._origins)
-        if why is not None:
-            return self._refuse(connection, HTTPStatus.FORBIDDEN, "origin", why)
-        if not token_fits(_token_of(request), self._token):
-            why = "the token is missing or wrong; give it as ?token=... or as Authorization: Bearer ..."
-            return self._refuse(connection, HTTPStatus.UNAUTHORIZED, "token", why)
-        if len(self._sockets) >= self.limits.connections:
+        verdict = self._strangers.judge(request.path, request.headers.get_all)
+        if verdict is None and len(self._sockets) >= self.limits.connections:
             why = f"{self.limits.connections} clients are connected, which is the limit"
-            return self._refuse(connection, HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
-        return None
-
-    def _refuse(self, connection: Any, status: HTTPStatus, reason: str, text: str) -> Any:
-        self.refused[reason] += 1
-        self.said.warning(reason, "! %s: refused %s: %s", self._name, _peer(connection), text)
-        return connection.respond(status, f"{text}\n")
+            verdict = Verdict(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
+        if verdict is None:
+            return None
+        self.refused[verdict.reason] += 1
+        self.said.warning(verdict.reason, "! %s: refused %s: %s", self._name, _peer(connection), verdict.text)
+        return connection.respond(verdict.status, f"{verdict.text}\n")
 
     # -- clients --------------------------------------------------------------------------------------------
 
@@ -244,8 +244,16 @@ class WebSocketServer:
         task = asyncio.current_task()
         assert task is not None
         self._tasks.add(task)
-        self._pending.pop(connection.transport, None)
-        channel = Channel(_peer(connection), self.limits, self._outgoing.wake, self._end, self._later)
+        self._pending.pop(connection, None)
+        channel = Channel(
+            _peer(connection),
+            self.limits,
+            self._outgoing.wake,
+            self._end,
+            self._later,
+            connection.subprotocol,
+        )
+        self._channels[connection] = channel
         with self._lock:
             full = len(self._sockets) >= self.limits.connections or self._closing
             if not full:
@@ -259,17 +267,17 @@ class WebSocketServer:
                 await self._serve_client(connection, channel)
         finally:
             self._tasks.discard(task)
+            del self._channels[connection]
 
     async def _serve_client(self, connection: Any, channel: Channel) -> None:
         self._outgoing.add(channel, connection)
         session: Session | None = None
         try:
             session = self._open_session(channel)
-            async for data in connection:
-                channel.received += 1
-                await session.received(data)
-        except closed_error():
-            pass  # however it ended: it is over
+            await self._read(connection, channel, session)
+        except closed_error() as end:  # however it ended: it is over
+            if end.sent is not None and end.sent.code == _TOO_BIG:
+                self._say_too_long(channel, self.limits.message_bytes)
         except Exception:
             self.said.error(
                 channel.peer, "! %s: %s is cut off", self._name, channel.peer, exc_info=_current()
@@ -282,6 +290,56 @@ class WebSocketServer:
             self._outgoing.remove(channel)
             if session is not None:
                 self._say_goodbye(session)
+
+    async def _read(self, connection: Any, channel: Channel, session: Session) -> None:
+        """Give a client's messages to its session.
+
+        One that takes more than its share of the loop's time goes on when its turn has come: between two
+        turns of such clients everybody else is served, those who drive among them.
+        """
+        spent, before = 0.0, time.monotonic()
+        async for data in connection:
+            if channel.lost:
+                return
+            longest = session.longest
+            if len(data) > longest:
+                self._say_too_long(channel, longest)
+                await self._close_connection(connection, _TOO_BIG, f"a message may have {longest} bytes here")
+                return
+            channel.received += 1
+            began = time.thread_time()
+            await session.received(data)
+            now = time.monotonic()
+            spent = max(0.0, spent - SHARE * (now - before)) + time.thread_time() - began
+            before = now
+            if spent >= TURN:
+                async with self._turn:
+                    await asyncio.sleep(0)
+                spent = 0.0
+                self._look_for_reset(connection, channel)
+
+    def _look_for_reset(self, connection: Any, channel: Channel) -> None:
+        """Of a connection that was torn down the system still gives what had come before; nobody wants it."""
+        transport = self._transports.get(connection)
+        if transport is None or transport.is_closing():
+            return
+        try:
+            error = transport.get_extra_info("socket").getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        except OSError as problem:
+            error = problem.errno
+        if error:
+            channel.gone = channel.lost = True
+            transport.abort()
+
+    def _say_too_long(self, channel: Channel, longest: int) -> None:
+        self.said.warning(
+            "too long",
+            "! %s: %s is cut off: a message has more than %d bytes (--message-bytes, "
+            "GatewayLimits.message_bytes; less where nothing may be written)",
+            self._name,
+            channel.peer,
+            longest,
+        )
 
     def _say_goodbye(self, session: Session) -> None:
         done: Future[None] = Future()
@@ -322,7 +380,9 @@ class WebSocketServer:
             pass
         except closed_error():
             pass
-        connection.transport.abort()
+        transport = self._transports.get(connection)
+        if transport is not None:
+            transport.abort()
 
     # -- closing --------------------------------------------------------------------------------------------
 
@@ -352,7 +412,9 @@ def _listener(host: str, port: int) -> socket.socket:
     family, *_, address = socket.getaddrinfo(
         host or "0.0.0.0", port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
     )[0]
-    return socket.create_server(address[:2], family=family, backlog=128)
+    listener = socket.create_server(address[:2], family=family, backlog=128)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READ_BUFFER)  # accepted ones have it, too
+    return listener
 
 
 def _connection_type(base: Any, server: WebSocketServer) -> Any:
@@ -360,10 +422,10 @@ def _connection_type(base: Any, server: WebSocketServer) -> Any:
 
     def connection_made(self: Any, transport: Any) -> None:
         base.connection_made(self, transport)
-        server.began(transport)
+        server.began(self, transport)
 
     def connection_lost(self: Any, error: Exception | None) -> None:
-        server.over(self.transport)
+        server.over(self, error)
         base.connection_lost(self, error)
 
     return type(
@@ -380,16 +442,3 @@ def _current() -> BaseException | None:
 def _peer(connection: Any) -> str:
     address = connection.remote_address
     return f"{address[0]}:{address[1]}" if address else "?"
-
-
-def _token_of(request: Any) -> str | None:
-    """The token as the client gave it; None when it gave none, or several."""
-    given = request.headers.get_all("Authorization")
-    if len(given) == 1 and given[0][:7].lower() == "bearer ":
-        text: str = given[0][7:].strip()
-        return text
-    try:
-        values = parse_qs(urlsplit(request.path).query, max_num_fields=100).get("token", [])
-    except ValueError:
-        return None
-    return values[0] if len(values) == 1 else None

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from urllib.parse import parse_qs, urlsplit
 
-from rosproto.gateway.access import foreign_host, foreign_origin, token_fits
+from rosproto.gateway.strangers import foreign_host, foreign_origin, token_fits
 from rosproto.records import NamedTuple
 
 __all__ = [

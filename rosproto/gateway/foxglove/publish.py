@@ -6,14 +6,13 @@ use JSON for what a person typed or steered, also where they have no definition 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Hashable
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError
 from rosproto.gateway.access import Access
+from rosproto.gateway.json_text import JsonError, JsonReader
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publication, Publications
 from rosproto.gateway.rosbridge.actions import definition_name
@@ -26,9 +25,6 @@ __all__ = ["ENCODINGS", "Advert", "ClientTopics", "NotOpen", "Refused"]
 
 ENCODINGS = ("json", "ros1")
 """Encodings in which clients may publish. Viewers choose the first, which needs no definition there."""
-
-MOST_BRACKETS = 1_000_000  # arrays and objects in one message: each takes memory, however short
-MOST_DIGITS = 400  # of an integer
 
 
 class Refused(Exception):
@@ -73,6 +69,7 @@ class ClientTopics:
         self._access = access
         self._limits = limits
         self._publications = publications
+        self._json = JsonReader(limits.message_values, limits.nesting)
 
     def advertise(self, client: Hashable, channel: Any) -> Advert:
         """Open a topic that a client wants to publish. Asks the master.
@@ -142,46 +139,22 @@ class ClientTopics:
         publication = advert.publication
         topic = publication.topic
         if len(data) > self._limits.message_bytes:
-            raise Refused(f"a message for {topic} has {len(data)} bytes, which is too large")
+            raise Refused(
+                f"a message for {topic} has {len(data)} bytes, which is too large: at most "
+                f"{self._limits.message_bytes} are taken (--message-bytes)"
+            )
         try:
             if advert.encoding == "json":
+                values = self._json.read(data)
+                if not values:
+                    raise JsonError("is empty; expected JSON")
                 message = from_values(
-                    publication.message_class, _json(data), now=self._node.clock.now(), seconds="sec"
+                    publication.message_class, values[0], now=self._node.clock.now(), seconds="sec"
                 )
             else:
                 message = decode(publication.message_class, data)
-        except (CodecError, _NoJson) as problem:
+        except JsonError as problem:
+            raise Refused(f"a message for {topic} is not published: it {problem}") from None
+        except CodecError as problem:
             raise Refused(f"a message for {topic} is not published: {problem}") from None
         publication.publish(message)
-
-
-class _NoJson(ValueError):
-    """The bytes are not JSON, or too much of it."""
-
-
-def _whole(digits: str) -> int:
-    if len(digits) > MOST_DIGITS:
-        raise ValueError(f"a number of {len(digits)} digits")
-    return int(digits)
-
-
-_read = partial(json.loads, parse_int=_whole)
-
-
-def _json(data: bytes) -> Any:
-    """Read a client's JSON; the definition it is matched with limits its depth.
-
-    Raises:
-        _NoJson: It is not JSON, or too much of it.
-    """
-    brackets = data.count(b"[") + data.count(b"{")
-    if brackets > MOST_BRACKETS:
-        raise _NoJson(f"it has {brackets} brackets; at most {MOST_BRACKETS} are taken")
-    try:
-        return _read(data.decode("utf-8"))
-    except RecursionError:
-        raise _NoJson("it is JSON with too many arrays and objects inside one another") from None
-    except UnicodeDecodeError as problem:
-        raise _NoJson(f"it is no JSON: byte {problem.start} is not UTF-8") from None
-    except ValueError as problem:
-        raise _NoJson(f"it is no JSON: {problem}") from None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from rosproto.errors import RosTimeout
-from rosproto.gateway.access import Access, require_token_off_loopback
+from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove import handshake
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.local_topic import LocalTopic
@@ -18,6 +18,7 @@ from rosproto.gateway.foxglove.proxy import Proxy
 from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.gateway.foxglove.shared import Shared
 from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.strangers import require_token_off_loopback
 from rosproto.logs import get_logger
 from rosproto.records import NamedTuple
 

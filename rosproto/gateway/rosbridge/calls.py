@@ -54,7 +54,7 @@ class Calls:
     def _run(self, asked: CallService, cancellation: Cancellation) -> None:
         """Runs in a thread of its own; must not raise."""
         try:
-            with self._shared.waiting():
+            with self._shared.waiting(long=asked.long):
                 values = self._values(asked, cancellation)
             self._session.answer(self._session.protocol.service_response, asked, values)
         except (Refused, RosapiError, RosError, ValueError) as error:

@@ -7,6 +7,7 @@ checked for its type and its bounds. The values of messages (`msg`, `args`, `val
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -26,6 +27,7 @@ __all__ = [
     "Payload",
     "Publish",
     "Reply",
+    "Rest",
     "SendActionGoal",
     "ServiceResponse",
     "SetLevel",
@@ -113,6 +115,7 @@ class CallService:
         args: A dict by field, a list by position, or None.
         type: The type that the client expects, where it says so.
         timeout: Seconds that the client waits; None: the gateway's own.
+        long: It came in a long message: few such ones may be unanswered at a time.
     """
 
     id: Id
@@ -123,6 +126,7 @@ class CallService:
     fragment_size: int | None = None
     compression: Compression = "none"
     timeout: float | None = None
+    long: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +169,7 @@ class SendActionGoal:
     Attributes:
         action_type: As the client wrote it; `actions.action_type` brings it to ROS 1's form.
         feedback: Whether feedback is wanted.
+        long: As for `CallService`.
     """
 
     id: Id
@@ -175,6 +180,7 @@ class SendActionGoal:
     feedback: bool = False
     fragment_size: int | None = None
     compression: Compression = "none"
+    long: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,6 +265,17 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
+class Rest:
+    """What the rest of a message asks for, which takes time to be read; only `Protocol.begin` says it.
+
+    Attributes:
+        read: Returns it; for a thread.
+    """
+
+    read: Callable[[], list[Effect]]
+
+
+@dataclass(frozen=True, slots=True)
 class Close:
     """End the connection with this WebSocket close code and reason; nothing that came later is read."""
 
@@ -285,6 +302,7 @@ Effect = (
     | Auth
     | SetLevel
     | Reply
+    | Rest
     | Close
 )
 """Everything that `Protocol.receive` may say."""

@@ -67,7 +67,7 @@ class Goals:
         """Runs in a thread of its own until the goal ends; must not raise."""
         key = name, asked.id
         try:
-            with self._shared.waiting():
+            with self._shared.waiting(long=asked.long):
                 self._follow(key, asked)
         except (Refused, RosError, ValueError) as error:
             self._fail(asked, str(error))

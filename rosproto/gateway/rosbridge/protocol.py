@@ -12,14 +12,13 @@ and a `png` operation is also read.
 from __future__ import annotations
 
 import json
-import re
-import sys
-from collections.abc import Callable
+from functools import partial
 from json.encoder import encode_basestring_ascii as quoted
 from typing import Any
 from typing import Protocol as Structural
 
 from rosproto.gateway.chunks import ChunkedMessage, chunked
+from rosproto.gateway.json_text import JsonError, JsonReader, is_short
 from rosproto.gateway.rosbridge.effects import (
     CallService,
     Close,
@@ -27,6 +26,7 @@ from rosproto.gateway.rosbridge.effects import (
     Id,
     Payload,
     Reply,
+    Rest,
     SendActionGoal,
     SetLevel,
 )
@@ -47,22 +47,9 @@ __all__ = ["Protocol", "WireLimits", "publish_chunks", "publish_text"]
 TOO_BIG = 1009
 """The WebSocket close code for a message that is too long."""
 
-MOST_OBJECTS = 1 << 20
-"""Arrays and objects in one message: an empty one takes three bytes on the wire and sixty of memory."""
 _MOST_AT_ONCE = 100  # JSON objects behind one another in one WebSocket message
 _MOST_PICTURES = 4  # in one: a kilobyte of it may take a twentieth of a second to unpack
 _WRAPPED = 2  # a picture in fragments, but no fragments in fragments in fragments
-
-
-def _short_int(digits: str) -> int:
-    """As Python does by itself from 3.10.7 on: a million digits would take minutes."""
-    if len(digits) > 4300:
-        raise ValueError("too many digits")
-    return int(digits)
-
-
-_decoder = json.JSONDecoder(parse_int=None if hasattr(sys, "get_int_max_str_digits") else _short_int)
-_blanks: Callable[[str, int], re.Match[str]] = re.compile(r"[ \t\n\r]*").match  # type: ignore[assignment]
 
 
 class WireLimits(Structural):
@@ -71,13 +58,11 @@ class WireLimits(Structural):
     @property
     def message_bytes(self) -> int: ...
     @property
+    def message_values(self) -> int: ...
+    @property
     def nesting(self) -> int: ...
     @property
     def text_length(self) -> int: ...
-
-
-class _Refused(Exception):
-    """What came is no message; the text is a sentence for the client."""
 
 
 def publish_text(topic: str, message: str) -> str:
@@ -95,6 +80,7 @@ class Protocol:
 
     Args:
         limits: Bounds of what the client sends.
+        json: Reads it; one for all clients of a gateway.
 
     Attributes:
         level: The statuses that the client wants.
@@ -103,8 +89,9 @@ class Protocol:
         closed: `receive` said `Close`: it says nothing more.
     """
 
-    def __init__(self, limits: WireLimits) -> None:
+    def __init__(self, limits: WireLimits, json: JsonReader | None = None) -> None:
         self._limits = limits
+        self._json = json or JsonReader(limits.message_values, limits.nesting)
         self._fragments = Reassembly(limits.message_bytes)
         self._fragmented = 0
         self._pictures = 0  # in the message that is read
@@ -115,12 +102,16 @@ class Protocol:
 
     # -- in
 
-    def receive(self, data: str | bytes | bytearray | memoryview, now: float = 0.0) -> list[Effect]:
+    def receive(
+        self, data: str | bytes | bytearray | memoryview, now: float = 0.0, *, at_once: bool = False
+    ) -> list[Effect]:
         """What one WebSocket message asks for, in its order.
 
         Args:
             data: The message; bytes are taken for UTF-8.
             now: Monotonic seconds; fragments age by it.
+            at_once: Return within milliseconds: a `Rest` stands for what takes longer to be read. Read it
+                before anything else.
         """
         if self.closed:
             return []
@@ -129,86 +120,50 @@ class Protocol:
         if len(data) > self._limits.message_bytes:
             self.closed = True
             return [Close(TOO_BIG, f"a message may have {self._limits.message_bytes} bytes")]
+        return self._text(data if isinstance(data, str) else bytes(data), now, 0, at_once)
+
+    def _text(self, text: Payload, now: float, depth: int, at_once: bool) -> list[Effect]:
+        """What one JSON text asks for, or several behind one another."""
+        if at_once and not is_short(text):
+            return [Rest(partial(self._text, text, now, depth, False))]
         effects: list[Effect] = []
-        if not isinstance(data, str):
-            try:
-                data = bytes(data).decode("utf-8")
-            except UnicodeDecodeError as error:
-                self._refuse(effects, f"the message is no UTF-8 text: {error.reason} at byte {error.start}")
-                return effects
-        self._text(data, now, effects, 0)
+        try:
+            messages = self._json.read(text, _MOST_AT_ONCE)
+        except JsonError as error:
+            self._refuse(effects, f"the message {error}")
+            return effects
+        others = [message for message in messages if not isinstance(message, dict)]
+        if others:
+            kind = _kind(others[0])
+            self._refuse(effects, f"the message is JSON, but {kind}; expected an object with an op")
+        elif not messages:
+            self._refuse(effects, "the message is empty; expected a JSON object with an op")
+        else:
+            for message in messages:
+                effects += self._message(message, now, depth, at_once)
         return effects
 
-    def _text(self, text: str, now: float, effects: list[Effect], depth: int) -> None:
-        """Append the effects of one JSON text, or of several behind one another."""
-        try:
-            messages = self._parse(text)
-        except _Refused as error:
-            self._refuse(effects, str(error))
-            return
-        for message in messages:
-            self._message(message, now, effects, depth)
-
-    def _parse(self, text: str) -> list[dict[str, Any]]:
-        brackets = text.count("{") + text.count("[")
-        if brackets > MOST_OBJECTS:
-            raise _Refused(f"the message has {brackets} brackets; at most {MOST_OBJECTS} are allowed")
-        found: list[dict[str, Any]] = []
-        at, end = 0, len(text.rstrip())
-        try:
-            while at < end:
-                value, at = _decoder.raw_decode(text, _blanks(text, at).end())
-                if not isinstance(value, dict):
-                    raise _Refused(f"the message is JSON, but {_kind(value)}; expected an object with an op")
-                if brackets > self._limits.nesting:
-                    self._check_nesting(value)
-                found.append(value)
-                if len(found) > _MOST_AT_ONCE:
-                    raise _Refused(f"more than {_MOST_AT_ONCE} messages at once; send them one by one")
-        except RecursionError:
-            raise self._too_deep() from None
-        except ValueError as error:
-            raise _Refused(f"the message is no JSON: {_in_short(error)}") from None
-        if not found:
-            raise _Refused("the message is empty; expected a JSON object with an op")
-        return found
-
-    def _check_nesting(self, value: dict[str, Any]) -> None:
-        level: list[Any] = [value]
-        for _ in range(self._limits.nesting):
-            level = [
-                inner
-                for outer in level
-                for inner in (outer.values() if type(outer) is dict else outer)
-                if type(inner) is dict or type(inner) is list
-            ]
-            if not level:
-                return
-        raise self._too_deep()
-
-    def _too_deep(self) -> _Refused:
-        return _Refused(f"more than {self._limits.nesting} arrays and objects inside one another")
-
-    def _message(self, message: dict[str, Any], now: float, effects: list[Effect], depth: int) -> None:
+    def _message(self, message: dict[str, Any], now: float, depth: int, at_once: bool) -> list[Effect]:
         op = message.get("op")
         id: Id = None
+        effects: list[Effect] = []
         try:
             id = read_id(message, self._limits.text_length)
             if isinstance(op, str) and op in RECEIVED_PARTS:
+                if at_once and op == "png":
+                    return [Rest(partial(self._message, message, now, depth, False))]
                 whole = self._part(op, message, now, depth)
-                if whole is not None:
-                    self._text(whole, now, effects, depth + 1)
-                return
+                return [] if whole is None else self._text(whole, now, depth + 1, at_once)
             if not isinstance(op, str) or op not in OPERATIONS:
                 raise FieldError(_no_operation(message, op))
             effect = read_operation(op, message, self._limits.text_length)
         except (FieldError, FragmentError, PngError) as error:
             what = f"{op}: " if isinstance(op, str) and (op in OPERATIONS or op in RECEIVED_PARTS) else ""
             self._refuse(effects, f"{what}{error}", id)
-            return
+            return effects
         if isinstance(effect, SetLevel):
             self.level = effect.level
-        effects.append(effect)
+        return [effect]
 
     def _part(self, op: str, message: dict[str, Any], now: float, depth: int) -> str | None:
         """The text inside a fragment or a picture; None while fragments are missing."""
@@ -347,13 +302,6 @@ def _kind(value: object) -> str:
     if isinstance(value, (list, str)):
         return "an array" if isinstance(value, list) else "a text"
     return "null" if value is None else "true or false" if isinstance(value, bool) else "a number"
-
-
-def _in_short(error: ValueError) -> str:
-    """What the JSON reader says and where, without the text it quotes."""
-    if isinstance(error, json.JSONDecodeError):
-        return f"{error.msg} at character {error.pos}"
-    return "a number has too many digits"
 
 
 def _no_operation(message: dict[str, Any], op: object) -> str:

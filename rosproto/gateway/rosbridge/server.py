@@ -11,6 +11,7 @@ from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
 from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publications
 from rosproto.gateway.rosbridge.session import RosbridgeSession
@@ -154,6 +155,7 @@ class Rosbridge:
                 rosapi=Rosapi(self._node, self.access) if self._rosapi else None,
                 pool=self._server.pool,
                 tf=TfOnDemand(self._node, self.access),
+                json=JsonReader(self.limits.message_values, self.limits.nesting),
                 authenticate=self._authenticate,
             )
         return self._shared

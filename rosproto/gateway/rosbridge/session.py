@@ -11,6 +11,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -31,12 +32,13 @@ from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.status import Level
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
 from rosproto.gateway.rosbridge.values import from_values
+from rosproto.gateway.write_guard import is_velocity
 from rosproto.logs import PeerLog
 
 __all__ = ["RosbridgeSession"]
 
-SMALL = 64 << 10
-"""A message of so many bytes is read in the loop: a millisecond, in which no other client is served."""
+STRANGER, READER = 4 << 10, 64 << 10
+"""Bytes of a message of one who has not authenticated, and where nothing may be written."""
 NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
 
 
@@ -54,7 +56,7 @@ class RosbridgeSession:
         self._shared = shared
         self._limits = shared.limits
         self._said = said
-        self._protocol = Protocol(shared.limits)
+        self._protocol = Protocol(shared.limits, shared.json)
         self._out = threading.Lock()  # the protocol writes for one thread at a time
         self._subscriptions: dict[str, TopicSubscription] = {}
         self._publications: dict[str, Publication] = {}
@@ -94,20 +96,41 @@ class RosbridgeSession:
 
     async def received(self, data: Payload) -> None:
         """Carry out one message; in the server's loop."""
-        small = len(data) <= SMALL
-        read = partial(self._protocol.receive, data, time.monotonic())
-        for effect in read() if small else await self._shared.pool.run(read):
-            if self.channel.ending is not None:
+        await self._carry_out_all(self._protocol.receive(data, time.monotonic(), at_once=True), long=False)
+
+    @property
+    def longest(self) -> int:
+        """Bytes that the next message may have: nobody decodes what could not be carried out."""
+        if not self._authentication.done:
+            return min(STRANGER, self._limits.message_bytes)
+        if not self._shared.access.writes_anything:
+            return min(READER, self._limits.message_bytes)
+        return self._limits.message_bytes
+
+    async def _carry_out_all(self, asked: list[Effect], *, long: bool) -> None:
+        """What one message asks for, in its order.
+
+        Args:
+            asked: That.
+            long: It took time to be read, so it takes time to be carried out.
+        """
+        for effect in asked:
+            if self.channel.ending is not None or self.channel.lost:
                 return
-            if not self._authentication.done:
+            if isinstance(effect, effects.Rest):
+                async with self._shared.long_messages:
+                    await self._carry_out_all(await self._shared.pool.run(effect.read), long=True)
+            elif not self._authentication.done:
                 await self._shared.pool.run(partial(self._authenticate, effect))
             elif isinstance(effect, effects.Reply):
                 self.channel.answer(effect.payloads)
             elif isinstance(effect, effects.Close):
                 self.channel.close(effect.code, effect.reason)
-            elif small and self._is_quick(effect):
+            elif not long and self._is_quick(effect):
                 self._carry_out(effect)
             else:
+                if isinstance(effect, (effects.CallService, effects.SendActionGoal)):
+                    effect = replace(effect, long=long)
                 await self._shared.pool.run(partial(self._carry_out, effect))
 
     def _is_quick(self, effect: Effect) -> bool:
@@ -235,6 +258,8 @@ class RosbridgeSession:
             if type_name is None:
                 raise Refused(f"nobody knows the type of {asked.topic}: advertise it first")
             publication = self._open(asked.topic, type_name, latch=asked.latch, queue_size=asked.queue_size)
+        if self.channel.gone and is_velocity(publication.type_name):
+            return  # it waited here while its client left; nobody drives any more
         now = self._shared.node.clock.now()
         self._shared.tf.publishes(self, publication.topic, asked.msg)
         publication.publish(from_values(publication.message_class, asked.msg, now=now))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.aio.pool import Pool
 from rosproto.codec import Message, message_class, service_class
 from rosproto.gateway.access import Access, Refusal
+from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publications
 from rosproto.gateway.rosbridge.actions import definition_name
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 __all__ = ["Refused", "Shared", "insist"]
 
 CALLS = 256  # service calls and goals of all clients; each takes a thread
+LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it has ended
+LONG_MESSAGES = 2  # of all clients that are read and carried out at a time
 
 
 class Refused(Exception):
@@ -50,6 +54,8 @@ class Shared:
         pool: Threads for what has to wait.
         tf: The tf republisher.
         authenticate: Clients have to send credentials of rosauth before anything else.
+        json: Reads what clients send.
+        long_messages: Entered while a long message is read and carried out, in the order in which they came.
     """
 
     node: Node
@@ -60,14 +66,20 @@ class Shared:
     rosapi: Rosapi | None
     pool: Pool
     tf: TfOnDemand
+    json: JsonReader
     authenticate: bool = False
+    long_messages: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(LONG_MESSAGES))
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _waiting: int = 0
+    _waiting_long: int = 0
     _actions: set[str] = field(default_factory=set)
 
     @contextmanager
-    def waiting(self) -> Iterator[None]:
+    def waiting(self, *, long: bool = False) -> Iterator[None]:
         """While a thread waits for somebody else's answer.
+
+        Args:
+            long: The question is a long one.
 
         Raises:
             Refused: Too many do.
@@ -77,12 +89,19 @@ class Shared:
                 raise Refused(
                     f"{CALLS} calls of all clients together have not been answered; try again later"
                 )
+            if long and self._waiting_long >= LONG_CALLS:
+                raise Refused(
+                    f"{LONG_CALLS} calls and goals with long arguments, of all clients together, "
+                    "have not ended; try again later"
+                )
             self._waiting += 1
+            self._waiting_long += long
         try:
             yield
         finally:
             with self._lock:
                 self._waiting -= 1
+                self._waiting_long -= long
 
     def take_action(self, name: str) -> None:
         """A client provides an action.

@@ -34,6 +34,29 @@ def served(master: Master, *options: str) -> subprocess.Popen[str]:
 
 
 @pytest.mark.slow
+def test_a_large_map_is_taken_where_it_was_asked_for(master: Master) -> None:
+    """2 MB of JSON with a million values, with the option; without it, the connection ends."""
+    cells = '{"op":"publish","topic":"/map","msg":{"data":[' + "0," * 999_999 + "0]}}"
+    write = ["--allow-write", "topic:/map"]
+    with Node("/robot", master_uri=master.uri) as robot:
+        got = robot.subscriber("/map", "nav_msgs/OccupancyGrid")
+        for options in ([], ["--message-bytes", "10000100"]):
+            with served(master, *write, *options) as process:
+                try:
+                    assert process.stdout is not None
+                    with RosbridgeClient(process.stdout.readline().split()[3]) as client:
+                        client.send(op="advertise", topic="/map", type="nav_msgs/OccupancyGrid")
+                        client.send_raw(cells)
+                        if options:
+                            assert len(got.next(60).data) == 1_000_000
+                        else:
+                            assert client.closed()[0] == 1009
+                finally:
+                    process.terminate()
+                    process.wait(20)
+
+
+@pytest.mark.slow
 def test_it_serves_until_interrupted(master: Master) -> None:
     """What the patterns open, behind a token; and it leaves nothing at the master."""
     options = ["--token", "a b", "--allow-write", "topic:/chat", "--deny", "/secret", "--allow", "/*"]

@@ -15,6 +15,7 @@ from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.gateway import Access, GatewayLimits
 from rosproto.gateway.rosbridge.png import publish_png
+from rosproto.gateway.rosbridge.shared import LONG_CALLS
 from tests.unit.gateway.conftest import Graph
 
 String = message_class("std_msgs/String")
@@ -401,6 +402,37 @@ def test_a_call_ends_in_time(graph: Graph, serve: Serve, connect: Serve) -> None
     graph.robot.wait_for_service("/mine")
     with pytest.raises(ServiceError, match="has not answered"):
         graph.robot.service_client("/mine", SetBool).call(data=True, timeout=20)
+
+
+def test_long_calls_are_limited(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Of all clients together: each takes memory until it is answered. Short ones go on."""
+    over = threading.Event()
+    entered = threading.Semaphore(0)
+
+    def slow(_: Any) -> dict[str, Any]:
+        entered.release()
+        over.wait(20)
+        return {}
+
+    graph.robot.service_server("/slow", "roscpp/SetLoggerLevel", slow)
+    bridge = serve(write=["*"])
+    clients = [connect(bridge), connect(bridge)]
+    for i in range(LONG_CALLS):
+        args = {"logger": "x" * 20_000}
+        clients[i % 2].send(op="call_service", service="/slow", args=args, id=f"{i}")
+    for _ in range(LONG_CALLS):
+        assert entered.acquire(timeout=20)
+    clients[0].send(op="call_service", service="/slow", args={"logger": "x" * 20_000}, id="one more")
+    refused = clients[0].op("service_response")
+    assert (refused["id"], refused["result"]) == ("one more", False)
+    assert "with long arguments" in refused["values"]
+    clients[0].send(op="call_service", service="/slow", args={"logger": "x"}, id="a short one")
+    assert entered.acquire(timeout=20)
+    over.set()
+    answered = {clients[0].op("service_response")["id"] for _ in range(LONG_CALLS // 2 + 1)}
+    assert "a short one" in answered
+    long = clients[0].call("/slow", {"logger": "x" * 20_000}, id="again")
+    assert long["result"] is True
 
 
 def test_goals_are_limited(graph: Graph, serve: Serve, connect: Serve) -> None:

@@ -12,6 +12,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -220,12 +221,65 @@ def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Grap
         assert waiting[False] == 0
 
 
+def test_who_may_write_nothing_says_nothing_long(serve: Serve) -> None:
+    """Refused undecoded, by its length alone; before it has authenticated even less."""
+    closed = pytest.importorskip("websockets.exceptions").ConnectionClosed
+    for options, longest in (({}, 64 << 10), ({"write": ["*"]}, 1 << 20), ({"authenticate": True}, 4 << 10)):
+        bridge = serve(**options)
+        with RosbridgeClient(bridge.url) as client:
+            client.send_raw("x" * longest)
+            with suppress(closed):
+                assert client.get()["op"] == "status"
+        with RosbridgeClient(bridge.url) as client:
+            client.send_raw("x" * (longest + 1))
+            assert client.closed()[0] == 1009
+
+
+def test_a_message_that_is_too_long_tells_the_owner_how_to_allow_it(
+    serve: Serve, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The client gets WebSocket's code for it, the log the option."""
+    with caplog.at_level("WARNING"), RosbridgeClient(serve(write=["*"]).url) as client:
+        client.send_raw("x" * ((1 << 20) + 1))
+        assert client.closed()[0] == 1009
+        until(lambda: "--message-bytes" in caplog.text)
+
+
+def test_subprotocols() -> None:
+    """The best that both speak; a client that speaks none of them is told which there are."""
+    pytest.importorskip("websockets")
+    from rosproto.gateway.websocket_server import WebSocketServer
+
+    class Session:
+        longest = 1000
+
+        def __init__(self, channel: Any) -> None:
+            spoken.append(channel.subprotocol)
+
+        async def received(self, data: str | bytes) -> None: ...
+        def ended(self) -> None: ...
+
+    spoken: list[str | None] = []
+    server = WebSocketServer(Session, subprotocols=["new", "old"])
+    try:
+        for offered in (["old", "new"], ["other", "old"]):
+            with RosbridgeClient(server.url, subprotocols=offered):
+                until(lambda: len(server.channels) == 1)
+            until(lambda: not server.channels)
+        assert spoken == ["new", "old"]
+        assert " 400 " in asked(server)
+        assert " 400 " in asked(server, "Sec-WebSocket-Protocol: other")
+        assert server.refused == {"protocol": 2}
+    finally:
+        server.close()
+
+
 def test_short_messages_wait_for_no_acknowledgement(serve: Serve) -> None:
     """Without Nagle's algorithm, which asyncio leaves on for a socket that it did not make."""
     bridge = serve()
     with RosbridgeClient(bridge.url):
         until(lambda: len(bridge.clients) == 1)
-        for transport in bridge._server._transports:
+        for transport in bridge._server._transports.values():
             sock = transport.get_extra_info("socket")
             assert sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 

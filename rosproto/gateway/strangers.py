@@ -1,0 +1,168 @@
+"""Who may become a client of a gateway, judged from the HTTP request of the handshake. Pure.
+
+A browser sends the page's origin with every WebSocket and lets any page open one to any address, so a page on
+the internet could reach a robot through the browser of whoever looks at it. So the origin is judged, the name
+that the client asked for, the token, and the protocol that it speaks; and a header that counts stands there
+once.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from http import HTTPStatus
+from ipaddress import ip_address
+from urllib.parse import parse_qs, urlsplit
+
+__all__ = ["Strangers", "Verdict", "is_loopback_host", "require_token_off_loopback"]
+
+_SHOWN = 200  # characters of a client's text in a sentence
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Why a request is refused.
+
+    Attributes:
+        status: Of HTTP.
+        reason: One word for it, to be counted.
+        text: A sentence, for the client and the log.
+    """
+
+    status: HTTPStatus
+    reason: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Strangers:
+    """What is asked of those who want to connect to one server.
+
+    Attributes:
+        bound: The address that it listens on.
+        origins: Origins of pages that may connect besides those of this computer, as a browser writes them;
+            "*" for all. A client without an origin is not a browser.
+        token: What they have to know, as `?token=T` or `Authorization: Bearer T`; None for nothing.
+        subprotocols: Names of the protocol; a client has to offer one of them. Empty: it need not.
+    """
+
+    bound: str
+    origins: Sequence[str] = ()
+    token: str | None = None
+    subprotocols: Sequence[str] = ()
+
+    def judge(self, path: str, header: Callable[[str], Sequence[str]]) -> Verdict | None:
+        """Why a request is refused; None when it is not.
+
+        Args:
+            path: With its query.
+            header: The values of a header, as often as it is there.
+        """
+        hosts, origins = header("Host"), header("Origin")
+        if len(hosts) > 1 or len(origins) > 1:
+            return Verdict(HTTPStatus.BAD_REQUEST, "headers", "a header is there twice")
+        why = foreign_host(hosts[0] if hosts else None, self.bound)
+        if why is not None:
+            return Verdict(HTTPStatus.FORBIDDEN, "host", why)
+        why = foreign_origin(origins[0] if origins else None, self.origins)
+        if why is not None:
+            return Verdict(HTTPStatus.FORBIDDEN, "origin", why)
+        if not token_fits(_token(path, header("Authorization")), self.token):
+            why = "the token is missing or wrong; give it as ?token=... or as Authorization: Bearer ..."
+            return Verdict(HTTPStatus.UNAUTHORIZED, "token", why)
+        offered = {name.strip() for line in header("Sec-WebSocket-Protocol") for name in line.split(",")}
+        if self.subprotocols and offered.isdisjoint(self.subprotocols):
+            why = f"the client speaks none of the protocols {', '.join(self.subprotocols)}"
+            return Verdict(HTTPStatus.BAD_REQUEST, "protocol", why)
+        return None
+
+
+def _token(path: str, authorization: Sequence[str]) -> str | None:
+    """The token as the client gave it; None when it gave none, or several."""
+    if len(authorization) == 1 and authorization[0][:7].lower() == "bearer ":
+        return authorization[0][7:].strip()
+    try:
+        values = parse_qs(urlsplit(path).query, max_num_fields=100).get("token", [])
+    except ValueError:
+        return None
+    return values[0] if len(values) == 1 else None
+
+
+def token_fits(given: str | None, expected: str | None) -> bool:
+    """Whether a client knows the token; compared in constant time. True when no token is required."""
+    if expected is None:
+        return True
+    return hmac.compare_digest((given or "").encode("utf-8", "replace"), expected.encode("utf-8"))
+
+
+def is_loopback_host(host: str) -> bool:
+    """Whether a host, as written in an address, is the loopback: 127.0.0.0/8, ::1 or localhost."""
+    host = host.strip("[]").lower()
+    if host == "localhost":
+        return True
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def require_token_off_loopback(host: str, token: str | None) -> None:
+    """Make sure that a gateway which other computers can reach requires a token.
+
+    Raises:
+        ValueError: It would not.
+    """
+    if token is not None and not token:
+        raise ValueError("the token is empty; give a long random one")
+    if token is None and not is_loopback_host(host):
+        raise ValueError(
+            f"{host or 'every address'} is reached from other computers, and who reaches a gateway sees the"
+            f" robot: give a token (--token, in a program token=...), or listen on 127.0.0.1"
+        )
+
+
+def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
+    """Why a page of this origin may not connect; None when it may.
+
+    Pages of this computer's own servers (`http://localhost:8080`) may connect.
+
+    Args:
+        origin: The header; None when there is none.
+        origins: Allowed origins, as a browser writes them; "*" for all.
+    """
+    if origin is None or origin in origins or "*" in origins:
+        return None
+    try:
+        parts = urlsplit(origin)
+        host = parts.hostname if parts.scheme in ("http", "https") else None
+    except ValueError:
+        host = None
+    if host is not None and is_loopback_host(host):
+        return None
+    return (
+        f"a page of {_shown(origin)!r} may not connect; open it with --origin {_shown(origin)}"
+        if host is not None
+        else f"a page whose origin is {_shown(origin)!r} may not connect"
+    )
+
+
+def foreign_host(host: str | None, bound: str) -> str | None:
+    """Why a request for this host is not meant for a server on the loopback; None when it may be.
+
+    An attacker's name that resolves to 127.0.0.1 would give his page the same origin as a server here.
+
+    Args:
+        host: The Host header.
+        bound: The address that the server listens on.
+    """
+    if not is_loopback_host(bound) or host is None:
+        return None
+    name = host.rpartition(":")[0] if host.rpartition(":")[2].isdigit() else host
+    if is_loopback_host(name):
+        return None
+    return f"this gateway serves this computer alone, and {_shown(host)!r} is not its name: use localhost"
+
+
+def _shown(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

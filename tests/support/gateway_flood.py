@@ -1,0 +1,213 @@
+"""A rosbridge gateway in a process of its own, and crowds of clients that send it more than it can read.
+
+The clients write prepared WebSocket frames to their sockets, in processes of their own: nothing but the gateway
+limits how fast they are.
+"""
+
+from __future__ import annotations
+
+import json
+import select
+import socket
+import subprocess
+import sys
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+__all__ = ["PAYLOADS", "Crowd", "GatewayProcess"]
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class _Child:
+    """A process that runs a function of this file until its input ends."""
+
+    def __init__(self, call: str) -> None:
+        self.process = subprocess.Popen(
+            [
+                sys.executable,
+                "-c",
+                f"from tests.support.gateway_flood import *; import tests.support.gateway_flood as f; f.{call}",
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+        )
+
+    def line(self) -> Any:
+        assert self.process.stdout is not None
+        return json.loads(self.process.stdout.readline())
+
+    def __exit__(self, *exc: object) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait(5)
+            raise AssertionError("the process did not end by itself") from None
+
+
+class GatewayProcess(_Child):
+    """A master, and a gateway that opens `write`.
+
+    Attributes:
+        master_uri: The master's.
+        port: Where the gateway listens.
+    """
+
+    def __init__(self, write: tuple[str, ...] = ("*",)) -> None:
+        super().__init__(f"serve({write!r})")
+        told = self.line()
+        self.master_uri: str = told["master_uri"]
+        self.port: int = told["port"]
+
+    def __enter__(self) -> GatewayProcess:
+        return self
+
+    @property
+    def url(self) -> str:
+        return f"ws://127.0.0.1:{self.port}"
+
+    def peak(self) -> int:
+        """The most resident bytes so far; 0 where the system does not tell."""
+        try:
+            for line in Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
+                if line.startswith("VmHWM:"):
+                    return int(line.split()[1]) * 1024
+        except OSError:
+            pass
+        return 0
+
+
+def serve(write: tuple[str, ...]) -> None:
+    """The gateway's process."""
+    from rosproto import Master, Node
+    from rosproto.gateway import Access, GatewayLimits, Rosbridge
+
+    with (
+        Master() as master,
+        Node("/gateway", master_uri=master.uri) as node,
+        Rosbridge(node, port=0, access=Access(write=write), limits=GatewayLimits(connections=100)) as bridge,
+    ):
+        print(json.dumps({"master_uri": master.uri, "port": bridge.port}), flush=True)
+        sys.stdin.read()
+
+
+def frame(data: bytes) -> bytes:
+    """A client's text frame, masked with zeros."""
+    size = len(data)
+    if size < 126:
+        head = bytes([0x81, 0x80 | size])
+    elif size < 1 << 16:
+        head = bytes([0x81, 0x80 | 126]) + size.to_bytes(2, "big")
+    else:
+        head = bytes([0x81, 0x80 | 127]) + size.to_bytes(8, "big")
+    return head + bytes(4) + data
+
+
+def _publish(data: str) -> bytes:
+    return f'{{"op":"publish","topic":"/flood","msg":{data}}}'.encode()
+
+
+def _fragments(data: bytes) -> bytes:
+    size = 8000
+    pieces = [data[at : at + size].decode() for at in range(0, len(data), size)]
+    return b"".join(
+        frame(
+            json.dumps(
+                {"op": "fragment", "id": "f", "num": num, "total": len(pieces), "data": piece}
+            ).encode()
+        )
+        for num, piece in enumerate(pieces)
+    )
+
+
+PAYLOADS = {
+    "sixteen megabytes of numbers": lambda: frame(_publish("[" + "0," * (8 << 20) + "0]")),
+    "a megabyte of numbers": lambda: frame(_publish("[" + "0," * 500_000 + "0]")),
+    "many numbers": lambda: frame(_publish("[" + "0.123456," * 95_000 + "0]")),
+    "many keys": lambda: frame(_publish("{" + ",".join(f'"key{i:010d}":0' for i in range(48_000)) + "}")),
+    "a long text": lambda: frame(_publish('{"data":"' + "x" * 1_000_000 + '"}')),
+    "many objects": lambda: frame(
+        _publish('{"poses":[' + ",".join(['{"position":{"x":1}}'] * 18_000) + "]}")
+    ),
+    "fragments": lambda: _fragments(_publish("[" + "0.123456," * 95_000 + "0]")),
+    "tiny messages": lambda: frame(_publish('{"data":"x"}')) * 20_000,
+}
+"""What one client sends again and again."""
+
+
+class Crowd(_Child):
+    """Clients that send one of `PAYLOADS` without end, and connect again when they are cut off."""
+
+    def __init__(self, port: int, what: str, clients: int) -> None:
+        super().__init__(f"flood({port}, {what!r}, {clients})")
+        assert self.line() == "begun"
+
+    def __enter__(self) -> Crowd:
+        return self
+
+
+class _Client:
+    def __init__(self, port: int, payload: bytes) -> None:
+        self._port = port
+        self._payload = payload
+        self._begin()
+
+    def _begin(self) -> None:
+        self.socket = socket.create_connection(("127.0.0.1", self._port), 20)
+        self.socket.sendall(
+            b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
+        self.socket.settimeout(20)
+        self.socket.recv(4096)
+        advertise = b'{"op":"advertise","topic":"/flood","type":"geometry_msgs/PoseArray"}'
+        self.socket.sendall(frame(advertise))
+        self.socket.setblocking(False)
+        self._left = memoryview(self._payload)
+
+    def write(self) -> None:
+        try:
+            sent = self.socket.send(self._left[: 1 << 20])
+            self._left = self._left[sent:] or memoryview(self._payload)
+        except BlockingIOError:
+            pass
+        except OSError:
+            self._again()
+
+    def read(self) -> None:
+        try:
+            if not self.socket.recv(1 << 16):
+                self._again()
+        except BlockingIOError:
+            pass
+        except OSError:
+            self._again()
+
+    def _again(self) -> None:
+        self.socket.close()
+        self._begin()
+
+
+def flood(port: int, what: str, clients: int) -> None:
+    """The clients' process."""
+    payload = PAYLOADS[what]()
+    with ExitStack():
+        crowd = [_Client(port, payload) for _ in range(clients)]
+        print(json.dumps("begun"), flush=True)
+        while True:
+            sockets = {client.socket.fileno(): client for client in crowd}
+            readable, writable, _ = select.select([sys.stdin, *sockets], list(sockets), [], 1.0)
+            if sys.stdin in readable:
+                return
+            for number in writable:
+                sockets[number].write()
+            for number in readable:
+                sockets[number].read()
+            time.sleep(0)

@@ -1,0 +1,111 @@
+"""JSON of clients: bounded before it is decoded, and one long text at a time."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+
+import pytest
+
+from rosproto.gateway import json_text
+from rosproto.gateway.json_text import SHORT, SHORT_VALUES, JsonError, JsonReader, is_short
+
+
+def refused(text: str | bytes, **limits: int) -> str:
+    reader = JsonReader(limits.get("values", 100), limits.get("nesting", 10))
+    with pytest.raises(JsonError) as problem:
+        reader.read(text, limits.get("most", 1))
+    return str(problem.value)
+
+
+def test_what_is_read() -> None:
+    """One text or several, as text or as UTF-8; nothing where there is nothing."""
+    reader = JsonReader(100, 10)
+    assert reader.read('{"a": [1, 2.5, null, "ü"]}') == [{"a": [1, 2.5, None, "ü"]}]
+    assert reader.read('{"a": "ü"}'.encode()) == [{"a": "ü"}]
+    assert reader.read(" {} [] 3\n", 3) == [{}, [], 3]
+    assert reader.read(" \n") == []
+
+
+def test_what_is_refused() -> None:
+    """With a sentence that goes on after "the message"."""
+    assert refused("{} {}") == "is more than 1 at once; send them one by one"
+    assert refused('{"op": ') == "is no JSON: Expecting value at character 7"
+    assert refused(b"\xff{}") == "is no UTF-8 text: invalid start byte at byte 0"
+    assert refused("9" * 5000) == "is no JSON: a number has too many digits"
+    for depth in (11, 40, 99):
+        deep = "has more than 10 arrays and objects inside one another"
+        assert refused("[" * depth + "]" * depth) == deep
+    assert JsonReader(100, 10).read("[" * 10 + "]" * 10)
+    deepest = "[" * 90_000 + "]" * 90_000
+    assert "inside one another" in refused(deepest, values=100_000, nesting=64)
+
+
+@pytest.mark.parametrize("one", ["0,", "[],", "{},", '"a",', '{"a":0},', "[[0]],"])
+def test_values_are_counted_before_they_are_decoded(one: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Never fewer than there are."""
+
+    class Decoder:
+        def raw_decode(self, *given: object) -> None:
+            raise AssertionError("decoded")
+
+    monkeypatch.setattr(json_text, "_decoder", Decoder())
+    assert "values and keys, and at most 100 are taken" in refused("[" + one * 100 + "0]")
+    assert "at most 100" in refused(("[" + one * 100 + "0]").encode())
+
+
+def test_keys_count() -> None:
+    """They take longer than anything else."""
+    text = json.dumps({f"key {i}": 0 for i in range(60)})
+    assert "values and keys" in refused(text)
+    assert JsonReader(121, 10).read(text)
+
+
+def test_long_numbers_on_early_pythons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python 3.10.0 to 3.10.6 read a number of any length, slowly: there we look first."""
+    monkeypatch.setattr(json_text, "_decoder", json.JSONDecoder(parse_int=json_text._short_int))
+    assert refused("9" * 5000) == "is no JSON: a number has too many digits"
+    assert JsonReader(100, 10).read("[12]") == [[12]]
+
+
+def test_what_is_short() -> None:
+    """By its length, and by its values."""
+    assert is_short("x" * SHORT)
+    assert not is_short("x" * (SHORT + 1))
+    assert not is_short("0," * SHORT_VALUES)
+    assert not is_short(b"0," * SHORT_VALUES)
+    assert is_short(b'{"op": "publish"}')
+
+
+def test_one_long_text_is_decoded_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While short ones pass: they take no time."""
+    at_once: list[int] = []
+    inside: list[int] = []
+    begun, go_on = threading.Event(), threading.Event()
+    real = json_text._decoder
+
+    class Decoder:
+        def raw_decode(self, text: str, at: int) -> tuple[object, int]:
+            if len(text) > SHORT:
+                inside.append(1)
+                at_once.append(len(inside))
+                begun.set()
+                go_on.wait(10)
+                inside.pop()
+            return real.raw_decode(text, at)
+
+    monkeypatch.setattr(json_text, "_decoder", Decoder())
+    reader = JsonReader(100, 10)
+    long = json.dumps("x" * SHORT)
+    threads = [threading.Thread(target=reader.read, args=(long,)) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    assert begun.wait(10)
+    began = time.monotonic()
+    assert reader.read("[1]") == [[1]]
+    assert time.monotonic() - began < 5
+    go_on.set()
+    for thread in threads:
+        thread.join(10)
+    assert at_once == [1, 1, 1, 1]
