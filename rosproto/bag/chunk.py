@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
@@ -22,7 +22,7 @@ from rosproto.bag.records import (
     index_header,
     op_of,
 )
-from rosproto.bag.rows import Rows, rows_at, rows_slowly, walk
+from rosproto.bag.rows import Place, Rows, few_places, rows_at, rows_slowly, walk
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
@@ -33,11 +33,9 @@ __all__ = [
     "ChunkData",
     "RecordHead",
     "chunk_header",
-    "plain_data",
     "read_chunk",
     "read_head",
     "read_index_times",
-    "read_small_chunk",
 ]
 
 _AT_ONCE = 4 << 20
@@ -136,6 +134,27 @@ class ChunkData:
             return self._walked(wanted)  # the index is wrong
         return rows
 
+    def places(
+        self, wanted: Collection[int], low: int | None = None, high: int | None = None
+    ) -> Sequence[Place]:
+        """Where the messages of these connections and this time (ns) are, in time order.
+
+        Raises:
+            BagError: As `rows`.
+        """
+        found = None
+        if not self.info.partial:
+            found = few_places(self.blob, self.base, self.end, self.info.counts)
+        if found is None:
+            return self.rows(wanted).between(low, high).in_time_order().places()
+        if not self.info.counts.keys() <= set(wanted):
+            found = [place for place in found if place[0] in wanted]
+        if low is not None and self.info.start < low:
+            found = [place for place in found if place[1] * NS + place[2] >= low]
+        if high is not None and self.info.end > high:
+            found = [place for place in found if place[1] * NS + place[2] <= high]
+        return found
+
     def connections(self) -> list[Connection]:
         """The connection records inside."""
         return self._walk()[1]
@@ -162,7 +181,9 @@ class ChunkData:
         return rows.take(np.isin(rows.conn, np.fromiter(wanted, np.uint32)))
 
 
-def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool = True) -> ChunkData:
+def read_chunk(
+    source: BagFile, info: ChunkInfo, span: int, *, with_index: bool = True, most: int | None = None
+) -> ChunkData:
     """Read and decompress a chunk.
 
     Args:
@@ -170,43 +191,19 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
         info: Which chunk; of a `partial` one as much as there is.
         span: Bytes up to the next chunk: the chunk and the index records after it.
         with_index: Read those index records, too.
+        most: Bytes it may have, stored or uncompressed; None: as many as `BagLimits` allow.
 
     Raises:
-        BagError: It is damaged.
+        BagError: It is damaged, or larger.
     """
-    whole = _whole(source, info, span) if with_index else b""
+    # The chunk and its index in one read, unless that could be a lot.
+    whole = source.read_at(info.pos, span) if with_index and span <= _AT_ONCE else b""
     head = _chunk_head(source, info.pos, whole)
-    return _read_behind(source, info, span, with_index, whole, head)
-
-
-def read_small_chunk(source: BagFile, info: ChunkInfo, span: int, most: int) -> ChunkData | None:
-    """`read_chunk`, or None for one of more than `most` bytes, stored or uncompressed.
-
-    Raises:
-        BagError: It is damaged.
-    """
-    whole = _whole(source, info, span)
-    head = _chunk_head(source, info.pos, whole)
-    if max(ChunkHeader.from_fields(head.fields).size, head.data_size) > most:
-        return None
-    return _read_behind(source, info, span, True, whole, head)
-
-
-def _whole(source: BagFile, info: ChunkInfo, span: int) -> bytes:
-    """The chunk and its index in one read, unless that could be a lot; then nothing."""
-    return source.read_at(info.pos, span) if span <= _AT_ONCE else b""
-
-
-def _read_behind(
-    source: BagFile, info: ChunkInfo, span: int, with_index: bool, whole: bytes, head: RecordHead
-) -> ChunkData:
-    """A chunk whose head, and perhaps all of it, has been read."""
     chunk = ChunkHeader.from_fields(head.fields)
-    most = source.limits.chunk_bytes
-    if max(chunk.size, head.data_size) > most:
-        raise source.error(
-            f"a chunk of {max(chunk.size, head.data_size)} bytes, at most {most} are read", info.pos
-        )
+    size = max(chunk.size, head.data_size)
+    most = source.limits.chunk_bytes if most is None else min(most, source.limits.chunk_bytes)
+    if size > most:
+        raise source.error(f"a chunk of {size} bytes, at most {most} are read", info.pos)
     in_file = source.size - head.data_pos
     if head.data_size or not info.partial:  # a recorder that died leaves 0 here, and its data behind it
         in_file = min(in_file, head.data_size)
@@ -258,18 +255,6 @@ def chunk_header(source: BagFile, info: ChunkInfo) -> tuple[ChunkHeader, int]:
     head = _chunk_head(source, info.pos)
     left = source.size - head.data_pos
     return ChunkHeader.from_fields(head.fields), min(head.data_size, left) if head.data_size else left
-
-
-def plain_data(source: BagFile, info: ChunkInfo) -> tuple[int, int]:
-    """Where an uncompressed chunk's data begins in the file, and its bytes; (0, 0) for any other chunk.
-
-    Raises:
-        BagError: There is no chunk.
-    """
-    head = _chunk_head(source, info.pos)
-    chunk = ChunkHeader.from_fields(head.fields)
-    plain = chunk.compression == "none" and chunk.size == head.data_size
-    return (head.data_pos, chunk.size) if plain else (0, 0)
 
 
 def read_index_times(

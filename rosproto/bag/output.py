@@ -150,7 +150,6 @@ class ChunkOutput:
         self._bytes = 0
         self._writing = threading.Lock()
         self._moved = threading.Condition()
-        keep_freed_memory()
         # A program that ends without closing its bag still finishes these few chunks: not daemons.
         self._helpers = Helpers("bag writer", 0 if compression == "none" else helper_count(), daemon=False)
 
@@ -171,6 +170,7 @@ class ChunkOutput:
         if self._compression == "none":
             self._put(info, size, size, parts, indexes)
             return
+        keep_freed_memory(size)
         chunk = _Chunk(info, b"".join(parts), indexes)
         if size < _SMALL:
             self.drain()

@@ -68,7 +68,7 @@ class Partition:
     def schema(self) -> Any:
         """The batches' pyarrow.Schema; reads nothing."""
         from rosproto.bag.arrow import schema_of
-        from rosproto.bag.types import message_class_of
+        from rosproto.bag.messages import message_class_of
 
         first = self.connections[0]
         return schema_of(message_class_of(first), first, self.fields)

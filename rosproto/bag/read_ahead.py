@@ -6,67 +6,79 @@ threads would cost more than it saves.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping, Sequence
 
-from rosproto.bag.bag_file import BagFile
-from rosproto.bag.chunk import ChunkData, read_chunk, read_small_chunk
+from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.helpers import Helpers, Task, helper_count
 from rosproto.bag.records import ChunkInfo
+from rosproto.errors import BagError
 
-__all__ = ["Following", "ReadAhead"]
+__all__ = ["ReadAhead"]
 
-Following = Callable[[int], Iterable[ChunkInfo]]
-
-MOST_AHEAD_BYTES = 4 << 20  # uncompressed; a larger chunk is read when its turn comes
+BUDGET_BYTES = (
+    64 << 20
+)  # of the plain bytes of all chunks that are read ahead, and as much as they are stored
 
 
 class ReadAhead:
     """Chunks of one file for one iteration over it.
 
     Args:
-        source: The file.
-        spans: Bytes from each chunk's position to the next chunk.
-        helpers: Threads; a few more chunks than threads are read ahead. None: as many as processors allow.
+        read: Reads a chunk, in any thread; raises a BagError for a damaged one, or one of more bytes than its
+            second argument (None: any size).
+        order: The chunks, in the order in which they will be taken.
+        spans: Bytes from a chunk's position to the next chunk, where that is known.
     """
 
-    def __init__(self, source: BagFile, spans: dict[int, int], helpers: int | None = None) -> None:
-        self._source = source
+    def __init__(
+        self,
+        read: Callable[[ChunkInfo, int | None], ChunkData],
+        order: Sequence[ChunkInfo],
+        spans: Mapping[int, int],
+    ) -> None:
+        self._read = read
+        self._order = order
         self._spans = spans
-        helpers = helper_count() if helpers is None else helpers
-        self._depth = 2 * helpers + 2 if helpers else 0
+        helpers = helper_count()
+        self._depth = 2 * helpers + 2 if helpers else 0  # a few more chunks than threads
+        self._most = BUDGET_BYTES // max(1, self._depth)  # a larger chunk is read when its turn comes
         # Daemon threads: what they read is of no use to a program that is ending.
         self._helpers = Helpers("bag reader", helpers, daemon=True)
         self._tasks: dict[int, Task[ChunkData | None]] = {}
+        self._begun = 0
         self._packed = False
-        keep_freed_memory()
 
-    def take(
-        self, info: ChunkInfo, following: Callable[[int], Iterable[ChunkInfo]] | None = None
-    ) -> ChunkData:
-        """A chunk.
-
-        Args:
-            info: The chunk.
-            following: Returns that many of the chunks that will be asked for next.
+    def take(self, number: int) -> ChunkData:
+        """The chunk with this number in the order; one that was taken before is read again.
 
         Raises:
             BagError: It is damaged.
         """
-        task = self._tasks.pop(info.pos, None)
-        if self._packed and self._depth and following is not None:
-            for ahead in following(self._depth):
-                if ahead.pos not in self._tasks:
-                    self._tasks[ahead.pos] = self._helpers.add(lambda chunk=ahead: self._read_small(chunk))  # type: ignore[misc]
+        task = self._tasks.pop(number, None)
+        if self._packed:
+            self._begin(number + 1)
         data = None if task is None else self._helpers.wait(task)
         if data is None:
-            data = self._read(info)
+            data = self._read(self._order[number], None)
+        if data.packed and not self._packed:
+            self._begin(number + 1)
         self._packed = data.packed
+        keep_freed_memory(len(data.blob))
         return data
 
-    def _read(self, info: ChunkInfo) -> ChunkData:
-        return read_chunk(self._source, info, self._spans[info.pos])
+    def _begin(self, first: int) -> None:
+        """Have the next chunks read, from this number on, unless they were before."""
+        end = min(first + self._depth, len(self._order))
+        for number in range(max(first, self._begun), end):
+            info = self._order[number]
+            if self._spans.get(info.pos, 0) <= self._most:
+                self._tasks[number] = self._helpers.add(lambda info=info: self._try(info))  # type: ignore[misc]
+        self._begun = max(self._begun, end)
 
-    def _read_small(self, info: ChunkInfo) -> ChunkData | None:
-        """In any thread: the chunk, or None for a large one."""
-        return read_small_chunk(self._source, info, self._spans[info.pos], MOST_AHEAD_BYTES)
+    def _try(self, info: ChunkInfo) -> ChunkData | None:
+        """In any thread: the chunk; None for a large or damaged one, which is told when its turn comes."""
+        try:
+            return self._read(info, self._most)
+        except BagError:
+            return None

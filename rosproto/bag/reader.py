@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import BagFile, Scanning, system_errors
 from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
-from rosproto.bag.decoding import Takers, decoded_messages
 from rosproto.bag.index import open_index
 from rosproto.bag.limits import BagLimits
-from rosproto.bag.merge import Batch
-from rosproto.bag.raw_message import RawMessage, raw_messages
-from rosproto.bag.read_ahead import ReadAhead
+from rosproto.bag.messages import RawMessage, Takers, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.rows import Rows
-from rosproto.bag.runs import RunReader, runs_of
+from rosproto.bag.runs import Batch, RunReader, runs_of
 from rosproto.bag.stamps import Stamp, to_ns
 from rosproto.time import Time
 
@@ -203,7 +200,7 @@ class BagReader(RunReader):
     ) -> Iterator[tuple[str, Any, Time]]:
         view = raw == "view"
         with system_errors(self.path):
-            for run in self.runs(wanted, low, high, apart=bool(raw) and not view):
+            for run in self.runs(wanted, low, high):
                 yield from (
                     raw_messages(run, self._known, view) if raw else decoded_messages(run, self._takers)
                 )
@@ -224,9 +221,9 @@ class BagReader(RunReader):
         for info in sorted(chunks, key=lambda c: (min(c.end, limit), c.pos), reverse=True):
             if best is not None and info.end < best[0]:
                 break
-            data = self._load(info)
-            rows = None if data is None else self._select(data, wanted, None, limit)
-            if data is not None and rows is not None and len(rows.conn):
+            found = self._rows(info, wanted, limit)
+            if found is not None and len(found[1].conn):
+                data, rows = found
                 times = rows.time
                 last = len(times) - 1 - int(times[::-1].argmax())
                 if best is None or times[last] > best[0]:
@@ -234,10 +231,7 @@ class BagReader(RunReader):
         if best is None:
             return None
         run = next(runs_of(Batch(best[2], best[1])))
-        found: Iterator[tuple[str, Any, Time]] = (
-            raw_messages(run, self._known, False) if raw else decoded_messages(run, self._takers)
-        )
-        return next(found)
+        return next(raw_messages(run, self._known, False) if raw else decoded_messages(run, self._takers))
 
     def times(self, topic: str, *, step: Callable[[], None] | None = None) -> NDArray[np.int64]:
         """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages.
@@ -256,9 +250,8 @@ class BagReader(RunReader):
                 continue
             times = self._index_times(info, wanted)
             if times is None:
-                data = self._load(info)
-                rows = None if data is None else self._select(data, wanted, None, None)
-                times = rows.time if rows is not None else parts[0]
+                found = self._rows(info, wanted)
+                times = parts[0] if found is None else found[1].time
             parts.append(times)
             if step is not None:
                 step()
@@ -303,8 +296,6 @@ class BagReader(RunReader):
         Raises:
             BagError: No such topic, or no usable definition.
         """
-        from rosproto.bag.types import message_class_of
-
         if isinstance(which, str):
             which = self._topic(which).connections[0]
         return message_class_of(which)
@@ -384,10 +375,6 @@ class BagReader(RunReader):
         if connections is not None:
             chosen &= {c.id for c in connections}
         return chosen
-
-    def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
-        ahead = ReadAhead(self._source, self._spans)
-        return self._merge(self._chunks_of(wanted, low, high), ahead, wanted, low, high)
 
 
 def _as_time(nanoseconds: int) -> Time:

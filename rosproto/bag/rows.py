@@ -1,10 +1,11 @@
 """Where each message lies in the plain bytes of a chunk.
 
-A chunk of 768 KiB holds thousands of small messages, so numpy finds them all at once: the index records after
-the chunk give the offsets, and the message headers there (46 bytes; one writer always has the same fields in
-the same order) are compared with the first one and read column by column. Anything else (a wrong index,
-another field order within the chunk, a chunk without an index) is read slowly, record by record, and gives
-the same rows.
+A chunk of pictures and laser scans holds about twenty messages, and a plain loop finds them before numpy
+has set up its arrays (`few_places`). A chunk of 768 KiB of small messages holds thousands, so numpy finds
+them all at once: the index records after the chunk give the offsets, and the message headers there (46 bytes;
+one writer always has the same fields in the same order) are compared with the first one and read column by
+column. Anything else (a wrong index, another field order within the chunk, a chunk without an index) is read
+slowly, record by record, and gives the same rows.
 """
 
 from __future__ import annotations
@@ -28,10 +29,12 @@ from rosproto.bag.records import (
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["MESSAGE_HEAD", "Rows", "rows_at", "rows_slowly", "walk"]
+__all__ = ["MESSAGE_HEAD", "Place", "Rows", "few_places", "rows_at", "rows_slowly", "walk"]
 
 _MESSAGE_HEADER = 38  # fields conn, op and time with their lengths
 MESSAGE_HEAD = 4 + _MESSAGE_HEADER + 4  # with the header's and the data's length
@@ -40,6 +43,19 @@ _HEAD_TYPE = f"V{MESSAGE_HEAD}"  # numpy's name for that many bytes
 
 _U32 = Struct("<I")
 _HEADER_AND_DATA = Struct("<I38xI")
+
+
+FEW = 256  # messages
+# The head of a message record in the two usual field orders: conn, op, time (roscpp, and our own writer) and
+# op, conn, time (rospy). Each struct reads constant bytes, the connection, constant bytes, secs, nsecs and
+# the size of the message.
+_ORDERS = (
+    (Struct("<13sI17sIII"), b"\x26\0\0\0\x09\0\0\0conn=", b"\4\0\0\0op=\2\x0d\0\0\0time="),
+    (Struct("<21sI9sIII"), b"\x26\0\0\0\4\0\0\0op=\2\x09\0\0\0conn=", b"\x0d\0\0\0time="),
+)
+
+Place = tuple[int, int, int, int, int]
+"""A message: connection, secs, nsecs, its first byte in the chunk's blob, and the one behind it."""
 
 
 class Rows(NamedTuple):
@@ -63,6 +79,34 @@ class Rows(NamedTuple):
         import numpy as np
 
         return self.secs.astype(np.int64) * NS + self.nsecs
+
+    def between(self, low: int | None, high: int | None) -> Rows:
+        """Those not earlier than `low` and not later than `high`, ns; None is open."""
+        if low is None and high is None:
+            return self
+        time, least, most = self.time, -1 if low is None else low, 1 << 62 if high is None else high
+        return self.take((time >= least) & (time <= most))
+
+    def in_time_order(self) -> Rows:
+        """By time, then by place in the file: rows come connection by connection."""
+        import numpy as np
+
+        time, start = self.time, self.start
+        # Checking the order first pays only where sorting takes longer than the check.
+        if len(time) >= 256:
+            step = time[1:] - time[:-1]
+            if ((step > 0) | ((step == 0) & (start[1:] > start[:-1]))).all():
+                return self
+        return self.take(np.lexsort((start, time)))
+
+    def places(self) -> list[Place]:
+        """The same as Python's numbers."""
+        return list(zip(*[column.tolist() for column in self], strict=True))
+
+    def part(self, first: int, end: int) -> Rows:
+        """The rows from `first` on, before `end`."""
+        part = slice(first, end)
+        return Rows(self.conn[part], self.secs[part], self.nsecs[part], self.start[part], self.end[part])
 
     def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Rows:
         """The rows at these places, or where the mask is true."""
@@ -237,3 +281,70 @@ def _no_rows() -> Rows:
 
     none = np.zeros(0, np.uint32)
     return Rows(none, none, none, np.zeros(0, np.int64), np.zeros(0, np.int64))
+
+
+def few_places(blob: bytes, base: int, end: int, counts: Mapping[int, int]) -> Sequence[Place] | None:
+    """Where all messages of a chunk are, in time order, found by a plain loop.
+
+    None when they are not `FEW`, or anything is unexpected (a record of another form, counts that differ from
+    the table of contents): numpy does it then.
+    """
+    if not 0 < sum(counts.values()) <= FEW:
+        return None
+    places: list[Place] = []
+    at, records = base, 0
+    while at < end:
+        head = _head(blob, at, end)
+        records += 1
+        if head is None or records > 2 * FEW:
+            return None
+        conn, secs, nsecs, size = head
+        start = at + MESSAGE_HEAD
+        if conn >= 0:
+            at = start + size
+            places.append((conn, secs, nsecs, start, at))
+        else:
+            at += size
+    if at != end or not _agree(places, counts):
+        return None
+    return places if _in_order(places) else sorted(places, key=lambda p: (p[1] * NS + p[2], p[3]))
+
+
+def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:
+    """Connection, secs, nsecs and size of the message whose record begins there; None when there is none.
+
+    For a connection record the connection is -1, and the size is that of the whole record.
+    """
+    if at + MESSAGE_HEAD <= end:
+        for layout, first, second in _ORDERS:
+            one, conn, two, secs, nsecs, size = layout.unpack_from(blob, at)
+            if one == first and two == second:
+                return conn, secs, nsecs, size
+    if at + 4 > end:
+        return None
+    data = at + 8 + _U32.unpack_from(blob, at)[0]
+    if data > end:
+        return None
+    try:
+        op = op_of(decode_fields(blob, at + 4, data - 4))
+    except BagError:
+        return None
+    return (-1, 0, 0, data + _U32.unpack_from(blob, data - 4)[0] - at) if op == OP_CONNECTION else None
+
+
+def _agree(places: Sequence[Place], counts: Mapping[int, int]) -> bool:
+    """Whether every connection has as many messages as the table of contents says."""
+    seen: dict[int, int] = {}
+    for place in places:
+        seen[place[0]] = seen.get(place[0], 0) + 1
+    return seen == {conn: count for conn, count in counts.items() if count}
+
+
+def _in_order(places: Sequence[Place]) -> bool:
+    last = (0, 0)
+    for place in places:
+        time = place[1], place[2]
+        if time < last or time[1] >= NS:
+            return False
+        last = time
+    return True

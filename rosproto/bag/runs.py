@@ -1,67 +1,67 @@
-"""The messages of a bag as runs: rows of messages that lie in one chunk, all of them in the order of time.
+"""The messages of a bag as runs: messages that lie in one chunk, all of them in the order of time.
 
-Three ways lead through a chunk, whichever is quickest for it: large messages of an uncompressed one are read
-one by one, a few messages are found by Python, many by numpy. Chunks that overlap in time are merged.
+Recorders write one chunk after the other, so their time spans rarely overlap, and one chunk at a time is
+read, sorted and handed out. Where spans do overlap, chunks are opened by start time, and before the next one
+is opened, all messages up to its start are handed out. If so many chunks overlap that they exceed the budget,
+their bytes are dropped, only the places of their messages are kept (28 bytes each), and a chunk is read again
+when its messages are due.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.bag.bag_file import BagFile, Unreachable
-from rosproto.bag.chunk import ChunkData, plain_data, read_chunk
-from rosproto.bag.large_messages import Found, few_alone, few_messages, few_places
-from rosproto.bag.merge import Batch, merge
-from rosproto.bag.read_ahead import Following, ReadAhead
+from rosproto.bag.chunk import ChunkData, read_chunk
+from rosproto.bag.read_ahead import ReadAhead
 from rosproto.bag.records import ChunkInfo
-from rosproto.bag.rows import MESSAGE_HEAD, Rows
+from rosproto.bag.rows import Place, Rows
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    import numpy as np
+    from numpy.typing import NDArray
 
-__all__ = ["Place", "Run", "RunReader"]
+__all__ = ["Batch", "Run", "RunReader", "runs_of"]
 
-Place = tuple[int, int, int, int, int]
-"""A message: connection, secs, nsecs, its first byte in the chunk's plain bytes, and the one behind it."""
+BUDGET_BYTES = 64 << 20  # of chunks that overlap in time, held at once
 
 
 class Run(NamedTuple):
-    """Messages of one chunk, in the order of time; to be gone through once.
+    """Messages of one chunk, in the order of time.
 
     Attributes:
         info: The chunk.
-        blob: Its plain bytes; None when the messages were read one by one.
-        base: Where its data begins in there.
+        blob: Bytes that contain its plain data.
+        base: Where the data begins in there.
         places: The messages.
-        found: The messages that are read one by one; what was gone through need not be kept there.
-        fetch: Reads one of those, by its offset in the chunk and its size; None where the chunk turns out to
-            be damaged, which is noted then.
     """
 
     info: ChunkInfo
-    blob: bytes | None
+    blob: bytes
     base: int
-    places: Iterable[Place]
-    found: list[Found] | None = None
-    fetch: Callable[[int, int], bytes | None] | None = None
+    places: Sequence[Place]
 
-    def messages(self) -> Iterator[tuple[int, int, int, bytes]]:
-        """Connection, secs, nsecs and bytes of each."""
-        blob = self.blob
-        if blob is None:
-            return self._read()
-        return ((conn, secs, nsecs, blob[start:end]) for conn, secs, nsecs, start, end in self.places)
 
-    def _read(self) -> Iterator[tuple[int, int, int, bytes]]:
-        assert self.found is not None
-        assert self.fetch is not None
-        for conn, secs, nsecs, offset, size, data in self.found:
-            if data is None and (data := self.fetch(offset, size)) is None:
-                return
-            yield conn, secs, nsecs, data
+@dataclass(slots=True)
+class Batch:
+    """Messages in time order.
+
+    Attributes:
+        rows: Where they are.
+        chunk: The chunk of all of them; None when they come from several.
+        pieces: For each row the number of its chunk, (N,) int64; None with one chunk.
+        chunk_of: Gives a chunk by that number.
+    """
+
+    rows: Rows
+    chunk: ChunkData | None
+    pieces: NDArray[np.int64] | None = None
+    chunk_of: Callable[[int], ChunkData] | None = None
 
 
 class RunReader:
@@ -75,85 +75,85 @@ class RunReader:
     damage: list[str]
     _lost: bool  # a scan, in place of the index, had to leave messages out
 
-    def runs(
-        self, wanted: Collection[int], low: int | None = None, high: int | None = None, *, apart: bool = False
-    ) -> Iterator[Run]:
+    def runs(self, wanted: Collection[int], low: int | None = None, high: int | None = None) -> Iterator[Run]:
         """All messages of these connections; for callers that need bytes, not objects.
 
         Args:
             wanted: Ids of connections.
             low: Not earlier than this, ns.
             high: Not later than this, ns.
-            apart: A run may be of messages read one by one, where that is quicker.
 
         Raises:
             BagError: A chunk is damaged, and `skip_damaged` was not asked for.
         """
-        ahead = ReadAhead(self._source, self._spans)
         order = self._chunks_of(wanted, low, high)
-        alone = self._alone(order)
-        number = 0
-        while number < len(order):
-            first, info = number, order[number]
-            if not alone[first]:
-                while number < len(order) and not alone[number]:
-                    number += 1
-                for batch in self._merge(order[first:number], ahead, wanted, low, high):
-                    yield from runs_of(batch)
+        ahead = ReadAhead(self._read_chunk, order, self._spans)
+        for numbers in _overlapping(order):
+            if len(numbers) == 1:
+                run = self._run(ahead, numbers[0], order, wanted, low, high)
+                if run is not None:
+                    yield run
+                del run  # the next chunk is read into the same memory, still in the cache
                 continue
-            number += 1
-            # Only for a chunk that lies wholly in the span: its messages are not filtered by time below.
-            whole = (low is None or info.start >= low) and (high is None or info.end <= high)
-            if whole and apart and (run := self._few_messages(info, wanted)) is not None:
-                yield run
-                continue
-            data = self._load(info, ahead, lambda count, at=number: order[at : at + count])  # type: ignore[misc]
-            if data is None:
-                continue
-            places: Sequence[Place] | None = None
-            if whole:
-                places = few_places(data.blob, data.base, data.end, info.counts)
-            if places is None:
-                for batch in merge([info], lambda *_, held=data: held, self._selector(wanted, low, high)):
-                    yield from runs_of(batch)
-                continue
-            if not info.counts.keys() <= wanted:  # type: ignore[operator]
-                places = [place for place in places if place[0] in wanted]
-            yield Run(info, data.blob, data.base, places)
-            del data, places  # the next chunk is read into the same memory, still in the cache
+            for batch in self._merged(ahead, numbers, order, wanted, low, high):
+                yield from runs_of(batch)
 
-    def _alone(self, order: list[ChunkInfo]) -> list[bool]:
-        return few_alone(order)
-
-    def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> Run | None:
-        """A chunk's messages, to be read one by one; None where that is slower, or the chunk is damaged."""
+    def _run(
+        self,
+        ahead: ReadAhead,
+        number: int,
+        order: Sequence[ChunkInfo],
+        wanted: Collection[int],
+        low: int | None,
+        high: int | None,
+    ) -> Run | None:
+        """The messages of a chunk that overlaps no other."""
         self._source.check_open()
-        if self._source.far:
-            return None
         try:
-            position, size = plain_data(self._source, info)
-            found = few_messages(self._source, info, position, size, wanted) if size else None
-        except BagError:
-            return None  # the general way reports what is wrong
-        return None if found is None else Run(info, None, 0, (), found, self._fetcher(info, position))
+            data = ahead.take(number)
+            places = data.places(wanted, low, high)
+        except BagError as problem:
+            self._skipped(order[number], problem)
+            return None
+        return Run(data.info, data.blob, data.base, places)
 
-    def _fetcher(self, info: ChunkInfo, position: int) -> Callable[[int, int], bytes | None]:
-        """What reads messages of a chunk whose data begins at this position of the file."""
-        source = self._source
-        first = position + MESSAGE_HEAD
+    def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
+        order = self._chunks_of(wanted, low, high)
+        ahead = ReadAhead(self._read_chunk, order, self._spans)
+        return self._merged(ahead, range(len(order)), order, wanted, low, high)
 
-        def fetch(offset: int, size: int) -> bytes | None:
-            source.check_open()
+    def _merged(
+        self,
+        ahead: ReadAhead,
+        numbers: Sequence[int],
+        order: Sequence[ChunkInfo],
+        wanted: Collection[int],
+        low: int | None,
+        high: int | None,
+    ) -> Iterator[Batch]:
+        """Messages of chunks that may overlap, in time order; those of equal time in file order."""
+
+        def load(number: int) -> ChunkData | None:
+            self._source.check_open()
             try:
-                data = source.read_at(first + offset, size)
-                if len(data) != size:
-                    raise source.error("the file has become shorter", position + offset)
+                return ahead.take(number)
             except BagError as problem:
-                self._skipped(info, problem)
+                self._skipped(order[number], problem)
                 return None
-            return data
 
-        return fetch
+        held = _Held(order, load)
+        waiting: list[_Piece] = []
+        for number in numbers:
+            data = load(number)
+            rows = None if data is None else self._select(data, wanted, low, high)
+            if data is not None and rows is not None and len(rows.conn):
+                held.put(number, data)
+                rows = rows.in_time_order()
+                waiting.append(_Piece(number, rows, rows.time))
+            limit = order[number + 1].start if number + 1 in numbers else None
+            batch, waiting = _release(waiting, limit, held)
+            if batch is not None:
+                yield batch
 
     def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
         """Chunks that have wanted messages, by start time."""
@@ -166,50 +166,35 @@ class RunReader:
         ]
         return sorted(chunks, key=lambda c: (c.start, c.pos))
 
-    def _merge(
-        self,
-        chunks: list[ChunkInfo],
-        ahead: ReadAhead,
-        wanted: Collection[int],
-        low: int | None,
-        high: int | None,
-    ) -> Iterator[Batch]:
-        return merge(
-            chunks,
-            lambda info, following: self._load(info, ahead, following),
-            self._selector(wanted, low, high),
-        )
+    def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
+        """In any thread: a chunk, of at most so many bytes.
 
-    def _selector(
-        self, wanted: Collection[int], low: int | None, high: int | None
-    ) -> Callable[[ChunkData], Rows | None]:
-        return lambda data: self._select(data, wanted, low, high)
+        Raises:
+            BagError: It is damaged or larger.
+        """
+        return read_chunk(self._source, info, self._spans[info.pos], most=most)
 
-    def _load(
-        self, info: ChunkInfo, ahead: ReadAhead | None = None, following: Following | None = None
-    ) -> ChunkData | None:
+    def _rows(
+        self, info: ChunkInfo, wanted: Collection[int], high: int | None = None
+    ) -> tuple[ChunkData, Rows] | None:
+        """A chunk, and its wanted messages; None when it is damaged and left out."""
         self._source.check_open()
         try:
-            if ahead is not None:
-                return ahead.take(info, following)
-            return read_chunk(self._source, info, self._spans[info.pos])
+            data = self._read_chunk(info)
         except BagError as problem:
             self._skipped(info, problem)
             return None
+        rows = self._select(data, wanted, None, high)
+        return None if rows is None else (data, rows)
 
     def _select(
         self, data: ChunkData, wanted: Collection[int], low: int | None, high: int | None
     ) -> Rows | None:
         try:
-            rows = data.rows(wanted)
+            return data.rows(wanted).between(low, high)
         except BagError as problem:
             self._skipped(data.info, problem)
             return None
-        if (low is None or data.info.start >= low) and (high is None or data.info.end <= high):
-            return rows
-        time = rows.time
-        mask = (time >= (-1 if low is None else low)) & (time <= (1 << 62 if high is None else high))
-        return rows.take(mask)
 
     def _skipped(self, info: ChunkInfo, problem: BagError) -> None:
         if isinstance(problem, Unreachable):
@@ -230,7 +215,7 @@ def runs_of(batch: Batch) -> Iterator[Run]:
     """A batch's messages; where they come from several chunks by turns, a run for each turn."""
     import numpy as np
 
-    places = list(zip(*[column.tolist() for column in batch.rows], strict=True))
+    places = batch.rows.places()
     if batch.chunk is not None:
         yield Run(batch.chunk.info, batch.chunk.blob, batch.chunk.base, places)
         return
@@ -240,3 +225,84 @@ def runs_of(batch: Batch) -> Iterator[Run]:
     for start, end in pairwise(turns):
         chunk = batch.chunk_of(int(batch.pieces[start]))
         yield Run(chunk.info, chunk.blob, chunk.base, places[start:end])
+
+
+# -- chunks that overlap in time -----------------------------------------------------------------------------
+
+
+def _overlapping(order: Sequence[ChunkInfo]) -> Iterator[range]:
+    """The chunks, sorted by start time, in groups that must be merged: their numbers."""
+    first, latest = 0, -1
+    for number, info in enumerate(order):
+        if number > first and info.start >= latest:
+            yield range(first, number)
+            first = number
+        latest = max(latest, info.end)
+    if order:
+        yield range(first, len(order))
+
+
+@dataclass(slots=True)
+class _Piece:
+    """The messages of one chunk that have not been handed out yet, in time order."""
+
+    number: int
+    rows: Rows
+    time: NDArray[np.int64]
+
+
+def _release(waiting: list[_Piece], limit: int | None, held: _Held) -> tuple[Batch | None, list[_Piece]]:
+    """Everything up to `limit`, merged, and the pieces left over."""
+    import numpy as np
+
+    out: list[_Piece] = []
+    left: list[_Piece] = []
+    for piece in waiting:
+        size = len(piece.time)
+        count = size if limit is None else int(np.searchsorted(piece.time, limit, "right"))
+        if count:
+            out.append(_Piece(piece.number, piece.rows.part(0, count), piece.time[:count]))
+        if count < size:
+            left.append(_Piece(piece.number, piece.rows.part(count, size), piece.time[count:]))
+    if not out:
+        return None, left
+    held.keep_only({piece.number for piece in out} | {piece.number for piece in left})
+    if len(out) == 1:
+        return Batch(out[0].rows, held.get(out[0].number)), left
+    order = np.argsort(np.concatenate([piece.time for piece in out]), kind="stable")
+    rows = Rows(
+        *[np.concatenate(columns)[order] for columns in zip(*[piece.rows for piece in out], strict=True)]
+    )
+    pieces = np.concatenate([np.full(len(piece.time), piece.number, np.int64) for piece in out])[order]
+    return Batch(rows, None, pieces, held.get), left
+
+
+class _Held:
+    """Chunks in memory, at most BUDGET_BYTES of them (and at least one); the least recently used go first."""
+
+    def __init__(self, order: Sequence[ChunkInfo], load: Callable[[int], ChunkData | None]) -> None:
+        self._order = order
+        self._load = load
+        self._chunks: OrderedDict[int, ChunkData] = OrderedDict()
+        self._bytes = 0
+
+    def put(self, number: int, data: ChunkData) -> None:
+        self._chunks[number] = data
+        self._bytes += len(data.blob)
+        while self._bytes > BUDGET_BYTES and len(self._chunks) > 1:
+            self._bytes -= len(self._chunks.popitem(last=False)[1].blob)
+
+    def get(self, number: int) -> ChunkData:
+        data = self._chunks.get(number)
+        if data is not None:
+            self._chunks.move_to_end(number)
+            return data
+        data = self._load(number)
+        if data is None:  # it was readable a moment ago
+            raise BagError("the bag changed while it was read", offset=self._order[number].pos)
+        self.put(number, data)
+        return data
+
+    def keep_only(self, numbers: set[int]) -> None:
+        for number in [n for n in self._chunks if n not in numbers]:
+            self._bytes -= len(self._chunks.pop(number).blob)

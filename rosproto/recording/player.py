@@ -15,7 +15,7 @@ from itertools import chain, islice
 from typing import TYPE_CHECKING
 
 from rosproto.bag import BagReader, Connection
-from rosproto.bag.types import message_class_of
+from rosproto.bag.messages import message_class_of
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
 from rosproto.numbers import as_float
 from rosproto.recording.clock_output import ClockOutput

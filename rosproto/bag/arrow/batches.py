@@ -144,10 +144,11 @@ def batches_of(
     low = None if start_time is None else to_ns(start_time)
     high = None if end_time is None else to_ns(end_time)
     takers = {conn: (number, table.add) for number, table in enumerate(tables) for conn in table.connections}
-    for run in bag.runs(set(takers), low, high, apart=True):
-        for conn, secs, nsecs, data in run.messages():
+    for run in bag.runs(set(takers), low, high):
+        blob = run.blob
+        for conn, secs, nsecs, start, end in run.places:
             number, add = takers[conn]
-            batch = add(secs, nsecs, data)
+            batch = add(secs, nsecs, blob[start:end])
             if batch is not None:
                 yield number, batch
     for number, table in enumerate(tables):

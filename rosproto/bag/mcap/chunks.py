@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from rosproto.bag.bag_file import BagFile
+from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import decompress
 from rosproto.bag.mcap.library import library, misfits
 from rosproto.bag.mcap.source import SafeStream
 from rosproto.bag.records import NS, ChunkInfo
-from rosproto.bag.rows import Rows
+from rosproto.bag.rows import Place, Rows
 from rosproto.errors import BagError
 
 __all__ = ["LOOSE", "McapChunk", "messages_of", "read_mcap_chunk"]
@@ -19,30 +19,27 @@ __all__ = ["LOOSE", "McapChunk", "messages_of", "read_mcap_chunk"]
 LOOSE = 1024  # how many messages outside of chunks are read together
 
 
-@dataclass(slots=True)
-class McapChunk:
+class McapChunk(ChunkData):
     """A chunk's messages, one after the other.
 
-    Attributes:
+    It is never said to be packed: the library takes chunks apart by plain Python, which helper threads do not
+    make faster.
+
+    Args:
         info: The chunk they came from.
         blob: Their data.
-        base, end: Of the blob: 0 and its length.
         messages: Channel, time (ns) and bytes of each.
-        packed: True when it was compressed.
     """
 
-    info: ChunkInfo
-    blob: bytes
-    base: int
-    end: int
-    messages: list[tuple[int, int, int]]
-    packed: bool
+    def __init__(self, info: ChunkInfo, blob: bytes, messages: list[tuple[int, int, int]]) -> None:
+        super().__init__(info, blob, 0, len(blob))
+        self._messages = messages
 
     def rows(self, wanted: Collection[int] | None = None) -> Rows:
         """As `ChunkData.rows`."""
         import numpy as np
 
-        table = np.array(self.messages, np.uint64).reshape(-1, 3)
+        table = np.array(self._messages, np.uint64).reshape(-1, 3)
         time, sizes = table[:, 1], table[:, 2].astype(np.int64)
         secs = time // NS
         if (secs > 0xFFFFFFFF).any():
@@ -59,6 +56,12 @@ class McapChunk:
             return rows
         return rows.take(np.isin(rows.conn, np.fromiter(wanted, np.uint32)))
 
+    def places(
+        self, wanted: Collection[int], low: int | None = None, high: int | None = None
+    ) -> Sequence[Place]:
+        """As `ChunkData.places`."""
+        return self.rows(wanted).between(low, high).in_time_order().places()
+
 
 def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
     """The chunk, or the messages outside of chunks, that begin there.
@@ -71,7 +74,6 @@ def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
         SafeStream(source, info.pos), skip_magic=True, emit_chunks=True, record_size_limit=limit
     )
     messages: list[Any] = []
-    packed = False
     try:
         for record in reader.records:
             if loose and type(record).__name__ == "Message":
@@ -82,14 +84,13 @@ def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
                 if type(record).__name__ != "Chunk":
                     raise source.error("expected a chunk", info.pos)
                 messages = messages_of(source, record, info.pos)
-                packed = bool(record.compression)
                 break
     except misfits() as problem:
         raise source.error(f"no whole record: {problem or type(problem).__name__}", info.pos) from None
     messages = [message for message in messages if message.channel_id in info.counts]
     blob = b"".join([message.data for message in messages])
     facts = [(message.channel_id, message.log_time, len(message.data)) for message in messages]
-    return McapChunk(info, blob, 0, len(blob), facts, packed)
+    return McapChunk(info, blob, facts)
 
 
 def messages_of(

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING, BinaryIO, cast
+from typing import TYPE_CHECKING, BinaryIO
 
 from rosproto.bag.bag_file import BagFile, Scanning
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.mcap.chunks import read_mcap_chunk
 from rosproto.bag.mcap.contents import MCAP_MAGIC, read_contents
-from rosproto.bag.read_ahead import Following, ReadAhead
 from rosproto.bag.reader import BagReader, Compression
 from rosproto.bag.records import ChunkInfo
-from rosproto.bag.runs import Run
-from rosproto.errors import BagError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -83,19 +80,5 @@ class McapReader(BagReader):
                 step()
         return kinds
 
-    def _alone(self, order: list[ChunkInfo]) -> list[bool]:
-        return [False] * len(order)  # here there is no quicker way for few messages
-
-    def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> Run | None:
-        return None
-
-    def _load(
-        self, info: ChunkInfo, ahead: ReadAhead | None = None, following: Following | None = None
-    ) -> ChunkData | None:
-        self._source.check_open()
-        try:
-            # Both kinds of chunk have everything that is used of a chunk here.
-            return cast("ChunkData", read_mcap_chunk(self._source, info, info.pos in self._loose))
-        except BagError as problem:
-            self._skipped(info, problem)
-            return None
+    def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
+        return read_mcap_chunk(self._source, info, info.pos in self._loose)

@@ -291,16 +291,41 @@ def test_damage_ahead_is_told_when_its_turn_comes(helpers, tmp_path):
         assert len(bag.damage) == 1
 
 
-def test_large_chunks_are_not_read_ahead(helpers, monkeypatch):
-    """Or memory would hold several of them."""
-    monkeypatch.setattr(ahead, "MOST_AHEAD_BYTES", 120_000)
+def test_what_is_read_ahead_never_exceeds_its_budget(helpers, monkeypatch):
+    """Larger chunks are read when their turn comes, or memory would hold several of them."""
+    monkeypatch.setattr(ahead, "BUDGET_BYTES", 1_000_000)
     file = io.BytesIO()
     writer = BagWriter(file, "lz4", 90_000)
-    for i, message in enumerate([*blocks(4, 100_000), *blocks(4, 300_000), *blocks(4, 100_000)]):
+    for i, message in enumerate([*blocks(6, 100_000), *blocks(4, 1_200_000), *blocks(6, 100_000)]):
         writer.write("/blocks", message, Time(i, 0))
     writer.close()
+    real, held = ahead.ReadAhead._try, []
+
+    def watched(self, info):
+        data = real(self, info)
+        held.append(0 if data is None else len(data.blob))
+        return data
+
+    monkeypatch.setattr(ahead.ReadAhead, "_try", watched)
     with BagReader(file) as bag:
-        assert indices(bag) == list(range(12))
+        assert indices(bag) == list(range(16))
+    assert sum(size > 0 for size in held) >= (8 if helpers else 0)
+    assert max(held, default=0) * (2 * helpers + 2) <= 1_000_000
+
+
+def test_a_picture_of_6_mb_is_read_ahead(monkeypatch):
+    """The caller has something else to do than to unpack it."""
+    monkeypatch.setattr(ahead, "helper_count", lambda: 1)
+    file = io.BytesIO()
+    write(file, blocks(6, 6_000_000), "lz4").close()
+    with BagReader(file) as bag:
+        readers: list[int | None] = []
+        read = bag._read_chunk
+        monkeypatch.setattr(
+            bag, "_read_chunk", lambda info, most=None: (readers.append(most), read(info, most))[1]
+        )
+        assert indices(bag) == list(range(6))
+    assert readers.count(None) == 1
 
 
 def test_two_iterations_at_once_do_not_disturb_each_other(helpers):

@@ -1,4 +1,4 @@
-"""Chunks of a few large messages give what the general way gives, whatever is odd about them."""
+"""The plain loop for a few messages of a chunk gives what numpy gives, whatever is odd about them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, large_messages, runs
-from rosproto.bag.chunk import plain_data
+from rosproto.bag import BagReader, BagWriter, chunk
+from rosproto.bag.rows import few_places
 from rosproto.codec import encode, message_class
 from rosproto.errors import BagError
 from rosproto.time import Time
@@ -35,9 +35,9 @@ def seen(data: bytes, **options: Any) -> list[tuple[str, bytes, Time, tuple[int,
 
 
 def general(monkeypatch: pytest.MonkeyPatch, data: bytes, **options: Any) -> Any:
-    """The same, the general way."""
+    """The same by numpy."""
     with monkeypatch.context() as patch:
-        patch.setattr(runs, "few_alone", lambda order: [False] * len(order))
+        patch.setattr(chunk, "few_places", lambda *_: None)
         return seen(data, **options)
 
 
@@ -53,7 +53,7 @@ def general(monkeypatch: pytest.MonkeyPatch, data: bytes, **options: Any) -> Any
         {"topics": "/no"},
     ],
 )
-def test_the_same_as_the_general_way(
+def test_the_same_as_by_numpy(
     monkeypatch: pytest.MonkeyPatch, compression: str, backwards: bool, options: dict[str, Any]
 ) -> None:
     """Messages, times, order and positions."""
@@ -65,25 +65,6 @@ def test_the_same_as_the_general_way(
     assert all(isinstance(view, memoryview) and view.readonly for view in viewed)
     decoded = [encode(message) for _, message, _ in read(data).read_messages(**options)]
     assert decoded == [entry[1] for entry in expected]
-
-
-def test_large_messages_are_read_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """And those of other topics are not read at all."""
-    data = bag_bytes(pictures(40), "none", 400_000)
-
-    class Counting(io.BytesIO):
-        taken = 0
-
-        def read(self, size: int | None = -1) -> bytes:
-            found = super().read(size)
-            self.taken += len(found)
-            return found
-
-    file = Counting(data)
-    bag = BagReader(file)
-    file.taken = 0
-    assert sum(1 for _ in bag.read_messages("/said", raw=True)) == 40
-    assert file.taken < 40 * large_messages._WINDOW + 100_000 < len(data)
 
 
 def test_views_are_written_again() -> None:
@@ -105,15 +86,15 @@ def test_another_order_of_fields(monkeypatch: pytest.MonkeyPatch) -> None:
         assert conn + ours in data
         data = data.replace(conn + ours + b"\x0d", ours + conn + b"\x0d")
     bag = read(data)
-    info = bag.chunks[0]
-    found = large_messages.few_messages(bag._source, info, *plain_data(bag._source, info), {0, 1})
+    held = bag._read_chunk(bag.chunks[0])
+    found = few_places(held.blob, held.base, held.end, held.info.counts)
     assert found is not None
-    assert len(found) == sum(info.counts.values())
+    assert len(found) == sum(held.info.counts.values())
     assert seen(data) == general(monkeypatch, data)
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4"])
-def test_every_changed_byte_gives_the_same_as_the_general_way(
+def test_every_changed_byte_gives_the_same_as_by_numpy(
     monkeypatch: pytest.MonkeyPatch, compression: str
 ) -> None:
     """Messages or the same error, byte for byte around the heads."""
@@ -144,34 +125,9 @@ def test_damage_is_left_out_when_asked() -> None:
     assert f"byte {broken.pos}" in skipping.damage[0]
 
 
-def test_a_message_that_cannot_be_read_when_its_turn_comes() -> None:
-    """Large ones are read one by one: the chunk is damaged from there on, and noted or told like any other."""
-
-    class Shrinking(io.BytesIO):
-        limit = 1 << 40
-
-        def read(self, size: int | None = -1) -> bytes:
-            return super().read(max(0, min(-1 if size is None else size, self.limit - self.tell())))
-
-    data = bag_bytes(pictures(), "none", 60_000)
-    for skip in (False, True):
-        file = Shrinking(data)
-        bag = BagReader(file, skip_damaged=skip)
-        messages = bag.read_messages(raw=True)
-        before = next(messages)
-        file.limit = 5000
-        if not skip:
-            with pytest.raises(BagError, match="shorter"):
-                list(messages)
-            continue
-        assert len(list(messages)) < bag.message_count - 1
-        assert before[1].data
-        assert f"the chunk at byte {bag.chunks[0].pos} is damaged and left out" in bag.damage[0]
-
-
 def test_a_bag_that_is_closed_between_messages(tmp_path: Path) -> None:
-    """The iterator fails with the reason, also in the middle of a chunk."""
-    (tmp_path / "a.bag").write_bytes(bag_bytes(pictures(), "none", 400_000))
+    """The iterator fails with the reason, when the next chunk is to be read."""
+    (tmp_path / "a.bag").write_bytes(bag_bytes(pictures(), "none", 60_000))
     bag = BagReader(tmp_path / "a.bag")
     messages = bag.read_messages(raw=True)
     next(messages)

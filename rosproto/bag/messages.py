@@ -1,0 +1,157 @@
+"""Messages of a run, raw or decoded, and the class of a connection, chosen by md5sum and definition."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from rosproto.bag.records import Connection
+from rosproto.bag.rows import MESSAGE_HEAD
+from rosproto.bag.runs import Run
+from rosproto.codec import Message, decoder, define, message_class
+from rosproto.errors import BagError, DefinitionError
+from rosproto.msg import bundled
+from rosproto.time import Time
+
+__all__ = [
+    "Decode",
+    "Facts",
+    "RawMessage",
+    "Takers",
+    "decode_function",
+    "decoded_messages",
+    "message_class_of",
+    "raw_messages",
+]
+
+Decode = Callable[[bytes, int, int], Message]
+Facts = tuple[str, str, str, Connection]
+"""Of a connection: topic, type, md5sum, itself."""
+
+
+class RawMessage(NamedTuple):
+    """A message as it lies in the bag; the first four are what rosbag gives with raw=True.
+
+    Attributes:
+        type: "package/Type".
+        data: Serialized message; a read-only memoryview of the chunk with raw="view".
+        md5sum: Of its definition.
+        position: (byte position of the chunk in the file, of the message in the uncompressed chunk).
+        connection: Its connection, with the definition; `BagWriter.write` stores it as it is.
+    """
+
+    type: str
+    data: bytes
+    md5sum: str
+    position: tuple[int, int]
+    connection: Connection
+
+
+def raw_messages(run: Run, facts: Mapping[int, Facts], view: bool) -> Iterator[tuple[str, RawMessage, Time]]:
+    """A run's messages, not decoded: topic, message, receive time; with `view` memoryviews of the chunk."""
+    # The hot loop: no constructor runs.
+    time_class, new, make = Time, object.__new__, tuple.__new__
+    pos = run.info.pos
+    blob = memoryview(run.blob) if view else run.blob
+    base = run.base + MESSAGE_HEAD
+    for conn, secs, nsecs, start, end in run.places:
+        stamp = new(time_class)
+        stamp.secs = secs
+        stamp.nsecs = nsecs
+        topic, kind, md5sum, connection = facts[conn]
+        place = (pos, start - base)
+        yield topic, make(RawMessage, (kind, blob[start:end], md5sum, place, connection)), stamp
+
+
+class Takers(dict[int, tuple[str, Callable[[bytes, int, int], Any]]]):
+    """Topic and decoding function by the number of a connection; each is made when it is asked for.
+
+    Args:
+        connections: By number.
+    """
+
+    def __init__(self, connections: Mapping[int, Connection]) -> None:
+        super().__init__()
+        self._connections = connections
+
+    def __missing__(self, number: int) -> tuple[str, Callable[[bytes, int, int], Any]]:
+        connection = self._connections[number]
+        taker = self[number] = connection.topic, decode_function(message_class_of(connection))
+        return taker
+
+
+def decoded_messages(run: Run, takers: Takers) -> Iterator[tuple[str, Any, Time]]:
+    """A run's messages: topic, message, receive time.
+
+    Raises:
+        BagError: A connection has no usable definition.
+        CodecError: A message does not fit its stored definition.
+    """
+    # The hot loop: no constructor runs.
+    time_class, new = Time, object.__new__
+    blob = run.blob
+    for conn, secs, nsecs, start, end in run.places:
+        stamp = new(time_class)
+        stamp.secs = secs
+        stamp.nsecs = nsecs
+        topic, decode = takers[conn]
+        yield topic, decode(blob, start, end), stamp
+
+
+def message_class_of(connection: Connection) -> type[Message]:
+    """The class for a connection's messages.
+
+    The md5sum decides what the bytes are. When a bundled definition (or a bundled older revision) has it,
+    that class is taken: it is the same definition, and `isinstance` works with what a program imported.
+    Otherwise the text stored in the bag is used, as rosbag does even when its md5sum is another one.
+
+    Raises:
+        BagError: There is no bundled definition, and the stored text is missing or wrong.
+    """
+    known = _bundled(connection)
+    if known is not None:
+        return known
+    problem: DefinitionError | None = None
+    try:
+        stored = define(connection.type, connection.definition)
+        if connection.definition.strip() or connection.md5sum == stored._md5sum:
+            return stored
+    except DefinitionError as error:
+        problem = error
+    raise BagError(
+        f"{connection.topic}: the bag has no usable definition of {connection.type} "
+        f"(md5sum {connection.md5sum}), and none is bundled; read it with raw=True"
+    ) from problem
+
+
+def _bundled(connection: Connection) -> type[Message] | None:
+    library = bundled()
+    try:
+        if library.md5sum(connection.type) == connection.md5sum:
+            return message_class(connection.type)
+        for revision in library.revisions(connection.type):
+            if revision.md5sum == connection.md5sum:
+                return message_class(connection.type, revision.library)
+    except DefinitionError:
+        pass
+    return None
+
+
+def decode_function(cls: type[Message]) -> Decode:
+    """The fast decoder for messages that lie in a chunk.
+
+    Arrays are views of the bytes they were decoded from. A message that is a large part of its chunk keeps
+    the chunk alive; a small one is copied first, or a single message that is kept would hold a whole chunk in
+    memory.
+    """
+    fast = decoder(cls)
+    if not cls._has_views:
+        return fast
+
+    def decode(blob: bytes, start: int, end: int) -> Message:
+        size = end - start
+        if size * 4 >= len(blob):
+            return fast(blob, start, end)
+        return fast(blob[start:end], 0, size)
+
+    return decode
