@@ -61,6 +61,8 @@ class Fake:
         self.silent = False
         self.stands: bool | None = True
         self.stop_delay = 0.0
+        self.deaf = False  # to a stop over the live connection
+        self.knows_session = True
         self.ready: dict[str, Any] = {"answer": "yes", "text": "", "reasons": []}
         self.faults: dict[str, Any] = {"known": True, "present": False, "text": "", "active": []}
         self.goals: list[dict[str, Any]] = []
@@ -71,6 +73,7 @@ class Fake:
         self.asking: list[str] = []
         self.viewers = 0
         self.sockets: list[WebSocket] = []
+        self._tasks: list[asyncio.Future[None]] = []
         self.app = self._make()
 
     def lease_for(self, you: str) -> dict[str, Any]:
@@ -89,6 +92,15 @@ class Fake:
             "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": [],
             "rates": {"pose": 19.8, "scan": 9.9}, "ages": ages,
         }  # fmt: skip
+
+    def report(self) -> dict[str, Any]:
+        return {"stands_still": self.stands, "text": "the robot stands still; cancelled mark A1"}
+
+    async def _stop(self, socket: WebSocket, number: int) -> None:
+        self.calls.append(("live", "stop", None))
+        await socket.send_text(json.dumps({"t": "stop", "n": number, "state": "begun"}))
+        await asyncio.sleep(self.stop_delay)
+        await socket.send_text(json.dumps({"t": "stop", "n": number, "state": "done", **self.report()}))
 
     def scan(self) -> bytes:
         x, y, theta = self.pose
@@ -126,10 +138,15 @@ class Fake:
             return {}
 
         @app.post("/api/v1/stop")
-        async def stop() -> dict[str, Any]:
-            self.calls.append(("POST", "stop", None))
+        async def stop(request: Request) -> Any:
+            mode = request.headers.get("sec-fetch-mode", "")
+            way = "beacon" if mode == "no-cors" else "POST"
+            if "x-woosh-session" in request.headers and not self.knows_session:
+                self.calls.append(("refused", "stop", None))
+                return JSONResponse({"detail": "this session is over"}, 403)
+            self.calls.append((way, "stop", None))
             await asyncio.sleep(self.stop_delay)
-            return {"stands_still": self.stands, "text": "the robot stands still; cancelled mark A1"}
+            return self.report()
 
         @app.api_route("/api/v1/{path:path}", methods=["POST", "DELETE"])
         async def other(path: str, request: Request) -> Any:
@@ -191,6 +208,8 @@ class Fake:
                 self.holder, self.asking = message["to"], []
             elif message["op"] == "keep":
                 self.asking = []
+        elif message["t"] == "stop" and not self.deaf:
+            self._tasks.append(asyncio.ensure_future(self._stop(socket, message["n"])))
         elif message["t"] == "press":
             await socket.send_text(json.dumps({"t": "drive", "state": "driving"}))
 

@@ -3,14 +3,29 @@
 // the answer: to stop twice does no harm.
 
 const button = document.getElementById("stop");
+const SECONDS = 0.9; // without an answer: then the red button is named
+const WORDS = navigator.language.startsWith("zh")
+  ? ["正在停止…", "机器人静止了。", "还没有回应。请按机器人上的红色按钮。"]
+  : ["Stopping…", "The robot stands still.", "No answer yet. Use the red button on the robot."];
+
+function say(number, kind) {
+  if (!button.dataset.early) return; // stop.js says it now
+  const box = document.getElementById("stop-answer");
+  box.textContent = WORDS[number];
+  box.className = `answer ${kind}`;
+}
 
 function pressed(event) {
   if (!button.dataset.early || !(event.type === "click" ? event.detail === 0 : event.button === 0)) return;
   button.dataset.early = "pressed";
-  const box = document.getElementById("stop-answer");
-  box.textContent = navigator.language.startsWith("zh") ? "正在停止…" : "Stopping…";
-  box.className = "answer info";
-  fetch("api/v1/stop", { method: "POST" }).catch(() => {}); // stop.js asks again, and says what came of it
+  say(0, "info");
+  const alarm = setTimeout(() => say(2, "bad"), SECONDS * 1000);
+  fetch("api/v1/stop", { method: "POST" }).then(async (answer) => {
+    const stands = (await answer.json()).stands_still === true;
+    clearTimeout(alarm);
+    say(stands ? 1 : 2, stands ? "ok" : "bad");
+  }).catch(() => say(2, "bad"));
+  navigator.sendBeacon?.("api/v1/stop");
 }
 
 button.addEventListener("pointerdown", pressed);

@@ -60,7 +60,7 @@ const lease = new Lease({ store, link, boxes: [leaseBox] });
 const tabs = new Tabs(store);
 const map = new MapView({ store, ages, rest, link });
 new Header({ store, ages, link, tabs });
-new Stop({ store, rest });
+new Stop({ store, rest, link });
 new Go({ store, rest, map, lease });
 new Task({ store, rest });
 new Notices({ store, lease });

@@ -31,6 +31,7 @@ const KINDS = {
   map: (store, message) => store.set("map", shapes.mapFacts(message)),
   lease: (store, message) => store.set("lease", shapes.lease(message)),
   drive: (store, message) => store.set("drive", message),
+  stop: (store, message) => store.set("stop", message),
   journal,
   state,
   pose(store, message, ages, now) {

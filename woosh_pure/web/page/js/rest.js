@@ -33,9 +33,9 @@ export class Rest {
     }
   }
 
-  async call(method, path, body = null, { timeout = 10 } = {}) {
+  async call(method, path, body = null, { timeout = 10, session = true } = {}) {
     const headers = { "Accept-Language": current() };
-    if (this.session) headers["X-Woosh-Session"] = this.session;
+    if (this.session && session) headers["X-Woosh-Session"] = this.session;
     if (body !== null) headers["Content-Type"] = "application/json";
     const ending = new AbortController();
     const timer = setTimeout(() => ending.abort(), timeout * 1000);

@@ -1,9 +1,14 @@
-// STOP: one touch, no question, and an answer that says what stands still and what does not.
+// STOP: one touch, no question, and an answer that says what stands still and what does not. Every way to the server
+// is tried until one has confirmed: the open connection, a call, a call that carries nothing of this page, a beacon.
+// To stop twice does no harm.
 
 import { button, byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 
-const SLOW = 2; // seconds: then it is said that there is no answer yet
+const SECOND_WAY = 0.1; // seconds without a confirmation: then a call follows
+const ALL_WAYS = 0.3; // then all that is left
+const RED_BUTTON = 0.9; // then the red button is named
+const SLOW = 2; // then it is named although the stop has begun, as its result is not known
 const LIMIT = 25; // a stop watches the robot until it stands
 
 // Pure: which of the four answers this is.
@@ -13,12 +18,14 @@ export function verdict(answer) {
   return { key: "stop.unsure", kind: "warn", icon: "ask" };
 }
 
+const NO_ANSWER = { key: "stop.slow", kind: "bad", icon: "warn" };
+
 export class Stop {
-  constructor({ store, rest }) {
-    this.store = store;
-    this.rest = rest;
+  constructor({ store, rest, link }) {
+    Object.assign(this, { store, rest, link });
     this.number = 0;
     this.shown = null;
+    this.timers = [];
     this.box = byId("stop-answer");
     const stop = byId("stop");
     const early = stop.dataset.early === "pressed"; // before this module had come: see early_stop.js
@@ -30,24 +37,69 @@ export class Stop {
     stop.addEventListener("click", (event) => {
       if (event.detail === 0) this.press(); // by the keyboard
     });
+    store.on("stop", (message) => this.told(message));
     onLanguage(() => this.shown && this.answer(this.shown));
     if (early) this.press();
   }
 
-  async press() {
+  press() {
     this.store.set("stopping", true); // whoever drives lets go
     this.number += 1;
-    const mine = this.number;
+    this.begun = this.over = false;
+    this.waiting = new Set(); // ways by which an answer may still come
+    this.timers.forEach(clearTimeout);
     this.answer({ key: "stop.asking", kind: "info", icon: "wait" });
-    const slow = setTimeout(() => mine === this.number && this.answer({ key: "stop.slow", kind: "bad", icon: "warn" }), SLOW * 1000);
+    const mine = this.number;
+    const socket = this.link.send({ t: "stop", n: mine });
+    if (socket) this.waiting.add("socket");
+    const later = (seconds, act) => setTimeout(() => mine === this.number && act(), seconds * 1000);
+    this.timers = [
+      later(socket ? SECOND_WAY : 0, () => this.begun || this.call(mine, true)),
+      later(ALL_WAYS, () => this.begun || this.other(mine)),
+      later(RED_BUTTON, () => this.begun || this.answer(NO_ANSWER)),
+      later(SLOW, () => this.over || this.answer(NO_ANSWER)),
+    ];
+  }
+
+  // A call; without a session it carries nothing that a server could refuse.
+  async call(mine, session) {
+    this.waiting.add(session);
     try {
-      const report = await this.rest.json("POST", "stop", null, { timeout: LIMIT });
-      if (mine === this.number) this.answer({ ...verdict(report), report });
+      this.end(mine, await this.rest.json("POST", "stop", null, { timeout: LIMIT, session }));
     } catch (error) {
-      if (mine === this.number) this.answer({ key: "stop.failed", kind: "bad", icon: "warn", text: error.message });
-    } finally {
-      clearTimeout(slow);
+      const stopped = "stands_still" in (error.problem ?? {}); // it complains, but has stopped
+      if (stopped) this.end(mine, error.problem);
+      else this.failed(mine, session, error.message);
     }
+  }
+
+  other(mine) {
+    if (this.tried === mine) return;
+    this.tried = mine;
+    this.call(mine, false);
+    navigator.sendBeacon?.(`${this.rest.base}stop`);
+  }
+
+  failed(mine, way, text) {
+    if (mine !== this.number) return;
+    this.waiting.delete(way);
+    if (this.begun || this.over) return;
+    this.other(mine);
+    if (!this.waiting.has(true) && !this.waiting.has(false)) this.answer({ key: "stop.failed", kind: "bad", icon: "warn", text });
+  }
+
+  // What the server says over the open connection.
+  told(message) {
+    if (message.n !== this.number) return;
+    this.begun = true;
+    if (message.state === "done") this.end(message.n, message);
+    else if (!this.over && this.shown?.key !== "stop.asking") this.answer({ key: "stop.asking", kind: "info", icon: "wait" });
+  }
+
+  end(mine, report) {
+    if (mine !== this.number) return;
+    this.begun = this.over = true;
+    this.answer({ ...verdict(report), report });
   }
 
   answer(shown) {
