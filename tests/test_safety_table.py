@@ -90,6 +90,8 @@ HELD_BY = {
         "test_web_dead_man.py::test_a_page_whose_process_is_stopped_or_killed",
         "test_web_dead_man.py::test_after_a_cut_nothing_resumes_when_the_network_is_back",
         "test_web_dead_man.py::test_beats_that_a_slow_network_delivers_late_do_not_drive",
+        "web/test_page_pad.py::test_what_is_shown_during_a_drive_moves_no_pad",
+        "web/test_page_pad.py::test_a_pad_that_moves_ends_the_drive",
     ),
     "SIGTERM to `woosh web`": ("test_web_dead_man.py::test_a_server_that_is_ended_by_sigterm",),
     "STOP in the page": (
@@ -97,6 +99,8 @@ HELD_BY = {
         "test_web_dead_man.py::test_a_stop_that_another_person_gives_ends_the_drive_in_zero",
         "test_web_api.py::test_stop_answers_what_stands_still",
         "test_web_stop.py::test_a_stop_stops_first_and_complains_afterwards",
+        "web/test_page_stop.py::test_a_session_that_is_not_known_holds_no_stop_up",
+        "web/test_page_stop.py::test_the_red_button_is_named_within_a_second",
         "test_web_stop.py::test_a_body_that_never_ends_holds_no_stop_up",
         "test_web_stop.py::test_a_stop_begins_although_all_threads_of_requests_and_stops_wait",
         "test_web_stop.py::test_a_stop_over_the_connection_waits_for_nothing_that_was_asked_before",
@@ -108,7 +112,7 @@ HELD_BY = {
         "test_ends_of_programs.py::test_a_program_that_turns_sigterm_into_an_exit_stops_the_robot",
     ),
 }
-"""How a line begins, and the tests that hold it, in tests/scenarios."""
+"""How a line begins, and the tests that hold it, in tests/scenarios or where their path says."""
 
 
 def lines(page: str, header: str) -> list[str]:
@@ -131,7 +135,8 @@ def test_the_chinese_table_has_as_many_lines() -> None:
 @pytest.mark.parametrize("name", sorted({name for names in HELD_BY.values() for name in names}))
 def test_the_test_is_there(name: str) -> None:
     file, _, function = name.partition("::")
-    tree = ast.parse((ROOT / "tests" / "scenarios" / file).read_text("utf-8"))
+    folder = ROOT / "tests" if "/" in file else ROOT / "tests" / "scenarios"
+    tree = ast.parse((folder / file).read_text("utf-8"))
     assert function in {node.name for node in tree.body if isinstance(node, FUNCTIONS)}
 
 

@@ -87,6 +87,12 @@ class Lease:
         self.owner, self.expires = None, -math.inf
         return True
 
+    def withdraw(self, owner: str) -> bool:
+        """Take back a question, and keep the lease; False when nobody of that name asks."""
+        asks = owner in self.asking
+        self._forget(owner)
+        return asks
+
     def request(self, owner: str, now: float) -> bool:
         """Ask the holder for it; True when the question stands, False when there is nobody to ask, or too
         many ask already.
@@ -178,6 +184,10 @@ class ChassisLease:
     def release(self, owner: str) -> bool:
         """Give it back, or take a question back; False when it was not this owner's."""
         return self._change(lambda now: self._lease.release(owner, now))
+
+    def withdraw(self, owner: str) -> bool:
+        """Take a question back, but keep the lease; False when nobody of that name asks."""
+        return self._change(lambda now: self._lease.withdraw(owner))
 
     def request(self, owner: str) -> bool:
         """Ask the holder for it; False when it is free (`acquire` it), or too many ask already.

@@ -299,6 +299,25 @@ def test_a_page_that_is_cut_off_keeps_the_lease_for_its_return(
         assert chassis.lease.holder == name
 
 
+def test_a_page_that_has_gone_asks_for_nothing_any_more(
+    web: Served, chassis: Chassis, until: Callable[..., None]
+) -> None:
+    """However it went: the holder is not asked in its name. Whoever holds the lease keeps it for its return."""
+    with PageClient(web.port) as first:
+        first.say(t="lease", op="ask")
+        first.of("lease", yours=True)
+        with PageClient(web.port) as second:
+            second.say(t="lease", op="ask")
+            first.wait(lambda d: d["t"] == "lease" and d["asking"])
+            first.forget()
+            second.socket.socket.shutdown(socket.SHUT_RDWR)  # nobody says good-bye
+            first.wait(lambda d: d["t"] == "lease" and not d["asking"] and d["yours"])
+        holder = chassis.lease.holder
+        first.socket.socket.shutdown(socket.SHUT_RDWR)
+        until(lambda: web.app.state.context.viewers == 0)  # type: ignore[attr-defined]
+        assert chassis.lease.holder == holder
+
+
 def test_orders_of_the_page_count_for_its_lease(web: Served, page: PageClient) -> None:
     session_of = {"x-woosh-session": page.of("hello")["session"]}
     page.ready()

@@ -78,6 +78,16 @@ def test_the_list_of_those_who_ask_has_a_bound() -> None:
     assert len(lease.asking) == MOST_ASKING
 
 
+def test_a_question_is_taken_back_without_the_lease() -> None:
+    lease = Lease()
+    lease.acquire("anna", 10.0, 0.0)
+    lease.request("bert", 1.0)
+    assert lease.withdraw("bert")
+    assert lease.asking == []
+    assert not lease.withdraw("anna")
+    assert lease.owner == "anna"
+
+
 def test_giving_back_frees_it_and_keeps_those_who_ask() -> None:
     lease = Lease()
     lease.acquire("anna", 60.0, 0.0)

@@ -105,6 +105,8 @@ class Viewer:
             self._dead_man.end("gone")
             if self._driving:
                 self._end_drive("gone")
+            if self._robot.chassis.lease.withdraw(self._client.name):
+                self._hub.wake()
             try:
                 await _end_all({*tasks, *self._tasks})
                 for what in list(self._watched):

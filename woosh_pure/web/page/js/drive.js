@@ -15,7 +15,7 @@ import { warning } from "./warning.js";
 const REASONS = {
   silent: "silent", late: "late", "slow link": "slow", "no lease": "unleased", stopped: "stopped", busy: "busy",
 };
-const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken"]);
+const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved"]);
 const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why);
 
 export class Drive {
@@ -54,6 +54,7 @@ export class Drive {
       steer: (x, y) => this.steer(fromStick(x, y, this.limits)),
       release: () => this.heart.release(),
       taken: () => this.taken(),
+      moved: () => this.end("moved"),
     });
     this.status = el("p", { class: "drivestate", role: "status" });
     this.slider = el("input", {
@@ -61,6 +62,7 @@ export class Drive {
       oninput: () => (this.speed = Number(this.slider.value)),
     });
     this.root = byId("tab-drive");
+    this.place = byId("pad-row"); // first in the panel: whatever is shown comes below it
   }
 
   inputs() {
@@ -119,6 +121,7 @@ export class Drive {
 
   beat() {
     if (this.on && this.store.get("tab") === "drive" && !document.hidden) this.gamepad.poll(this.limits);
+    this.pad.stays();
     this.heart.tick();
   }
 
@@ -157,17 +160,19 @@ export class Drive {
   render() {
     const hello = this.store.get("hello");
     if (hello && !hello.allow_driving) {
+      fill(this.place);
       fill(this.root, el("section", { class: "card" }, el("h2", {}, t("drive.off")), el("p", {}, t("drive.offhow"))), this.leaseBox);
       return;
     }
     this.pad.root.setAttribute("aria-label", t("drive.pad"));
     this.pad.root.setAttribute("role", "application");
     const parts = this.on
-      ? [this.status, this.pad.root, el("label", { class: "slider" }, el("span", {}, t("drive.speed")), this.slider),
+      ? [el("label", { class: "slider" }, el("span", {}, t("drive.speed")), this.slider),
         el("p", { class: "quiet center" }, t("drive.pad")), el("p", { class: "quiet center wide" }, t("drive.keys")),
         button(t("drive.disable"), () => this.switch(false), { kind: "plain", id: "drive-off" })]
       : [el("section", { class: "card" }, el("h2", {}, t("drive.title")), el("p", {}, t("drive.warning.1")),
         button(t("drive.enable"), () => this.ask(), { kind: "primary", id: "drive-on" }))];
+    fill(this.place, ...(this.on ? [this.pad.root, this.status] : []));
     fill(this.root, ...parts, this.leaseBox);
     this.show();
   }

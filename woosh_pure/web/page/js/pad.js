@@ -1,18 +1,24 @@
 // The pad: hold and drag. Tells x right, y up, -1..1, and why it was let go.
+//
+// Its place is taken when the finger comes down, and a finger is measured by that place until it is lifted. So a pad
+// that moves or is resized cannot steer; it ends the drive.
 
 import { el } from "./dom.js";
 
+const STILL = 0.5; // pixels, or percent of zoom
+
 export class Pad {
-  // told: press(x, y), steer(x, y), release(), taken()
+  // told: press(x, y), steer(x, y), release(), taken(), moved()
   constructor(told) {
     this.told = told;
     this.pointer = null;
+    this.began = null; // the view when the finger came down; null once the pad has moved
     this.knob = el("span", { class: "knob" });
     this.root = el("div", { class: "pad" }, el("span", { class: "cross" }), this.knob);
     const { root } = this;
     root.addEventListener("pointerdown", (event) => this.down(event));
     root.addEventListener("pointermove", (event) => {
-      if (event.pointerId === this.pointer) this.told.steer(...this.where(event));
+      if (event.pointerId === this.pointer && this.stays()) this.told.steer(...this.where(event));
     });
     root.addEventListener("pointerup", (event) => this.up(event, "release"));
     root.addEventListener("pointercancel", (event) => this.up(event, "taken"));
@@ -24,6 +30,8 @@ export class Pad {
     if (this.pointer !== null || (event.pointerType === "mouse" && event.button !== 0)) return;
     event.preventDefault();
     this.pointer = event.pointerId;
+    this.box = this.root.getBoundingClientRect();
+    this.began = this.view();
     this.root.setPointerCapture(event.pointerId);
     this.root.classList.add("held");
     this.told.press(...this.where(event));
@@ -37,8 +45,26 @@ export class Pad {
     this.told[why]();
   }
 
+  // Where the pad is, and how the page is shown.
+  view() {
+    const { left, top, width, height } = this.root.getBoundingClientRect();
+    const { scale = 1, offsetLeft = 0, offsetTop = 0 } = globalThis.visualViewport ?? {};
+    return [left, top, width, height, innerWidth, innerHeight, offsetLeft, offsetTop, 100 * scale, 100 * devicePixelRatio];
+  }
+
+  // Whether it is still where the finger came down. To be asked before each beat, too. Says once that it has moved.
+  stays() {
+    if (this.pointer === null) return true;
+    if (this.began === null) return false;
+    const now = this.view();
+    if (this.began.every((value, i) => Math.abs(value - now[i]) <= STILL)) return true;
+    this.began = null;
+    this.told.moved();
+    return false;
+  }
+
   where(event) {
-    const box = this.root.getBoundingClientRect();
+    const { box } = this;
     const radius = box.width / 2;
     let x = (event.clientX - box.left - radius) / (0.75 * radius);
     let y = -(event.clientY - box.top - radius) / (0.75 * radius);

@@ -215,6 +215,7 @@ export const en = {
   "drive.hidden": "this page was not in view",
   "drive.blur": "this window lost the keyboard",
   "drive.lost": "the connection broke",
+  "drive.moved": "the pad moved on the screen",
   "drive.taken": "the touch was taken away",
   "drive.stopped": "STOP was pressed",
   "drive.unleased": "control went to somebody else",

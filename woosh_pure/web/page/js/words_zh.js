@@ -215,6 +215,7 @@ export const zh = {
   "drive.hidden": "页面不在前台",
   "drive.blur": "窗口失去了键盘",
   "drive.lost": "连接断了",
+  "drive.moved": "触摸盘在屏幕上移动了",
   "drive.taken": "触摸被打断",
   "drive.stopped": "按了停止",
   "drive.unleased": "控制权已交给别人",
