@@ -87,9 +87,9 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
 
 def seconds_of(text: str) -> float:
     """30, 30s, 5m, 2h in seconds."""
-    found = re.fullmatch(r"([0-9]+(?:\.[0-9]*)?)([smh]?)", text)
+    found = re.fullmatch(r"([0-9]{1,9}(?:\.[0-9]{0,9})?)([smh]?)", text)
     if found is None or not float(found[1]) > 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write 30, 5m or 2h")
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no duration: write 30, 5m or 2h")
     return float(found[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[found[2]]
 
 

@@ -1,7 +1,7 @@
 """Types of options for argparse: what is out of range is wrong use, told before anything is done.
 
-Numbers are plain decimals in ASCII. Python reads more: `1_0` is ten to it, and so are digits of other
-scripts, which an input method writes; a robot must not drive ten metres for a slip of the finger.
+Numbers are plain decimals in ASCII. Python reads more: `1_0` and `1e1` are ten to it, and so are digits of
+other scripts, which an input method writes; a robot must not drive ten metres for a slip of the finger.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ __all__ = [
     "count",
     "finite",
     "folder_exists",
+    "host",
     "natural",
     "port",
     "positive",
@@ -24,8 +25,9 @@ __all__ = [
     "whole",
 ]
 
-_WHOLE = re.compile(r"[+-]?[0-9]{1,400}")
-_DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,6})?")
+_WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
+_DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_SHOWN = 40
 
 
 def finite(text: str) -> float:
@@ -35,7 +37,7 @@ def finite(text: str) -> float:
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+        raise argparse.ArgumentTypeError(f"{_shown(text)} is not a finite number")
     return value
 
 
@@ -48,13 +50,13 @@ def whole(text: str) -> int:
 
 
 def to_float(text: str) -> float:
-    """A number as commands take it: `-1.5`, `.5`, `2e-3`; no other writing.
+    """A number as commands take it: `-1.5`, `.5`, `12`; no other writing.
 
     Raises:
         ValueError: It is not one.
     """
     if _DECIMAL.fullmatch(text) is None:
-        raise ValueError(f"{text!r} is not a plain decimal number such as 0.5 or -12")
+        raise ValueError(f"{_shown(text)} is not a plain decimal number such as 0.5 or -12")
     return float(text)
 
 
@@ -65,15 +67,20 @@ def to_int(text: str) -> int:
         ValueError: It is not one.
     """
     if _WHOLE.fullmatch(text) is None:
-        raise ValueError(f"{text!r} is not a whole number")
+        raise ValueError(f"{_shown(text)} is not a whole number")
     return int(text)
+
+
+def _shown(text: str) -> str:
+    """As it was typed; the begin of what is too long to be read."""
+    return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "...")
 
 
 def positive(text: str) -> float:
     """A number above 0."""
     value = finite(text)
     if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be above 0")
+        raise argparse.ArgumentTypeError(f"{_shown(text)}: must be above 0")
     return value
 
 
@@ -81,7 +88,7 @@ def seconds(text: str) -> float:
     """A duration or a speed; 0 is one."""
     value = finite(text)
     if value < 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be 0 or more")
+        raise argparse.ArgumentTypeError(f"{_shown(text)}: must be 0 or more")
     return value
 
 
@@ -101,7 +108,7 @@ def _whole(text: str, least: int) -> int:
     except ValueError:
         value = least - 1
     if value < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least}")
+        raise argparse.ArgumentTypeError(f"{_shown(text)} is not a whole number from {least}")
     return value
 
 
@@ -109,7 +116,17 @@ def port(text: str) -> int:
     """A TCP port; 0 lets the system choose."""
     if _WHOLE.fullmatch(text) and text.isdigit() and int(text) <= 65535:
         return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no port (0 to 65535)")
+    raise argparse.ArgumentTypeError(f"{_shown(text)} is no port (0 to 65535)")
+
+
+def host(text: str) -> str:
+    """A host name or an address of this computer."""
+    from rosproto.transport.address import plain_host
+
+    try:
+        return plain_host(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def folder_exists(text: str) -> Path:

@@ -23,12 +23,14 @@ __all__ = [
     "local_address_towards",
     "make_uri",
     "parse_uri",
+    "plain_host",
     "resolve",
     "same_uri",
     "uri_path",
 ]
 
 DEFAULT_MASTER_URI = "http://localhost:11311/"
+_DOTS = "\u3002\uff0e\uff61"  # what RFC 3490 takes for a dot, besides the dot
 
 
 def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
@@ -43,11 +45,28 @@ def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
     host, port = _split_authority(_authority(uri or DEFAULT_MASTER_URI), uri)
     if not host or any(character.isspace() or character in "@[]" for character in host):
         raise ValueError(f"URI {uri!r}: no host; expected something like http://10.0.0.7:11311/")
+    plain_host(host)
     if not port:
         return host, default_port
     if not (port.isascii() and port.isdigit()) or len(port) > 5 or int(port) > 65535:
         raise ValueError(f"URI {uri!r}: port {port!r} is no number from 0 to 65535")
     return host, int(port)
+
+
+def plain_host(host: str) -> str:
+    """The host, unless it has digits or dots of other scripts.
+
+    Resolvers read those as ASCII, so that what an input method wrote would be another computer to people and
+    to `is_loopback` than to the system. Letters of other scripts are names.
+
+    Raises:
+        ValueError: It has such.
+    """
+    if not host.isascii() and any(c in _DOTS or (c.isdigit() and not c.isascii()) for c in host):
+        raise ValueError(
+            f"host {host!r} has digits or dots that are not ASCII; expected something like 10.0.0.7"
+        )
+    return host
 
 
 def _authority(uri: str) -> str:
@@ -120,6 +139,10 @@ def resolve(host: str, deadline: Deadline | None = None) -> list[str]:
         RosTimeout: The name server did not answer before `deadline` (None: within 10 seconds).
     """
     host = host.strip("[]")
+    try:
+        plain_host(host)
+    except ValueError as error:
+        raise ConnectionLost(str(error), peer=host) from None
     if _family(host) is not None:
         return [host]
     if host.lower() == "localhost":

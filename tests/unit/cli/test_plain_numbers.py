@@ -22,6 +22,9 @@ ODD = [
     "+-1",
     "0x10",
     "1e",
+    "1e1",
+    "2E-3",
+    "1" + 400 * "0" + "x",
     "1.2.3",
     "--1",
     "1,5",
@@ -41,10 +44,10 @@ def test_what_only_python_reads_is_no_number(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "value"), [("1", 1), ("-1.5", -1.5), ("+.5", 0.5), ("2.", 2.0), ("1e-3", 0.001), ("007", 7)]
+    ("text", "value"), [("1", 1), ("-1.5", -1.5), ("+.5", 0.5), ("2.", 2.0), ("0.001", 0.001), ("007", 7)]
 )
 def test_decimals_are(text: str, value: float) -> None:
-    """Signs, points and exponents."""
+    """Signs and points."""
     assert to_float(text) == value
     if text.isdigit():
         assert to_int(text) == value
@@ -82,19 +85,60 @@ def test_there_are_many() -> None:
 def test_every_number_of_every_command_is_read_so(path: str, action: argparse.Action) -> None:
     """A new option with type=int or type=float is found here."""
     assert callable(action.type)
-    for text in ("1_0", "１", "٣", "1_0.5"):
+    for text in ("1_0", "１", "٣", "1_0.5", "1e1"):
         with pytest.raises((argparse.ArgumentTypeError, ValueError)):
             action.type(text)
 
 
 def test_move_does_not_drive_ten_metres(capsys: pytest.CaptureFixture[str]) -> None:
-    """`woosh move 1_0` is wrong use, before anything is asked."""
+    """`woosh move 1_0` and `1e1` are wrong use, before anything is asked."""
     from woosh_pure.cli import main
 
-    for word in ("1_0", "１0"):
+    for word in ("1_0", "１0", "1e1"):
         with pytest.raises(SystemExit) as left:
             main(["--master", "http://127.0.0.1:9", "move", word])
         assert left.value.code == 2
         told = f"{word!r} is not a plain decimal number such as 0.5 or -12"
         assert told in capsys.readouterr().err
     assert option_types.finite("10") == 10.0
+
+
+@pytest.mark.parametrize(
+    ("path", "action"), NUMBERS, ids=[f"{path} {'/'.join(a.option_strings) or a.dest}" for path, a in NUMBERS]
+)
+def test_a_number_of_400_digits_is_refused_in_one_short_sentence(path: str, action: argparse.Action) -> None:
+    assert callable(action.type)
+    with pytest.raises((argparse.ArgumentTypeError, ValueError)) as refused:
+        action.type("1" + 400 * "0")
+    assert len(str(refused.value)) < 120
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "woosh battery --chassis {}",
+        "woosh battery --master http://{}:11311",
+        "woosh battery --sim --host {}",
+        "woosh web --sim --no-browser --bind {}",
+        "woosh sim --bind {}",
+        "rosproto topic list --master http://{}:11311",
+        "rosproto master --port 0 --host {}",
+        "rosproto bridge --port 0 --bind {}",
+        "rosproto foxglove --port 0 --bind {}",
+    ],
+)
+@pytest.mark.parametrize("host", ["１２７.0.0.1", "127。0。0。1", "127．0.0.1"])
+def test_an_address_in_digits_or_dots_of_another_script_is_refused(
+    words: str, host: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The system would read them as ASCII, and connect or listen there."""
+    from rosproto.cli import main as rosproto
+    from woosh_pure.cli import main as woosh
+
+    prog, *line = words.format(host).split()
+    try:
+        code = {"woosh": woosh, "rosproto": rosproto}[prog](line)
+    except SystemExit as left:
+        code = left.code  # type: ignore[assignment]
+    assert code == 2
+    assert "digits or dots that are not ASCII" in capsys.readouterr().err
