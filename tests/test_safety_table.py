@@ -52,6 +52,15 @@ HELD_BY = {
     "Ctrl-C or SIGTERM in a `woosh` command": (
         "test_cli_terminal.py::test_ctrl_c_and_signals_stop_the_robot_and_restore_the_terminal",
     ),
+    "SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command": (
+        "test_unread_output.py::test_a_signal_ends_a_drive_on_a_terminal_that_takes_nothing",
+        "test_cli_terminal.py::test_ctrl_c_and_signals_stop_the_robot_and_restore_the_terminal",
+    ),
+    "nobody reads what a `woosh` command prints": (
+        "test_unread_output.py::test_a_signal_stops_every_motion_although_nobody_reads",
+        "test_unread_output.py::test_a_signal_stops_the_robot_whichever_output_is_full",
+        "test_unread_output.py::test_a_time_limit_fires_whichever_output_is_full",
+    ),
     "the `Chassis` block is left, or the program ends in an orderly way": (
         "test_misuse.py::test_whatever_leaves_the_block_stops_the_robot",
         "test_motion.py::test_an_orderly_exit_without_with_stops_the_robot_too",

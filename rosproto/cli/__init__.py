@@ -14,6 +14,7 @@ TYPE_CHECKING = False  # as in typing, which `--help` does not wait for
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rosproto.cli.background_output import everything_is_written, hurry, in_background
     from rosproto.cli.bag_progress import Progress
     from rosproto.cli.bag_record import add_output_options, follow_recording, recorder_options
     from rosproto.cli.bag_signals import interrupt_on_signals
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
         count,
         finite,
         folder_exists,
+        host,
         natural,
         port,
         positive,
@@ -86,12 +88,16 @@ __all__ = [
     "counted",
     "enable_escapes",
     "escape_what_cannot_be_printed",
+    "everything_is_written",
     "explain",
     "finite",
     "folder_exists",
     "follow_recording",
     "give_examples",
     "guarded",
+    "host",
+    "hurry",
+    "in_background",
     "interrupt_on_signals",
     "is_terminal",
     "json_text",
@@ -162,12 +168,16 @@ __getattr__ = late_names(
         "counted": "counts",
         "enable_escapes": "console",
         "escape_what_cannot_be_printed": "streams",
+        "everything_is_written": "background_output",
         "explain": "failure",
         "finite": "option_types",
         "folder_exists": "option_types",
         "follow_recording": "bag_record",
         "give_examples": "parser",
         "guarded": "streams",
+        "host": "option_types",
+        "hurry": "background_output",
+        "in_background": "background_output",
         "interrupt_on_signals": "bag_signals",
         "is_terminal": "console",
         "json_text": "json_output",

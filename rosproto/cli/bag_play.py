@@ -8,6 +8,7 @@ import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from .background_output import hurry
 from .bag_opening import opened
 from .bag_signals import interrupt_on_signals
 from .connection import CommandError, add_graph_options, open_node
@@ -68,6 +69,7 @@ def play(arguments: argparse.Namespace) -> int:
     """Publish until the end, or until interrupted."""
     from rosproto.recording import Player
 
+    hurry()
     paths, remap = _split_remappings([*arguments.bags, *arguments.more_bags])
     with ExitStack() as stack:
         bags = [stack.enter_context(opened(path, arguments, quiet=arguments.quiet)) for path in paths]

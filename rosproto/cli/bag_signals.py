@@ -18,7 +18,7 @@ def interrupt_on_signals() -> Iterator[None]:
     does not: a shell ignores it in whatever a script starts with `&`, and who sends it there means it.
     """
     before = {}
-    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK"):
         number = getattr(signal, name, None)
         if number is not None and (name != "SIGHUP" or signal.getsignal(number) is not signal.SIG_IGN):
             try:

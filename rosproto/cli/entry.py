@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 
 from rosproto.version import __version__
 
+from .background_output import everything_is_written, hurry, in_background
 from .closed_console import linger_when_closed
 from .commands import COMMANDS
 from .examples import EXAMPLES
@@ -49,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         from rosproto.rospy.launch import main as run_program
 
         return run_program(words[1:], prog="rosproto run")
-    with guarded():
+    with in_background() if argv is None else nullcontext(), guarded():
         return _command(words, until_exit=argv is None)
 
 
@@ -92,13 +94,14 @@ def _run(name: str, arguments: argparse.Namespace, *, until_exit: bool) -> int:
         with signals_unwind(until_exit=until_exit), linger_when_closed():
             _log_to_stderr(arguments.verbose)
             code: int = arguments.run(arguments)
-            if sys.stdout is not None:
-                sys.stdout.flush()  # a full disk or a closed pipe shows here, not at exit
+            everything_is_written()  # a full disk or a closed pipe shows here, not at exit
             # What was read from a damaged bag may not be all; see `bag_opening.opened`.
             return code or (FAILED if getattr(arguments, "incomplete", False) else DONE)
     except KeyboardInterrupt:
+        hurry()
         return INTERRUPTED
     except Terminated:
+        hurry()
         return TERMINATED
     except BrokenPipeError:
         output_is_gone()

@@ -46,7 +46,7 @@ class CommandError(RosError):
 
 
 class Terminated(BaseException):
-    """SIGTERM, a hang-up or a closed console: unwinds the program as Ctrl-C does, so that nodes are
+    """SIGTERM, SIGQUIT, a hang-up or a closed console: unwinds the program as Ctrl-C does, so that nodes are
     unregistered and motions stopped.
     """
 
@@ -106,9 +106,10 @@ def output_is_gone() -> None:
 
 @contextmanager
 def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
-    """Within the block SIGTERM, SIGHUP and SIGBREAK raise `Terminated` in the main thread.
+    """Within the block SIGTERM, SIGHUP, SIGQUIT and SIGBREAK raise `Terminated` in the main thread.
 
-    SIGBREAK is Ctrl-Break, and what a closed Windows console sends; SIGHUP a closed terminal elsewhere.
+    SIGBREAK is Ctrl-Break, and what a closed Windows console sends; SIGHUP a closed terminal elsewhere;
+    SIGQUIT Ctrl-\\.
 
     Signals sometimes come in pairs: `timeout` sends its one to the command and then to the whole group.
     What follows within `ONE_SIGNAL` seconds is the same one: raised again, it would end the orderly end
@@ -118,7 +119,7 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
         until_exit: The process ends with the block: the handlers stay, for the end of the interpreter.
     """
     before: dict[int, Any] = {}
-    handlers = {name: _once(raise_terminated) for name in ("SIGTERM", "SIGHUP", "SIGBREAK")}
+    handlers = {name: _once(raise_terminated) for name in ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")}
     interrupt = signal.getsignal(signal.SIGINT)
     # A shell ignores it in what a script starts with `&`: who sends it there means it, as to rospy.
     if interrupt is signal.default_int_handler or (until_exit and interrupt is signal.SIG_IGN):

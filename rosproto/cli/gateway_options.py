@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .background_output import hurry
 from .failure import CommandError
-from .option_types import count, port, seconds
+from .option_types import count, host, port, seconds
 
 if TYPE_CHECKING:
     import ssl
@@ -26,6 +27,7 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
     """Address, token, TLS, origins, patterns."""
     parser.add_argument(
         "--bind",
+        type=host,
         default="127.0.0.1",
         metavar="ADDRESS",
         help="address to listen on; this computer alone by default, and with another one a token is needed",
@@ -74,6 +76,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
     Raises:
         CommandError: The certificate cannot be used.
     """
+    hurry()
     from rosproto.gateway import Access
     from rosproto.gateway.strangers import is_loopback_host
 

@@ -161,17 +161,20 @@ def open_keys(*, driving: bool = True) -> Iterator[Keys]:
     descriptor = sys.stdin.fileno()
     before = termios.tcgetattr(descriptor)
     try:
-        tty.setcbreak(descriptor, termios.TCSADRAIN)
+        # Now, and not when all output is written: nobody may read it.
+        tty.setcbreak(descriptor, termios.TCSANOW)
         if driving:
             mode = termios.tcgetattr(descriptor)
             disabled = os.fpathconf(descriptor, "PC_VDISABLE")
             for name in ("VSUSP", "VDSUSP", "VSTOP"):
                 if hasattr(termios, name):
                     mode[6][getattr(termios, name)] = bytes([disabled & 0xFF])
-            termios.tcsetattr(descriptor, termios.TCSADRAIN, mode)
+            termios.tcsetattr(descriptor, termios.TCSANOW, mode)
         yield _PosixKeys(descriptor)
     finally:
-        termios.tcsetattr(descriptor, termios.TCSAFLUSH if driving else termios.TCSADRAIN, before)
+        if driving:
+            termios.tcflush(descriptor, termios.TCIFLUSH)
+        termios.tcsetattr(descriptor, termios.TCSANOW, before)
 
 
 class Keyboard:

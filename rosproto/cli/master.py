@@ -14,8 +14,9 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import make_uri, parse_uri
 from rosproto.transport.open_files import allow_open_files
 
+from .background_output import hurry
 from .failure import CommandError, cannot_listen
-from .option_types import port
+from .option_types import host, port
 
 if TYPE_CHECKING:
     from rosproto.master import Master
@@ -28,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Host, port, and who may connect."""
     parser.add_argument(
         "--host",
+        type=host,
         default="127.0.0.1",
         help="address to listen on; only this computer by default, 0.0.0.0 for every network",
     )
@@ -35,7 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-p", "--port", type=port, default=11311, help="port, 0 for a free one (default: 11311)"
     )
     parser.add_argument(
-        "--advertise", metavar="HOST", help="host name or address that others should use, if not --host"
+        "--advertise",
+        type=host,
+        metavar="HOST",
+        help="host name or address that others should use, if not --host",
     )
     parser.add_argument(
         "--allow",
@@ -59,6 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.no_rosout and arguments.rosout_log:
         raise CommandError("--rosout-log is written by the node /rosout, which --no-rosout leaves out")
+    hurry()
     allow_open_files(Limits().connections)
     signal.signal(signal.SIGINT, _interrupt)  # a shell starts background jobs with SIGINT ignored
     signal.signal(signal.SIGTERM, _interrupt)

@@ -15,6 +15,7 @@ from rosproto.errors import RosTimeout
 from rosproto.files import read_text
 from rosproto.time import Time
 
+from .background_output import hurry
 from .connection import CommandError, absolute, library_for, master_client, open_node, print_json, warn
 from .console import is_terminal
 from .yaml_values import load_documents, value_of
@@ -38,6 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     for value in messages:
         from_dict(cls, value, now=Time(1, 0))  # wrong values are refused before anything is announced
     _warn_of_another_type(arguments)
+    hurry()
     latch = arguments.latch or not (arguments.rate or arguments.n or piped or arguments.file)
     latch = latch or arguments.once
     with (

@@ -190,6 +190,8 @@ def test_an_example_of_help_does_what_it_promises(
             result = command(prog, [*words, *way.more], way.stdin)
     assert result.code == way.code, result.err
     assert way.shows in result.out
+    if words[0] != "completion":  # that prints a program
+        assert "\\n" not in result.out + result.err, "a line end of ours became an escape"
     for pattern in way.writes:
         found = list(tmp_path.glob(pattern))
         assert found, f"no {pattern}: {sorted(p.name for p in tmp_path.iterdir())}"

@@ -55,7 +55,12 @@ def test_drive_asks_in_the_language_of_who_drives(slow):
     """Who says no has sent nothing."""
     with drive(slow, "--lang", "zh") as terminal:
         asked = terminal.wait_for(lambda text: "确认后输入 yes" in text)
-        assert "速度控制会绕过底盘的避障和限制" in asked
+        assert [line.replace(" ", "") for line in asked.splitlines()[:4]] == [
+            "速度控制会绕过底盘的避障和限制。",
+            "周围必须没有人和障碍物。请一直看着机器人，红色急停按钮要伸手可及。",
+            "本程序不是急停：程序或网络中断后，机器人可能继续行驶。",
+            "确认后输入yes开始：",
+        ]
         terminal.send("no\r")
         assert terminal.exit_code() == 3
         assert "没有确认，没有发送任何命令" in terminal.text
@@ -203,8 +208,13 @@ def test_watch_leaves_the_terminal_in_order_on_ctrl_c(slow):
 
 def test_drive_asks_once_and_sends_nothing_without_a_yes(slow):
     with drive(slow, "--feedback-timeout", "2") as terminal:
-        terminal.wait_for("Type yes to drive:")
-        assert "OBSTACLE AVOIDANCE" in terminal.text
+        asked = terminal.wait_for("Type yes to drive:")
+        assert asked.splitlines()[:4] == [
+            "DRIVING BY VELOCITY BYPASSES THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.",
+            "The area must be clear. Watch the robot all the time, and keep its red button in reach.",
+            "This program is no emergency stop: when it or the network dies, the robot may drive on.",
+            "Type yes to drive:",
+        ]
         terminal.send("no\n")
         assert terminal.exit_code() == 3
         assert "not acknowledged" in terminal.text
@@ -313,7 +323,9 @@ def test_the_drive_is_over_when_the_node_that_listens_dies(slow):
         assert terminal.restored
 
 
-@pytest.mark.parametrize(("end", "code"), [("ctrl-c", 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
+@pytest.mark.parametrize(
+    ("end", "code"), [("ctrl-c", 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143), (signal.SIGQUIT, 143)]
+)
 def test_ctrl_c_and_signals_stop_the_robot_and_restore_the_terminal(slow, end, code):
     with drive(slow, *ACKNOWLEDGED) as terminal:
         terminal.wait_for("sent +0.00")

@@ -230,6 +230,10 @@ class Terminal:
             time.sleep(0.02)
         return code
 
+    def suspend(self) -> None:
+        """Take no more output, as after Ctrl-S."""
+        termios.tcflow(self._slave, termios.TCOOFF)
+
     @property
     def restored(self) -> bool:
         """True when the terminal is as it was before the command: echo, lines, signals."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli import Progress
+from rosproto.cli import Progress, hurry
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure.cli import config
 from woosh_pure.cli.console import is_terminal
@@ -138,23 +138,21 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
 
 
 def stop_and_tell(chassis: Chassis, out: Output) -> None:
-    """Stop, and say what came of it; a second Ctrl-C does not interrupt it, it is bounded to some seconds."""
+    """Stop, then say what came of it; a second Ctrl-C does not interrupt it, it is bounded to seconds."""
+    hurry()
     with _signals_ignored():
-        _try_line(out, "stopping ...")
-        _try_line(out, chassis.stop(timeout=4.0).sentence())
-
-
-def _try_line(out: Output, text: str) -> None:
-    try:
-        out.line(text)
-    except (OSError, ValueError):
-        pass  # the terminal has gone; the stopping matters, not the words
+        with out.working("stopping"):
+            report = chassis.stop(timeout=4.0)
+        try:
+            out.line(report.sentence())
+        except (OSError, ValueError):
+            pass  # the terminal has gone; the stopping matters, not the words
 
 
 @contextmanager
 def _signals_ignored() -> Iterator[None]:
     before: dict[int, Any] = {}
-    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK"):
         number = getattr(signal, name, None)
         if number is not None:
             try:
@@ -179,6 +177,7 @@ def follow(
 
     Raises what is not an arrival. `line` tells the way left; without it there is what the goal itself says.
     """
+    hurry()
     out.line(f"{describe} ...")
     live = not out.as_json and is_terminal(sys.stdout)
     every = _LIVE if live else _PLAIN

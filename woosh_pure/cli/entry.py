@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import Any
 
 from rosproto.cli import (
@@ -19,9 +20,13 @@ from rosproto.cli import (
     WrongUse,
     as_typed,
     escape_what_cannot_be_printed,
+    everything_is_written,
     explain,
     give_examples,
     guarded,
+    host,
+    hurry,
+    in_background,
     linger_when_closed,
     output_is_gone,
     positive,
@@ -56,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code, see `EXIT_CODES`."""
     escape_what_cannot_be_printed()
     words = as_typed(sys.argv[1:] if argv is None else argv)
-    with guarded():
+    with in_background() if argv is None else nullcontext(), guarded():
         return _command_line(words, until_exit=argv is None)
 
 
@@ -81,12 +86,13 @@ def _command_line(words: list[str], *, until_exit: bool) -> int:
 def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
     try:
         code = command.run(args, out)
-        if sys.stdout is not None:
-            sys.stdout.flush()  # a full disk or a closed pipe shows here, not at exit
+        everything_is_written()  # a full disk or a closed pipe shows here, not at exit
         return code
     except KeyboardInterrupt:
+        hurry()
         text, code = "interrupted", INTERRUPTED
     except Terminated:
+        hurry()
         text, code = "terminated", TERMINATED
     except BrokenPipeError:
         output_is_gone()
@@ -209,7 +215,9 @@ def _common(*, defaults: bool = False) -> Parser:
     group.add_argument(
         "--sim-speed", type=positive, metavar="X", help="simulated seconds per second, with --sim", **none
     )
-    group.add_argument("--host", metavar="ADDRESS", help="our own address, as the robot reaches it", **none)
+    group.add_argument(
+        "--host", type=host, metavar="ADDRESS", help="our own address, as the robot reaches it", **none
+    )
     group.add_argument(
         "--msg-path",
         action="append",

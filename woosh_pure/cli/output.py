@@ -90,7 +90,10 @@ class Output:
         what = self.say(what)
         thread = threading.Thread(target=_show_life, args=(what, done), name="woosh:progress", daemon=True)
         if not self.as_json:
-            thread.start()
+            try:
+                thread.start()
+            except RuntimeError:
+                pass  # no thread can be started: a stop is not to fail for want of words
         try:
             yield
         finally:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from rosproto.cli import own
+from rosproto.cli import hurry, own
 from rosproto.errors import RosTimeout
 from rosproto.text import cut, padded
 from woosh_pure.cli.arguments import positive
@@ -26,9 +26,11 @@ if TYPE_CHECKING:
     from woosh_pure.velocity.drive import Drive
 
 HELP = "drive by the keyboard: arrow keys or WASD; everything else stops"
-_WARNING = """DRIVING BY VELOCITY PASSES BY THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.
-The area must be clear. Watch the robot all the time, and keep its red button in reach.
-This program is no emergency stop: when it or the network dies, the robot may drive on."""
+_WARNING = (
+    "DRIVING BY VELOCITY BYPASSES THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.",
+    "The area must be clear. Watch the robot all the time, and keep its red button in reach.",
+    "This program is no emergency stop: when it or the network dies, the robot may drive on.",
+)
 _KEYS = "arrows or WASD: drive   + -: faster, slower (stops)   q, Esc: end   any other key: stop"
 
 
@@ -81,7 +83,8 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _ask(out: Output) -> None:
-    out.line(_WARNING)
+    for line in _WARNING:
+        out.line(line)
     try:
         answer = input(f"{out.say('Type yes to drive:')} ")
     except EOFError:
@@ -94,6 +97,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
     from rosproto.cli import open_keys
     from woosh_pure.cli.teleop import Teleop
 
+    hurry()
     angular = None if args.angular is None else math.radians(args.angular)
     out.line(_KEYS)
     with open_keys() as keys, _never_asleep(), ExitStack() as stack:

@@ -33,7 +33,8 @@ def run(args: Namespace, out: Output) -> int:
                 if args.code is not None:
                     _execute(args.code, names)
                 else:
-                    _interact(names, _BANNER.format(uri=chassis.master_uri))
+                    lines = _BANNER.format(uri=chassis.master_uri).split("\n")
+                    _interact(names, "\n".join(map(out.say, lines)))
         except SystemExit as leaving:
             return _exit_code(leaving.code)
     return 0

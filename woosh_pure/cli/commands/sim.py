@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import cannot_listen, to_float, to_int, whole
+from rosproto.cli import cannot_listen, host, hurry, to_float, to_int, whole
 from rosproto.errors import ConnectionLost
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import port, positive, seconds
@@ -45,7 +45,9 @@ HELP = "run a simulated chassis until interrupted"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument("--port", type=port, default=11311, help="port of its own master (11311; 0: any)")
-    parser.add_argument("--bind", default="127.0.0.1", metavar="ADDRESS", help="address to be reached at")
+    parser.add_argument(
+        "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address to be reached at"
+    )
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=whole, default=0, help="of everything random")
     parser.add_argument(
@@ -99,6 +101,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    hurry()
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits
     from woosh_pure.sim.site_options import site_of

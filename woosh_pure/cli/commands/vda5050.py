@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import CommandError
+from rosproto.cli import CommandError, hurry
 from woosh_pure.cli.arguments import corners, number, positive, seconds
 from woosh_pure.cli.connection import chosen, names, reaching, simulated
 from woosh_pure.cli.output import Output
@@ -78,6 +78,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    hurry()
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis
     from woosh_pure.fleet import Store, Vehicle

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from rosproto.cli import CommandError
+from rosproto.cli import CommandError, host, hurry
 from woosh_pure.cli.arguments import each_chassis, named_host, port
 from woosh_pure.cli.connection import connect, connect_to
 from woosh_pure.cli.output import Output
@@ -22,7 +22,9 @@ HELP = "show the robot in a browser, on a phone too, and open a REST door for an
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--bind", default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)")
+    parser.add_argument(
+        "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)"
+    )
     parser.add_argument("--port", type=port, default=8080, help="0 takes a free one (8080)")
     parser.add_argument("--token", help="what everybody has to know; needed off this computer")
     parser.add_argument(
@@ -56,6 +58,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    hurry()
     from woosh_pure import web
     from woosh_pure.web.extra import require
     from woosh_pure.web.serve import WebServer
