@@ -30,11 +30,23 @@ class Watched(PureVehicle):
         self.running: dict[str, str] = {}
         self.to_end: set[str] = set()
         self.ever: set[str] = set()
-        super().__init__(**given)
+        self.done: set[str] = set()
+        super().__init__(**given, obeys=False)
 
     def take(self, effects: Any) -> None:
         super().take(effects)
         machine = self.machine
+        for each in machine.action_states:
+            name = each.action.id
+            if (
+                each.action.type in ("cancelOrder", "startPause")
+                and each.status.value == "FINISHED"
+                and name not in self.done
+            ):
+                self.done.add(name)
+                assert machine.standing, f"{name} is FINISHED, and the vehicle was not measured standing"
+                assert self.drive is None
+                assert not machine.unknown
         for effect in effects:
             if isinstance(effect, Begin):
                 name = effect.action.id
@@ -51,6 +63,9 @@ class Watched(PureVehicle):
                     assert not self.running, f"a HARD action beside {self.running}"
                 if record.blocking != "NONE":
                     assert self.drive is None, "an action that blocks while it drives"
+                    assert self.measured, "an action that blocks before it was measured standing"
+                if machine.moves(record):
+                    self.measured = False
                 self.running[name] = record.blocking
             elif isinstance(effect, Drive):
                 assert effect.node.released
@@ -60,10 +75,31 @@ class Watched(PureVehicle):
                 assert not machine.held
                 assert machine.mode == "AUTOMATIC"
                 assert machine.position is not None
+                assert not machine.unknown
+                self.measured = False
             elif isinstance(effect, End):
                 self.to_end.add(effect.action_id)
 
+    measured = False
+    """Measured standing after the last end of what moves it."""
+
+    def stand(self) -> None:
+        """What the world tells after a while: the stop has ended, the robot stands."""
+        if self.drive is None and not any(kind == "HARD" for kind in self.running.values()):
+            if self.machine.stopping:
+                self.take(self.machine.stop_ended(True))
+            self.measured = True
+            self.take(self.machine.set_standing(True))
+
+    def stop(self, *, known: bool = True) -> None:
+        self.measured = False
+        super().stop(known=known)
+
     def finish(self, action_id: str, ok: bool = True, text: str = "") -> None:
+        if any(
+            each.action.id == action_id and self.machine.moves(each) for each in self.machine.action_states
+        ):
+            self.measured = False
         self.running.pop(action_id, None)
         self.to_end.discard(action_id)
         super().finish(action_id, ok, text)
@@ -136,7 +172,7 @@ class World:
         position = vehicle.drive.node.position
         assert position is not None
         if vehicle.halting or fate < 0.1:
-            vehicle.stop()
+            vehicle.stop(known=self.random.random() < 0.7)
         elif fate < 0.3 and vehicle.machine.position is not None:
             vehicle.place((vehicle.machine.position.x + position.x) / 2.0)
         elif fate < 0.45:
@@ -157,9 +193,12 @@ class World:
         kept = json.loads(json.dumps(old.saved))
         place, mode = old.machine.position, old.machine.mode
         new = Watched.__new__(Watched)
-        new.running, new.to_end, new.ever = {}, set(), old.ever
+        new.running, new.to_end, new.ever, new.done = {}, set(), old.ever, old.done
         PureVehicle.__init__(
-            new, machine=OrderMachine.from_json(kept, LIMITS), x=0.0 if place is None else place.x
+            new,
+            machine=OrderMachine.from_json(kept, LIMITS),
+            x=0.0 if place is None else place.x,
+            obeys=False,
         )
         new.visited = old.visited + [each for each in new.visited if each != (old.visited or [None])[-1]]
         self.vehicle = new
@@ -176,8 +215,8 @@ class World:
     def step(self) -> None:
         vehicle = self.vehicle
         kind = self.random.choices(
-            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end", "maps"),
-            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1, 2),
+            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end", "maps", "stand", "moves", "back"),
+            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1, 2, 25, 3, 4),
         )[0]  # fmt: skip
         if kind == "drive":
             self.drive()
@@ -203,7 +242,19 @@ class World:
         elif kind == "beep":
             self.instant("beep", self.random.choice(BLOCKING))
         elif kind == "lost":
+            vehicle.measured = False
+            vehicle.take(vehicle.machine.set_heard(False))
             vehicle.take(vehicle.machine.set_position(None))
+        elif kind == "back":
+            vehicle.measured = False
+            vehicle.take(vehicle.machine.set_heard(True))
+        elif kind == "stand" and vehicle.machine.heard:
+            vehicle.stand()
+        elif kind == "moves":  # somebody pushes it
+            vehicle.measured = False
+            vehicle.take(vehicle.machine.set_standing(False))
+            if vehicle.machine.stopping:
+                vehicle.take(vehicle.machine.stop_ended(False))
         elif kind == "mode":
             vehicle.take(vehicle.machine.set_mode(self.random.choice(("MANUAL", "AUTOMATIC"))))
         elif kind == "die":
@@ -225,6 +276,9 @@ class World:
             if vehicle.machine.position is None:
                 vehicle.place(0.0)
             vehicle.take(vehicle.machine.retry())
+            if not vehicle.machine.heard:
+                vehicle.take(vehicle.machine.set_heard(True))
+            vehicle.stand()
             if vehicle.running:
                 name = sorted(vehicle.to_end or vehicle.running)[0]
                 vehicle.finish(name, name not in vehicle.to_end)

@@ -9,7 +9,7 @@ from woosh_pure.fleet.actions.predefined import PARAMETERS, SCOPES
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.order.actions import Ability, Parameter, Scope
 from woosh_pure.fleet.order.deviation import AgvPosition
-from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Halt, Retry
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Halt, Retry, StopAll
 from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.order.machine import OrderMachine
 
@@ -106,11 +106,19 @@ class PureVehicle:
         ended: Ids of those it was told to end.
         visited: Ids of the nodes it has traversed.
         saved: The machine as it was put on disk last.
+        stops: How often it was told to stop whatever it does.
+        obeys: It stands at once when it is told to stop, and is measured standing after each end.
     """
 
     def __init__(
-        self, limits: Limits = LIMITS, *, x: float = 0.0, machine: OrderMachine | None = None
+        self,
+        limits: Limits = LIMITS,
+        *,
+        x: float = 0.0,
+        machine: OrderMachine | None = None,
+        obeys: bool = True,
     ) -> None:
+        self.obeys, self.stops = obeys, 0
         self.machine = machine or OrderMachine(limits)
         self.drives: list[str] = []
         self.begun: list[str] = []
@@ -123,6 +131,7 @@ class PureVehicle:
         self.saved: dict[str, Any] = self.machine.to_json()
         self.take(self.machine.set_mode("AUTOMATIC"))
         self.place(x)
+        self.rest()
 
     def take(self, effects: Sequence[Effect]) -> None:
         """Note what was asked."""
@@ -146,6 +155,20 @@ class PureVehicle:
                 self.ended.append(effect.action_id)
             elif isinstance(effect, Retry):
                 self.retries.append(effect.after)
+            elif isinstance(effect, StopAll):
+                self.stops += 1
+                if self.obeys:
+                    self.stopped(True)
+
+    def rest(self) -> None:
+        """It is measured standing, if nothing moves it."""
+        if self.obeys and self.drive is None:
+            self.take(self.machine.set_standing(True))
+
+    def stopped(self, standing: bool) -> None:
+        """What it was told to stop by has ended."""
+        self.take(self.machine.stop_ended(standing))
+        self.rest()
 
     def order(self, *args: Any, **options: Any) -> None:
         """Receive an order of `order_json`."""
@@ -169,16 +192,19 @@ class PureVehicle:
         if self.drive is drive:
             self.drive = None
             self.take(self.machine.drive_ended(drive.token, True))
+            self.rest()
 
-    def stop(self) -> None:
+    def stop(self, *, known: bool = True) -> None:
         """The drive under way ends where it is."""
         assert self.drive is not None
         drive, self.drive = self.drive, None
-        self.take(self.machine.drive_ended(drive.token, False, "halted"))
+        self.take(self.machine.drive_ended(drive.token, False, "halted", known=known))
+        self.rest()
 
     def finish(self, action_id: str, ok: bool = True, text: str = "") -> None:
         """An action ends."""
         self.take(self.machine.action_ended(action_id, ok, text))
+        self.rest()
 
     def status(self, action_id: str) -> str:
         """How an action stands; "" when it is not known."""

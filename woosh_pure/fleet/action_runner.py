@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from rosproto.errors import RosError
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
-from woosh_pure.fleet.actions.task import Handler, Task
+from woosh_pure.errors import GoalFailed
+from woosh_pure.fleet.actions.task import Handler, Task, end_is_known
 from woosh_pure.fleet.order.effects import Begin
 from woosh_pure.fleet.state import Load
 
@@ -27,7 +28,8 @@ class ActionRunner:
     Args:
         chassis: The chassis.
         handlers: What each action type does.
-        ended: Called with the action's id, whether it ended well, and its result; in the action's thread.
+        ended: Called with the action's id, whether it ended well, its result, and whether it is known that
+            the chassis has ended what it was asked for; in the action's thread.
 
     Attributes:
         loads: The loads on the vehicle, as pick and drop have told.
@@ -37,7 +39,7 @@ class ActionRunner:
         self,
         chassis: Chassis,
         handlers: Mapping[str, Handler],
-        ended: Callable[[str, bool, str], object],
+        ended: Callable[[str, bool, str, bool], object],
     ) -> None:
         self._chassis, self._handlers, self._ended = chassis, handlers, ended
         self.loads: list[Load] = []
@@ -61,15 +63,18 @@ class ActionRunner:
         worker.start()
 
     def _work(self, task: Task) -> None:
-        ok, text, action = False, "", task.action
+        ok, known, text, action = False, True, "", task.action
         try:
             text = str(self._handlers[action.type](task) or "")
             ok = True
         except Exception as error:
             text = str(error) or type(error).__name__
+            known = not isinstance(error, (ConnectionLost, RosTimeout))
+            if isinstance(error, GoalFailed):
+                known = end_is_known(error.outcome)
             if not isinstance(error, (RosError, ValueError, OSError)):
                 _log.exception("! the action %s has failed", action.type)
-        self._ended(action.id, ok, text)
+        self._ended(action.id, ok, text, known)
 
     def forget(self, action_id: str) -> None:
         """An action has ended."""
@@ -79,7 +84,7 @@ class ActionRunner:
         """Ask an action to end; one that was deferred has ended before it began."""
         for effect in [each for each in self._deferred if each.action.id == action_id]:
             self._deferred.remove(effect)
-            self._ended(action_id, False, "it was ended before it began")
+            self._ended(effect.action.id, False, "it was ended before it began", True)
         task = self._tasks.get(action_id)
         if task is not None:
             task.cancelled.set()

@@ -1,7 +1,15 @@
 """Carries out drives of the order machine as goals of the chassis, each in a thread of its own.
 
-A new drive replaces the one under way, so that a vehicle passes a node without a stop. A halt cancels, and
-its end is reported once the chassis has confirmed that it stands still.
+A new drive replaces the one under way, so that a vehicle passes a node without a stop. A halt cancels. Each
+drive gets exactly one report of its end, which says that the chassis does not work on it any more, and never
+that the robot stands; or that this is not known.
+
+    the chassis's outcome, or our error                          report
+    ------------------------------------------------------------------------------
+    arrived, failed, rejected, cancelled, replaced               ended
+    refused before anything was sent                             ended
+    connection lost, timed out, cancel not sent or not confirmed not known
+    any other error once sending has begun                       not known
 """
 
 from __future__ import annotations
@@ -14,6 +22,8 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.enums import NavDirection, NavigationMode
+from woosh_pure.errors import FirmwareLimit, MotionRefused
+from woosh_pure.fleet.actions.task import end_is_known
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.effects import Drive
@@ -24,7 +34,12 @@ if TYPE_CHECKING:
 __all__ = ["Driver"]
 
 _log = get_logger("woosh_pure.fleet.driver")
-_LIMITS_SECONDS = 5.0
+_MODE_SECONDS = 5.0
+_STOP_SECONDS = 4.0
+
+
+class _NotSent(RosError):
+    """The drive was not sent, because what its edge asks for was not set."""
 
 
 class Driver:
@@ -32,7 +47,9 @@ class Driver:
 
     Args:
         chassis: The chassis.
-        ended: Called with token, whether it arrived, and why not; in the drive's thread.
+        ended: Called with token, whether it arrived, why not, and whether its end is known; in a thread of
+            the drive's.
+        stopped: Called with whether the robot stands when `stop_all` has ended; likewise.
         place: Where the vehicle is now.
         marks: Whether a node without a position is a mark.
     """
@@ -40,24 +57,30 @@ class Driver:
     def __init__(
         self,
         chassis: Chassis,
-        ended: Callable[[int, bool, str], object],
+        ended: Callable[[int, bool, str, bool], object],
+        stopped: Callable[[bool], object],
         place: Callable[[], AgvPosition | None],
         *,
         marks: bool = False,
     ) -> None:
-        self._chassis, self._ended, self._place, self._marks = chassis, ended, place, marks
+        self._chassis, self._ended, self._stopped = chassis, ended, stopped
+        self._place, self._marks = place, marks
         self._lock = threading.Lock()
         self._sending = threading.Lock()  # one goal after the other: an older one must not replace a newer
         self._newest = 0
         self._halted = 0
         self._handle: tuple[int, Any] | None = None
-        self._limits: tuple[float, NavDirection] = (0.0, NavDirection.CHASSIS_DECIDES)
+        self._open: set[int] = set()  # tokens whose end was not reported
+        self._limited = False  # a limit of ours holds
+        self._without_modes = False  # it takes none
         self._closed = False
+        self._closing = threading.Event()
 
     def drive(self, effect: Drive) -> None:
         """Start driving; returns at once."""
         with self._lock:
             self._newest = effect.token
+            self._open.add(effect.token)
         self._begin(lambda: self._work(effect), f"woosh:drive-{effect.node.id}")
 
     def halt(self, token: int) -> None:
@@ -66,50 +89,85 @@ class Driver:
             self._halted = token
             handle = self._handle
         if handle is not None and handle[0] == token:
-            self._begin(lambda: self._cancel(handle[1]), "woosh:halt")
+            self._begin(lambda: self._cancel(*handle), "woosh:halt")
+
+    def stop_all(self, after: float) -> None:
+        """Stop whatever the chassis does, after so many seconds; returns at once, and its end is reported."""
+        self._begin(lambda: self._stop_all(after), "woosh:stop-all")
 
     def close(self) -> None:
         """Start no further drive, and cancel the one under way."""
         with self._lock:
             self._closed = True
             handle = self._handle
+        self._closing.set()
         if handle is not None:
-            self._cancel(handle[1])
+            self._cancel(*handle)
 
     @staticmethod
     def _begin(work: Callable[[], None], name: str) -> None:
         threading.Thread(target=work, name=name, daemon=True).start()
 
-    def _cancel(self, handle: Any) -> None:
+    def _cancel(self, token: int, handle: Any) -> None:
         try:
             handle.cancel()
         except RosError as error:
             _log.warning("! a drive was not cancelled: %s; the robot may still be driving", error)
+            self._report(token, False, f"it was not cancelled: {error}", known=False)
+
+    def _stop_all(self, after: float) -> None:
+        if self._closing.wait(after):
+            return
+        standing = False
+        try:
+            report = self._chassis.stop(everything=True, timeout=_STOP_SECONDS)
+            standing = bool(report.standing)
+            _log.warning("! how something that moves the robot ended is not known: %s", report.sentence())
+        except RosError as error:
+            _log.warning("! the robot was not stopped: %s", error)
+        self._stopped(standing)
 
     def _unwanted(self, token: int) -> bool:
         return self._closed or token != self._newest or token == self._halted
 
+    def _report(self, token: int, arrived: bool, text: str, *, known: bool) -> None:
+        with self._lock:
+            if token in self._open:
+                self._open.discard(token)
+            else:
+                return  # its end was reported
+        self._ended(token, arrived, text, known)
+
     def _work(self, effect: Drive) -> None:
-        arrived, text = False, "it was not begun"
+        token = effect.token
         try:
             with self._sending:
                 with self._lock:
-                    unwanted = self._unwanted(effect.token)
-                handle = None if unwanted else self._send(effect)
+                    unwanted, before = self._unwanted(token), self._handle
+                try:
+                    handle = None if unwanted else self._send(effect)
+                except Exception:
+                    if before is not None:  # it was to be replaced, and nobody would end it
+                        self._cancel(*before)
+                    raise
                 with self._lock:
-                    self._handle = None if handle is None else (effect.token, handle)
-                    late = handle is not None and (self._closed or effect.token == self._halted)
-            if handle is not None:
-                if late:
-                    self._cancel(handle)
-                outcome = handle.wait(None, raises=False)
-                arrived, text = outcome.arrived, outcome.text or str(outcome.kind)
-        except (RosError, ValueError) as error:
-            text = str(error)
+                    self._handle = None if handle is None else (token, handle)
+                    late = handle is not None and (self._closed or token == self._halted)
+            if handle is None:
+                self._report(token, False, "it was not begun", known=True)
+                return
+            if late:
+                self._cancel(token, handle)
+            outcome = handle.wait(None, raises=False)
+            text = outcome.text or str(outcome.kind)
+            self._report(token, outcome.arrived, text, known=end_is_known(outcome))
+        except (_NotSent, MotionRefused, FirmwareLimit, ValueError) as error:
+            self._report(token, False, str(error), known=True)
+        except RosError as error:
+            self._report(token, False, str(error), known=False)
         except Exception as error:
             _log.exception("! a drive failed")
-            text = f"{type(error).__name__}: {error}"
-        self._ended(effect.token, arrived, text)
+            self._report(token, False, f"{type(error).__name__}: {error}", known=False)
 
     def _send(self, effect: Drive) -> Any:
         node, edge = effect.node, effect.edge
@@ -131,17 +189,27 @@ class Driver:
         return math.atan2(dy, dx) if math.hypot(dx, dy) > 0.1 else place.theta
 
     def _obey(self, edge: Edge | None) -> None:
-        """Speed and direction of an edge, told to the chassis where they differ from what it was told
-        last."""
+        """Tell the chassis speed and direction of an edge, before each drive: it forgets them with a restart,
+        other programs set them, and what we set before a restart of ours still holds."""
         options = {} if edge is None else edge.options
         speed = float(options.get("maxSpeed", 0.0))
         direction = NavDirection.CHASSIS_DECIDES
         if "orientation" in options:
             backwards = abs(options["orientation"]) > 1.0
             direction = NavDirection.BACKWARD if backwards else NavDirection.FORWARD
-        if (speed, direction) == self._limits:
+        limited = speed > 0.0 or direction is not NavDirection.CHASSIS_DECIDES
+        if self._without_modes and not limited:
             return
-        self._chassis.set_navigation_mode(
-            NavigationMode.PRECISE_AVOIDANCE, max_speed=speed, direction=direction, timeout=_LIMITS_SECONDS
-        )
-        self._limits = (speed, direction)
+        try:
+            self._chassis.set_navigation_mode(
+                NavigationMode.PRECISE_AVOIDANCE, max_speed=speed, direction=direction, timeout=_MODE_SECONDS
+            )
+        except RosError as error:
+            if limited or self._limited:
+                raise _NotSent(f"speed and direction were not set, so it was not begun: {error}") from error
+            self._without_modes = True
+            _log.warning(
+                "! the chassis takes no speed and direction (%s); it drives as it is configured", error
+            )
+            return
+        self._limited, self._without_modes = limited, False

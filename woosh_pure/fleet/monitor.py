@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from woosh_pure.geometry import Pose2D, Velocity
     from woosh_pure.values import Parameters
 
-__all__ = ["SILENT_AFTER", "ChassisMonitor"]
+__all__ = ["SILENT_AFTER", "STILL", "ChassisMonitor"]
 
 _SEVERE = 3  # level of a fault
 SILENT_AFTER = 1.5
 """Seconds without pose and velocity after which the robot is lost; both come several times a second."""
+STILL = 0.3
+"""Seconds for which velocities must be those of a robot that stands before it counts as standing."""
 
 
 class ChassisMonitor:
@@ -50,6 +52,10 @@ class ChassisMonitor:
         self.parameters: Parameters | None = None
         self._ends: list[Callable[[], None]] = []
         self.heard = 0.0
+        self._still_since: float | None = (
+            None  # from when on all velocities were those of a robot that stands
+        )
+        self._measured = 0.0  # when the newest velocity came
         self._opened = 0.0
         self.mode = "SERVICE"
         self.blocked = ""
@@ -89,11 +95,20 @@ class ChassisMonitor:
         self._hear()
 
     def _on_velocity(self, velocity: Velocity) -> None:
-        was = self._facts.moving
         self._facts.velocity = (velocity.vx, velocity.vy, velocity.wz)
-        self.heard = time.monotonic()
-        if was != self._facts.moving:
-            self._moved()
+        now = time.monotonic()
+        if self._facts.moving:
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = now
+        self._measured = now
+        self._hear()
+
+    def stood(self, after: float) -> bool:
+        """Whether it was measured standing for `STILL` seconds, all of them after a time of the monotonic
+        clock, and up to the newest velocity."""
+        since = self._still_since
+        return since is not None and self._measured - max(since, after) >= STILL
 
     def _hear(self) -> None:
         self.heard = time.monotonic()

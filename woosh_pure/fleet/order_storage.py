@@ -62,13 +62,13 @@ class OrderStorage:
         if self._store is not None:
             self._store.unlock()
 
-    def restore(self, limits: Limits) -> tuple[OrderMachine, bool] | None:
-        """The machine that was kept, and whether the vehicle was driving then; None where there is none."""
+    def restore(self, limits: Limits) -> OrderMachine | None:
+        """The machine that was kept; None where there is none."""
         kept = None if self._store is None else self._store.load()
         if kept is None or self._store is None:
             return None
         try:
-            return OrderMachine.from_json(kept, limits), bool(kept.get("driving"))
+            return OrderMachine.from_json(kept, limits)
         except (Invalid, KeyError, TypeError, ValueError, AttributeError) as error:
             self._store.put_aside(f"{type(error).__name__}: {error}")
             return None

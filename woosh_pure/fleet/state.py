@@ -49,6 +49,8 @@ class Facts:
     Attributes:
         position: m and rad in the map; None while it was not heard.
         located: Whether the robot knows where it is.
+        lost: Whether nothing is heard of the robot.
+        may_move: While it is lost: whether it may be driving, because it was, or was told to.
         velocity: vx, vy in m/s, wz in rad/s; None while it was not heard.
         percent, voltage, charging: Of the battery; None while it was not heard.
         emergency_stop, bumper: As the chassis tells them.
@@ -60,6 +62,8 @@ class Facts:
 
     position: AgvPosition | None = None
     located: bool = False
+    lost: bool = False
+    may_move: bool = False
     velocity: tuple[float, float, float] | None = None
     percent: float | None = None
     voltage: float | None = None
@@ -91,7 +95,7 @@ def _position(facts: Facts) -> dict[str, Any] | None:
         return None
     return {
         "x": facts.position.x, "y": facts.position.y, "theta": facts.position.theta, "mapId": facts.map_id,
-        "positionInitialized": facts.located,
+        "positionInitialized": facts.located and not facts.lost,
     }  # fmt: skip
 
 
@@ -126,7 +130,7 @@ def state_message(machine: OrderState, facts: Facts, header: dict[str, Any], ver
             {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in
             machine.edges
         ],
-        "driving": facts.moving,
+        "driving": facts.moving or (facts.lost and facts.may_move),
         "paused": machine.paused or machine.held,
         "newBaseRequest": machine.wants_base,
         "actionStates": [record.to_state() for record in machine.action_states],

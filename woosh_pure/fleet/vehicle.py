@@ -10,6 +10,7 @@ only leave something in the inbox.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections import Counter
@@ -32,7 +33,7 @@ from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
 from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
-from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry, StopAll
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.machine import OrderMachine
 from woosh_pure.fleet.order_storage import OrderStorage
@@ -56,7 +57,10 @@ _TOGETHER_SECONDS = 0.2  # for which messages that wait are answered by one stat
 _DROPPED_SECONDS = 5.0  # between two looks whether more messages were dropped
 _FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
 _END_SECONDS = 10.0  # for the thread to end
-_STOP_SECONDS = 4.0
+_REST_SECONDS = 10.0  # without a stand after which it is told that a cancel or a pause waits for it
+_SLOWING_SECONDS = 2.0  # from the beginning of a drive, for the robot to come down to the speed of its edge
+_FAST_SECONDS = 0.3
+_FASTER, _FASTER_BY = 1.1, 0.05  # of the speed allowed, and m/s: what a controller goes beyond it
 _ACTIONS_SECONDS = 3.5  # for actions to end when the vehicle does; a program is killed after 3
 
 
@@ -90,14 +94,18 @@ class Vehicle:
         self._publisher = Publisher(config, broker, self._on_message, self._on_connected, self._journal)
         self._mqtt = self._publisher.connection
         self._monitor = ChassisMonitor(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
-        self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.position, marks=config.marks)
+        self._driver = Driver(
+            chassis, self._on_drive_ended, self._on_stopped, lambda: self.facts.position, marks=config.marks
+        )
         self._actions = ActionRunner(chassis, equipment.handlers, self._on_action_ended)
         self._storage = OrderStorage(store, config.prefix, self._on_disk_failed, self._on_disk_recovered)
         self._lease = DrivingLease(chassis, config.serial, self._due)
         self._thread: threading.Thread | None = None
         self._end_lease: Callable[[], object] = lambda: None
-        self._lost = False
         self._moving = False
+        self._ended = 0.0  # when something that moves the robot ended last
+        self._driven = 0.0  # when the newest drive was given out
+        self._fast_since: float | None = None  # from when on it is faster than its edge allows
         self._was_blocked = ""
         self._owed = False  # the state has changed, and was not told
         self._told = 0.0
@@ -195,13 +203,10 @@ class Vehicle:
 
     def _restore(self) -> None:
         restored = self._storage.restore(self.limits)
-        if restored is None:
-            return
-        self._machine, was_driving = restored
-        if was_driving:
-            # The process before this one did not end in order: what it had sent may still be under way.
-            report = self.chassis.stop(everything=True, timeout=_STOP_SECONDS)
-            _log.warning("! it was driving when it ended: %s", report.sentence())
+        if restored is not None:
+            self._machine = restored
+            # What the process before this one had sent may still be under way: then it is stopped now.
+            self._carry_out(self._machine.set_standing(False))
 
     # -- from other threads ----------------------------------------------------------------------------------
 
@@ -226,8 +231,10 @@ class Vehicle:
 
     def _on_moved(self) -> None:
         """Ten times a second for each robot that drives: the thread is only woken up for what may matter."""
-        facts = self.facts
-        if self._lost or not facts.located or facts.moving != self._moving or self._at_node():
+        facts, machine = self.facts, self._machine
+        rests = machine.standing or machine.driving
+        news = facts.lost or not facts.located or facts.moving != self._moving or not rests
+        if news or self._at_node() or self._fast_since is not None or self._too_fast():
             self._inbox.flag("moved")
 
     def _at_node(self) -> bool:
@@ -241,15 +248,23 @@ class Vehicle:
     def _on_described(self) -> None:
         self._inbox.flag("described")
 
-    def _on_drive_ended(self, token: int, arrived: bool, text: str) -> None:
-        self._inbox.call(lambda: self._drive_ended(token, arrived, text))
+    def _on_drive_ended(self, token: int, arrived: bool, text: str, known: bool) -> None:
+        self._inbox.call(lambda: self._drive_ended(token, arrived, text, known))
 
-    def _on_action_ended(self, action_id: str, ok: bool, text: str) -> None:
-        self._inbox.call(lambda: self._action_ended(action_id, ok, text))
+    def _on_stopped(self, standing: bool) -> None:
+        self._inbox.call(lambda: self._stop_ended(standing))
 
-    def _drive_ended(self, token: int, arrived: bool, text: str) -> list[Effect]:
+    def _on_action_ended(self, action_id: str, ok: bool, text: str, known: bool) -> None:
+        self._inbox.call(lambda: self._action_ended(action_id, ok, text, known))
+
+    def _drive_ended(self, token: int, arrived: bool, text: str, known: bool) -> list[Effect]:
+        self._ended = time.monotonic()
         before = self._machine.set_position(self._position())
-        return [*before, *self._machine.drive_ended(token, arrived, text)]
+        return [*before, *self._machine.drive_ended(token, arrived, text, known=known)]
+
+    def _stop_ended(self, standing: bool) -> list[Effect]:
+        self._ended = time.monotonic()
+        return self._machine.stop_ended(standing)
 
     # -- the one thread --------------------------------------------------------------------------------------
 
@@ -271,6 +286,7 @@ class Vehicle:
             self._carry_out(call())
         if message is not None:
             self._carry_out(self._receive(message))
+        self._look_for_rest()
         if "dropped" in flags and "dropped" not in self._due:
             self._due["dropped"] = 0.0
         if self._owed and not self._inbox.waiting_messages:
@@ -291,6 +307,13 @@ class Vehicle:
         if isinstance(message, Malformed):
             return self._machine.receive_malformed(message.data, message.error, message.topic)
         return self._machine.receive_instant(message)
+
+    def _look_for_rest(self) -> None:
+        """A cancel or a pause that waits for a stand is told after a while."""
+        if self._machine.waits_for_rest:
+            self._due.setdefault("rest", time.monotonic() + _REST_SECONDS)
+        elif self._due.pop("rest", None) is not None:
+            self._carry_out(self._machine.set_problem("rest", None))
 
     def _tell_dropped(self) -> None:
         """What was not read is told as an error, until nothing more was dropped for a while."""
@@ -316,11 +339,39 @@ class Vehicle:
         return self._machine.receive(order)
 
     def _position(self) -> AgvPosition | None:
-        return self.facts.position if self.facts.located and not self._lost else None
+        return self.facts.position if self.facts.located and not self.facts.lost else None
+
+    def _too_fast(self) -> float:
+        """How fast it drives, where that is more than the edge under way allows; or else 0."""
+        drive, velocity = self._machine.drive, self.facts.velocity
+        limit = 0.0 if drive is None or drive.edge is None else float(drive.edge.options.get("maxSpeed", 0.0))
+        speed = 0.0 if velocity is None else math.hypot(velocity[0], velocity[1])
+        return speed if limit and speed > _FASTER * limit + _FASTER_BY else 0.0
+
+    def _watch(self) -> None:
+        """Whether it stands, and whether it is too fast, by the newest velocity."""
+        now, machine = time.monotonic(), self._machine
+        if not machine.driving:
+            standing = not self.facts.lost and self._monitor.stood(self._ended)
+            if standing != machine.standing:
+                self._carry_out(machine.set_standing(standing))
+        speed = self._too_fast()
+        if not speed:
+            self._fast_since = None
+            return
+        if self._fast_since is None:
+            self._fast_since = max(now, self._driven + _SLOWING_SECONDS)
+        if now - self._fast_since >= _FAST_SECONDS and machine.drive is not None:
+            edge = machine.drive.edge
+            name, limit = ("", 0.0) if edge is None else (edge.id, edge.options["maxSpeed"])
+            text = f"it drove at {speed:.2f} m/s, and edge {name} allows {limit:g} m/s; it is halted"
+            self._carry_out(machine.drive_too_fast(text))
 
     def _refresh(self, *, full: bool) -> None:
-        if self._lost and not self._monitor.silent:
-            self._lost, full = False, True
+        if self.facts.lost and not self._monitor.silent:
+            self.facts.lost, full = False, True
+            self._ended = time.monotonic()  # what was measured before is no news
+            self._carry_out(self._machine.set_heard(True))
             self._carry_out(self._machine.set_problem("lost", None))
         if full:
             before = self.facts.alarms
@@ -330,6 +381,7 @@ class Vehicle:
             if before != self.facts.alarms:
                 self._publish()
         self._carry_out(self._machine.set_position(self._position()))
+        self._watch()
         if "connect" in self._due and self.facts.located and self.facts.percent is not None:
             self._due["connect"] = 0.0  # ONLINE says that orders are taken
         if full:
@@ -346,6 +398,14 @@ class Vehicle:
                 self._publisher.send_visualization(self.facts)
             elif name == "dropped":
                 self._tell_dropped()
+            elif name == "rest":
+                self._due[name] = now + _REST_SECONDS
+                text = (
+                    f"the robot was not measured standing for {_REST_SECONDS:g} s after it was told to stop"
+                )
+                hint = "look at the robot; its own stop button stops it"
+                problem = Problem(ErrorType.STILL_MOVING, text, (), Level.WARNING, hint)
+                self._carry_out(self._machine.set_problem("rest", problem))
             elif name == "disk":
                 del self._due[name]
                 self._save()
@@ -363,10 +423,11 @@ class Vehicle:
                 self._look_for_silence()
 
     def _look_for_silence(self) -> None:
-        if self._lost or not self._monitor.silent:
+        if self.facts.lost or not self._monitor.silent:
             return
-        self._lost = True
-        self.facts.velocity = None
+        self.facts.may_move = self.facts.moving or not self._machine.at_rest
+        self.facts.lost, self.facts.velocity = True, None
+        self._carry_out(self._machine.set_heard(False))
         self._carry_out(self._machine.set_problem("lost", self._monitor.silence()))
         self._carry_out(self._machine.set_position(None))
 
@@ -377,6 +438,8 @@ class Vehicle:
         for effect in effects:
             if isinstance(effect, Halt):
                 self._driver.halt(effect.token)
+            elif isinstance(effect, StopAll):
+                self._driver.stop_all(effect.after)
             elif isinstance(effect, End):
                 self._actions.end(effect.action_id)
         if any(isinstance(effect, Changed) for effect in effects):
@@ -386,6 +449,7 @@ class Vehicle:
             self._tell()
         for effect in effects:
             if isinstance(effect, Drive):
+                self._driven = time.monotonic()
                 self._driver.drive(effect)
             elif isinstance(effect, Begin):
                 self._actions.begin(effect)
@@ -406,16 +470,16 @@ class Vehicle:
         self._save()
         self._publish()
 
-    def _action_ended(self, action_id: str, ok: bool, text: str) -> list[Effect]:
+    def _action_ended(self, action_id: str, ok: bool, text: str, known: bool) -> list[Effect]:
         self._actions.forget(action_id)
         if self.facts.loads is not None:
             self.facts.loads = tuple(self._actions.loads)
         self._use_maps()
         self._monitor.refresh(self._lease.local_driver)  # a pose that was given is known now
-        return [
-            *self._machine.action_ended(action_id, ok, text),
-            *self._machine.set_position(self._position()),
-        ]
+        effects = self._machine.action_ended(action_id, ok, text, known=known)
+        if not self._machine.standing:
+            self._ended = time.monotonic()
+        return [*effects, *self._machine.set_position(self._position())]
 
     def _use_maps(self) -> None:
         if self._maps is not None:

@@ -63,6 +63,18 @@ def test_what_version_two_nought_does_not_know_is_left_out() -> None:
     assert ["errorHint" in error for error in (old["errors"][-1], new["errors"][-1])] == [False, True]
 
 
+@pytest.mark.parametrize("may_move", [False, True])
+def test_a_lost_robot_is_not_said_to_stand_where_it_was(may_move: bool) -> None:
+    """Its position is not initialised, it may be driving if it was, and its velocity is left out."""
+    known = replace(facts(), lost=True, may_move=may_move, velocity=None)
+    found = state_message(PureVehicle().machine, known, HEADER, "2.1.0")
+    assert found["driving"] is may_move
+    assert found["agvPosition"]["positionInitialized"] is False
+    assert "velocity" not in found
+    told = visualization_message(known, HEADER)
+    assert told["agvPosition"]["positionInitialized"] is False
+
+
 def test_what_is_not_known_is_left_out() -> None:
     """A pose that nobody has told is no pose of zeros."""
     vehicle = PureVehicle()

@@ -12,14 +12,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from woosh_pure.errors import ChassisError
+from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.state import Load
+from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
 
-__all__ = ["Handler", "Task"]
+__all__ = ["Handler", "Task", "end_is_known"]
 
 
 @dataclass(slots=True)
@@ -47,13 +48,22 @@ class Task:
         """Wait for a goal of the chassis, which is cancelled with the action; returns the goal's text.
 
         Raises:
-            GoalFailed: It ended in anything but an arrival.
+            GoalFailed: It ended in anything but an arrival, or nobody knows whether it ended.
         """
         while not self.cancelled.wait(0.1):
             if handle.done:
                 return handle.wait(1.0).text or ""
-        handle.cancel()
+        outcome = handle.cancel()
+        if not end_is_known(outcome):
+            raise GoalFailed(outcome)
         raise ChassisError("it was cancelled")
+
+
+def end_is_known(outcome: Outcome) -> bool:
+    """Whether the chassis has ended a goal: False where it may go on with it, because the link was lost, or
+    it has not confirmed the cancel."""
+    open_ended = (OutcomeKind.CONNECTION_LOST, OutcomeKind.TIMED_OUT)
+    return outcome.kind not in open_ended and outcome.text != NOT_CONFIRMED
 
 
 Handler = Callable[[Task], "str | None"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from woosh_pure.fleet.messages.elements import Action, Edge, Node
 from woosh_pure.fleet.order.actions import Scope
 
-__all__ = ["Begin", "Changed", "Drive", "Effect", "End", "Factsheet", "Halt", "Retry"]
+__all__ = ["Begin", "Changed", "Drive", "Effect", "End", "Factsheet", "Halt", "Retry", "StopAll"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Halt:
-    """Cancel the drive, and report its end once the vehicle stands still."""
+    """Cancel the drive, and report its end."""
 
     token: int
 
@@ -52,6 +52,13 @@ class End:
 
 
 @dataclass(frozen=True, slots=True)
+class StopAll:
+    """Stop the chassis whatever it does, after so many seconds; report it with `stop_ended(...)`."""
+
+    after: float
+
+
+@dataclass(frozen=True, slots=True)
 class Retry:
     """Call `retry()` after so many seconds, or as soon as the vehicle can drive again."""
 
@@ -63,4 +70,4 @@ class Factsheet:
     """Publish the factsheet."""
 
 
-Effect = Changed | Drive | Halt | Begin | End | Retry | Factsheet
+Effect = Changed | Drive | Halt | Begin | End | Retry | Factsheet | StopAll

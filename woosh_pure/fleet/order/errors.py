@@ -28,6 +28,8 @@ class ErrorType:
     ORDER_ACTION = "orderActionError"  # an action of the order has failed
     INSTANT_ACTION = "instantActionError"  # an instant action cannot be done, or has failed
     DRIVE = "driveError"  # a node was not reached
+    STILL_MOVING = "stillMoving"  # a cancel or a pause waits, and the vehicle is not measured standing
+    SPEED = "speedExceeded"  # it drove faster than the edge allows
     HELD = "orderHeld"  # after a restart of ours: it waits for stopPause or cancelOrder
     LOCALISATION = "localizationError"
     ROBOT_LOST = "robotLost"  # the chassis does not answer any more

@@ -2,7 +2,9 @@
 
     when                                           then
     ----------------------------------------------------------------------------------------------------
-    an order is cancelled or cleared               halt; end its actions; when all has ended, forget it
+    how a drive ended is not known                 stop everything as soon as the robot is heard
+    an order is cancelled or cleared               halt; end its actions; when all has ended and the vehicle
+                                                   stands, forget it
     actions here or instant ones may begin         begin them (`actions.may_begin` has their order)
     something holds: pause, mode, no position,     halt
       another map, a failed drive, a SOFT or
@@ -16,6 +18,9 @@ stop that is enough, and the next drive replaces the one under way; where it sto
 action that wants it to stand), the drive must have ended, too. Only the next node is ever looked at, so none
 is skipped. With a node the edge before it is left: what runs on the edge is ended.
 
+That a drive has ended does not say that the vehicle stands: `standing` does, which is measured after the end.
+SOFT and HARD actions, cancels and pauses wait for it.
+
 Every action begins once: it is RUNNING before the effect is given out, `Changed` comes first, and whoever
 carries effects out puts the machine on disk at `Changed`.
 """
@@ -26,12 +31,15 @@ from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.order.actions import BUILT_IN, ActionStatus, Scope, may_begin
 from woosh_pure.fleet.order.cancelling import finish_cancelling, request_end
 from woosh_pure.fleet.order.deviation import within_deviation
-from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, Halt
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, Halt, StopAll
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.order_state import OrderState, without
 from woosh_pure.fleet.order.pause import finish_pauses
 
 __all__ = ["next_effects", "reached", "traverse"]
+
+STOP_AGAIN = 2.0
+"""Seconds until a robot that did not come to a stand is stopped once more."""
 
 
 def next_effects(state: OrderState) -> list[Effect]:
@@ -48,6 +56,7 @@ def next_effects(state: OrderState) -> list[Effect]:
 def _step(state: OrderState) -> bool:
     """One row of the table; True when something was done that lets another follow."""
     finish_pauses(state)
+    _stop_what_is_not_known(state)
     if state.cancelling:
         return _step_to_the_end(state)
     if state.drive is not None and not state.halting and _passes_by(state, state.drive):
@@ -70,6 +79,13 @@ def _step(state: OrderState) -> bool:
         return True
     _drive_to(state, node)
     return False
+
+
+def _stop_what_is_not_known(state: OrderState) -> None:
+    if state.unknown and state.heard and not state.stopping and state.drive is None:
+        state.stopping = True
+        state.effects.append(StopAll(STOP_AGAIN if state.stops else 0.0))
+        state.stops += 1
 
 
 def _step_to_the_end(state: OrderState) -> bool:
@@ -139,7 +155,7 @@ def _drive_to(state: OrderState, node: Node) -> None:
     state.last_token += 1
     edge = state.edges[0] if state.has_edge_to(node) else None
     state.drive, state.halting, state.changed = Drive(state.last_token, node, edge), False, True
-    state.drive_is_new = True
+    state.drive_is_new, state.standing = True, False
     state.effects.append(state.drive)
 
 
@@ -176,15 +192,16 @@ def _tell_map(state: OrderState) -> None:
 def _begin_actions(state: OrderState) -> bool:
     if state.unsaved:
         return False
-    standing = state.drive is None
     for group in (state.instant_actions(), state.actions_here()):
         others = [a for a in without(state.action_states, group) if a.action.type not in BUILT_IN]
-        for each in may_begin(group, others, standing=standing):
+        for each in may_begin(group, others, standing=state.at_rest):
             if state.paused and state.moves(each):
                 break
             if each.of_order and (state.held or not state.in_control):
                 break
             each.status, state.changed = ActionStatus.RUNNING, True
+            if state.moves(each):
+                state.standing = False
             state.effects.append(Begin(each.action, each.scope))
             return True
     return False

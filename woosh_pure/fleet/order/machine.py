@@ -17,7 +17,7 @@ from typing import Any
 from woosh_pure.fleet.messages.elements import InstantActions, Order
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.order.actions import ActionStatus
-from woosh_pure.fleet.order.cancelling import close_order
+from woosh_pure.fleet.order.cancelling import close_order, forget_order
 from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
 from woosh_pure.fleet.order.effects import Drive, Effect, Retry
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
@@ -90,25 +90,63 @@ class OrderMachine(OrderState):
         self.position = position
         return next_effects(self)
 
-    def drive_ended(self, token: int, arrived: bool, text: str = "") -> list[Effect]:
-        """A drive is over, and the vehicle stands."""
+    def set_standing(self, standing: bool) -> list[Effect]:
+        """Whether the vehicle is measured standing; True only by what was measured after the last end of a
+        drive, of a moving action or of a stop."""
+        self.standing = standing and self.drive is None
+        return next_effects(self)
+
+    def set_heard(self, heard: bool) -> list[Effect]:
+        """Whether the robot is heard. While it is not, nobody knows whether it stands."""
+        self.heard, self.standing, self.stops = heard, False, 0
+        return next_effects(self)
+
+    def stop_ended(self, standing: bool) -> list[Effect]:
+        """A `StopAll` is over; whether the robot stands."""
+        self.stopping = self.standing = False
+        if standing:
+            self.unknown, self.stops = False, 0
+        return next_effects(self)
+
+    def drive_too_fast(self, text: str) -> list[Effect]:
+        """The drive under way is faster than its edge allows: it is ended, told, and tried again later."""
+        if self.drive is not None and not (self.halting or self.too_fast):
+            self.too_fast = text
+            about = (*self._about_order(), ("nodeId", self.drive.node.id))
+            self.add_problem(Problem(ErrorType.SPEED, text, about))
+        return next_effects(self)
+
+    def drive_ended(self, token: int, arrived: bool, text: str = "", *, known: bool = True) -> list[Effect]:
+        """A drive is over, which does not say that the vehicle stands.
+
+        Args:
+            token: Of the drive; the end of one that was replaced changes nothing.
+            arrived: Whether the chassis says that it arrived.
+            text: Why it did not.
+            known: False where the chassis may go on with it: the link was lost, or it has confirmed no end.
+        """
         drive = self.drive
         if drive is None or drive.token != token:
             return next_effects(self)  # one that was replaced
         halted, self.drive, self.halting = self.halting, None, False
-        self.changed = True
+        halted, text, self.too_fast = halted and not self.too_fast, self.too_fast or text, ""
+        self.changed, self.standing = True, False
+        self.unknown |= not known
         if arrived and reached(self, drive.node):
             traverse(self)
         elif not halted:
             self._drive_failed(drive, text or "it ended beside the node, out of the node's deviation range")
         return next_effects(self)
 
-    def action_ended(self, action_id: str, ok: bool, text: str = "") -> list[Effect]:
-        """An action is over."""
+    def action_ended(self, action_id: str, ok: bool, text: str = "", *, known: bool = True) -> list[Effect]:
+        """An action is over; `known` as with `drive_ended`."""
         ended = self.action_state(action_id)
         if ended is None or ended.status.final:
             return next_effects(self)
         self.changed = True
+        if self.moves(ended):
+            self.standing = False
+            self.unknown |= not known
         ended.status, ended.result = (ActionStatus.FINISHED if ok else ActionStatus.FAILED), text
         if ok and ended.action.type == "initPosition" and not ended.of_order:
             self.last_node, self.last_sequence = str(ended.action.parameters.get("lastNodeId", "")), 0
@@ -144,6 +182,7 @@ class OrderMachine(OrderState):
                 if each.of_order and not each.status.final:
                     each.status, each.result = ActionStatus.FAILED, text
             self.drive, self.halting = None, False
+            forget_order(self, ActionStatus.FINISHED if self.at_rest else ActionStatus.FAILED)
             told = f"{text}; the order is over, send a new one"
             self.add_problem(Problem(ErrorType.ORDER, told, self._about_order()))
         for each in self.instant_actions():

@@ -51,6 +51,13 @@ class OrderState:
         on_edge: The edge to the next node was entered: its actions may begin.
         failures: How often the drive to the next node has failed.
         blocked: A drive has failed, and is not tried again yet.
+        standing: It was measured standing after the last end of what moves it.
+        unknown: How a drive or a moving action ended is not known: all is stopped as soon as the robot is
+            heard, and nothing begins before.
+        heard: Whether the robot is heard.
+        stopping: It is being stopped because of that.
+        stops: How often that was tried.
+        too_fast: How the drive under way was faster than its edge allows, so that it is being ended; or "".
         unsaved: Nothing can be put on disk: what began now might begin again after a restart.
         drive: The one that was given out and has not ended.
         halting: It was asked to end.
@@ -77,6 +84,10 @@ class OrderState:
         self.on_edge = False
         self.failures = 0
         self.blocked = False
+        self.standing = self.unknown = self.stopping = False
+        self.heard = True
+        self.stops = 0
+        self.too_fast = ""
         self.unsaved = False
         self.last_token = 0
         self.drive: Drive | None = None
@@ -173,6 +184,8 @@ class OrderState:
 
     def is_held_back(self) -> bool:
         """Whether something that is no action keeps it from driving."""
+        if self.unknown or self.too_fast:
+            return True
         return self.paused or self.held or self.blocked or not self.in_control or (
             self.position is None and bool(self.nodes) and self.nodes[0].position is not None
         ) or self.is_on_other_map()  # fmt: skip
@@ -192,6 +205,23 @@ class OrderState:
     def may_drive(self) -> bool:
         """Whether neither an action nor anything else keeps it from driving."""
         return not self.is_held_back() and not holds_driving((*self.actions_here(), *self.instant_actions()))
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the vehicle was measured standing, and nothing of ours moves it."""
+        return self.standing and not (self.unknown or self.drive is not None or self.is_moved_by_action())
+
+    def is_moved_by_action(self) -> bool:
+        """Whether an action runs that moves the robot by itself."""
+        return any(each.status.begun and self.moves(each) for each in self.action_states)
+
+    @property
+    def waits_for_rest(self) -> bool:
+        """Whether a cancel or a pause is not FINISHED only because the vehicle is not measured standing."""
+        waits = self.cancelling or any(
+            a.action.type == "startPause" and a.status.begun for a in self.action_states
+        )
+        return waits and self.drive is None and not self.standing
 
     # -- for its parts ---------------------------------------------------------------------------------------
 

@@ -31,8 +31,8 @@ def release(state: OrderState) -> None:
 
 
 def finish_pauses(state: OrderState, *, taken_back: bool = False) -> None:
-    """startPause is FINISHED when the vehicle stands; FAILED when it was taken back before."""
+    """startPause is FINISHED when the vehicle is measured standing; FAILED when it was taken back before."""
     for each in state.action_states:
-        if each.action.type == "startPause" and each.status.begun and (taken_back or state.drive is None):
+        if each.action.type == "startPause" and each.status.begun and (taken_back or state.at_rest):
             each.status = ActionStatus.FAILED if taken_back else ActionStatus.FINISHED
             state.changed = True

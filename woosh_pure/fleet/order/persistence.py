@@ -1,6 +1,8 @@
 """What of the order machine outlives the process, as a JSON object, and what is made of it after a restart.
 Pure.
 
+What moved the robot may still be under way: it is stopped, and nothing begins before it was measured
+standing.
 What was RUNNING is FAILED then, because nobody knows how it ended; it does not begin again.
 """
 
@@ -27,7 +29,7 @@ def order_to_json(state: OrderState) -> dict[str, Any]:
         "records": [each.to_json() for each in state.action_states],
         "problems": [problem.to_json() for problem in state.problems.of_orders], "paused": state.paused,
         "closed": state.closed, "ending": state.cancelling, "cancels": list(state.cancels),
-        "driving": state.driving, "onEdge": state.on_edge,
+        "driving": state.driving or state.unknown or state.is_moved_by_action(), "onEdge": state.on_edge,
     }  # fmt: skip
 
 
@@ -51,5 +53,6 @@ def order_from_json(state: OrderState, data: Mapping[str, Any]) -> None:
             each.status = ActionStatus.FAILED
             each.result = "the vehicle's software was restarted while it ran"
             state.tell_failed_action(each, each.result)
+    state.unknown = bool(data["driving"])  # what was sent may still be under way
     hold(state)
     state.changed = False

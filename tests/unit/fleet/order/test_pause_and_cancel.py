@@ -155,3 +155,111 @@ def test_nothing_moves_before_the_mode_is_told() -> None:
     """A machine that was just made, or restored, is in SERVICE."""
     machine = OrderMachine(LIMITS)
     assert machine.mode == "SERVICE"
+
+
+@pytest.mark.parametrize("kind", ["cancelOrder", "startPause"])
+def test_what_stops_is_finished_when_the_vehicle_was_measured_standing(kind: str) -> None:
+    """The end of the drive says nothing of it: 0.79 m/s is not over when a goal is."""
+    vehicle = PureVehicle(obeys=False)
+    vehicle.order(nodes="abc")
+    vehicle.instant(action("x", kind))
+    vehicle.stop()
+    assert vehicle.status("x") == "RUNNING"
+    assert vehicle.machine.waits_for_rest
+    vehicle.take(vehicle.machine.set_standing(True))
+    assert vehicle.status("x") == "FINISHED"
+    assert not vehicle.machine.waits_for_rest
+
+
+@pytest.mark.parametrize("kind", ["cancelOrder", "startPause"])
+def test_what_stops_runs_until_a_lost_robot_was_heard_to_stand(kind: str) -> None:
+    """The link is lost under way: nobody knows whether the drive has ended. The stop is sent again when the robot
+    is back, until it stands."""
+    vehicle = PureVehicle(obeys=False)
+    machine = vehicle.machine
+    vehicle.order(nodes="abc")
+    vehicle.take(machine.set_heard(False))
+    vehicle.take(machine.set_position(None))
+    vehicle.instant(action("x", kind))
+    assert vehicle.halting
+    vehicle.stop(known=False)
+    assert (vehicle.status("x"), vehicle.stops) == ("RUNNING", 0)
+    vehicle.take(machine.set_heard(True))
+    vehicle.place(0.5)
+    assert vehicle.stops == 1
+    vehicle.take(machine.set_standing(True))
+    assert vehicle.status("x") == "RUNNING", "it may stand by chance, and go on"
+    vehicle.stopped(False)
+    assert vehicle.stops == 2, "it was not stopped: once more"
+    vehicle.stopped(True)
+    assert vehicle.status("x") == "RUNNING"
+    vehicle.take(machine.set_standing(True))
+    assert vehicle.status("x") == "FINISHED"
+    assert vehicle.drives == ["b"]
+
+
+def test_a_drive_whose_end_is_not_known_is_stopped_before_it_is_tried_again() -> None:
+    """The order goes on when the robot has been stopped."""
+    vehicle = PureVehicle(obeys=False)
+    vehicle.order(nodes="ab")
+    vehicle.stop(known=False)
+    assert vehicle.stops == 1
+    assert vehicle.problems == ["driveError"]
+    vehicle.take(vehicle.machine.retry())
+    assert vehicle.drives == ["b"]
+    vehicle.stopped(True)
+    assert vehicle.drives == ["b", "b"]
+
+
+def test_an_action_that_moves_and_whose_end_is_not_known_is_stopped() -> None:
+    """A cancel waits for that, too."""
+    vehicle = PureVehicle()
+    vehicle.order(nodes="ab", node_actions={"a": [action("d", "dock")]})
+    assert vehicle.begun == ["d"]
+    vehicle.obeys = False
+    vehicle.instant(action("x", "cancelOrder"))
+    vehicle.take(vehicle.machine.action_ended("d", False, "the link was lost", known=False))
+    assert (vehicle.stops, vehicle.status("x")) == (1, "RUNNING")
+    vehicle.stopped(True)
+    vehicle.take(vehicle.machine.set_standing(True))
+    assert vehicle.status("x") == "FINISHED"
+
+
+@pytest.mark.parametrize("blocking", ["SOFT", "HARD"])
+def test_an_action_that_blocks_begins_when_the_vehicle_was_measured_standing(blocking: str) -> None:
+    """4 of 7 began while the robot was still coming to its stand."""
+    vehicle = PureVehicle(obeys=False)
+    vehicle.take(vehicle.machine.set_standing(True))
+    vehicle.order(nodes="abc", node_actions={"b": [action("x", blocking=blocking)]})
+    vehicle.arrive()
+    assert vehicle.machine.last_node == "b"
+    assert vehicle.begun == []
+    assert vehicle.drives == ["b"], "it waits there"
+    vehicle.take(vehicle.machine.set_standing(True))
+    assert vehicle.begun == ["x"]
+
+
+def test_a_restart_while_it_drove_stops_the_robot_first() -> None:
+    """What the process before had sent may still be under way."""
+    vehicle = PureVehicle()
+    vehicle.order(nodes="ab")
+    again = PureVehicle(machine=OrderMachine.from_json(vehicle.saved, LIMITS), obeys=False)
+    assert again.stops == 1
+    again.instant(action("r", "stopPause"))
+    assert again.drives == []
+    again.stopped(True)
+    assert again.drives == ["b"]
+
+
+def test_a_drive_faster_than_its_edge_allows_is_ended_and_told() -> None:
+    """At once as speedExceeded, then as a drive that failed, which is tried again."""
+    vehicle = PureVehicle()
+    vehicle.order(nodes="ab")
+    vehicle.take(vehicle.machine.drive_too_fast("it drove at 0.79 m/s, and edge ab allows 0.25 m/s"))
+    assert vehicle.halting
+    assert vehicle.problems == ["speedExceeded"]
+    vehicle.stop()
+    assert sorted(vehicle.problems) == ["driveError", "speedExceeded"]
+    assert vehicle.drives == ["b"]
+    vehicle.take(vehicle.machine.retry())
+    assert vehicle.drives == ["b", "b"]

@@ -51,6 +51,7 @@ def to_the_lift(vehicle: PureVehicle) -> None:
     token, vehicle.drive = vehicle.drive.token, None
     stand(vehicle, 2.0, "hall")
     vehicle.take(vehicle.machine.drive_ended(token, True))
+    vehicle.rest()
 
 
 def test_the_map_changes_at_the_node_whose_action_changes_it(vehicle: PureVehicle) -> None:

@@ -52,6 +52,7 @@ class Tour:
             token, arrived = self.drive.token, self.motion.state is MotionState.DONE
             self.drive = self.motion = None
             self.take(self.machine.drive_ended(token, arrived))
+            self.take(self.machine.set_standing(True))
 
 
 @pytest.mark.parametrize("seed", [6, 8])
