@@ -5,6 +5,10 @@ itself: its time without that in which it stood ready and others had the process
 (Linux); or, for a test that waits for other processes, its time divided by the processes that each processor had.
 CI runs what failed once more, alone, and believes that.
 
+`pytest` alone leaves out what takes long (slow), compares or storms whole programs (whole), or needs other programs (interop);
+named files, folders or `-m` bring all of it. With PASSED_TESTS=FILE in the environment the names of tests that passed are
+added to the file, and those that are in it already do not run again: so CI runs the rest, and counts.
+
 Interop tests start other programs and are excused. Hypothesis has no deadline of its own here: it would count the
 load of the machine.
 
@@ -21,10 +25,12 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.support.passed import Passed
 from tests.support.watched.plugin import begin, pytest_runtest_teardown, pytest_sessionfinish
 
 __all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
 
+AT_ONCE = "not (slow or whole or interop)"
 begin()
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
@@ -32,6 +38,15 @@ settings.load_profile("no deadline")
 SLOW_SECONDS = 5.0
 SCHEDULER = Path("/proc/thread-self/schedstat")  # ns on the processor, ns ready without one, slices
 _waited = pytest.StashKey[float]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """What runs when nothing in particular is asked for; and what is noted."""
+    if config.args_source is config.ArgsSource.TESTPATHS and not config.option.markexpr:
+        config.option.markexpr = AT_ONCE
+    if os.environ.get("PASSED_TESTS"):
+        passed = Passed(Path(os.environ["PASSED_TESTS"]), notes=not hasattr(config, "workerinput"))
+        config.pluginmanager.register(passed, "passed-tests")
 
 
 @pytest.fixture(autouse=True)

@@ -170,13 +170,14 @@ def test_the_readme_is_a_first_screen(page: str) -> None:
         assert f"](docs/{leads_to}" in text
 
 
-def test_the_readme_has_its_two_commands_and_ci_calls_the_second() -> None:
-    """One line sets up and shows it, one line sets up and tests it; CI runs the same words."""
-    readme = (ROOT / "README.md").read_text("utf-8")
-    assert "pip install . && woosh demo" in readme
-    tests = 'pip install -e ".[test]" && pytest'
-    assert tests in readme
-    assert tests in (ROOT / ".ci/run").read_text("utf-8")
+def test_the_readme_has_its_two_commands_and_ci_reads_them_there() -> None:
+    """One line sets up and shows it, one line sets up and tests it; CI runs these lines of the page, word by word."""
+    for page in ("README.md", "README.zh-CN.md"):
+        commands = re.findall(r"^    (pip install .*)$", (ROOT / page).read_text("utf-8"), re.MULTILINE)
+        assert commands == ["pip install . && woosh demo", 'pip install -e ".[test]" && pytest'], page
+    ci = (ROOT / ".ci/run").read_text("utf-8")
+    assert "readme_command demo" in ci
+    assert "readme_command pytest" in ci
 
 
 EXTRAS = (ROOT / "pyproject.toml").read_text("utf-8").partition("[project.optional-dependencies]")[2]

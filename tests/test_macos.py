@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="puts macOS over Linux")
+pytestmark = [pytest.mark.whole, pytest.mark.skipif(sys.platform != "linux", reason="puts macOS over Linux")]
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN = "from tests.support import macos\nmacos.become_macos()\nimport rosproto, socket, sys, threading\n"

@@ -108,15 +108,19 @@ def own_object(node: ast.expr) -> bool:
     return text in {"self", "cls", "type(self)"} or text.startswith("super(")
 
 
+FILES = {
+    module_name(path): path
+    for package in ("msgdefs", "rosproto", "woosh_pure")
+    for path in sorted((ROOT / package).rglob("*.py"))
+}
+
+
 @cache
 def project() -> dict[str, Source]:
-    found = {}
-    for package in ("msgdefs", "rosproto", "woosh_pure"):
-        for path in sorted((ROOT / package).rglob("*.py")):
-            is_package = path.name == "__init__.py"
-            source = read(path.read_text("utf-8"), module_name(path), is_package=is_package)
-            found[source.module] = source
-    return found
+    return {
+        module: read(path.read_text("utf-8"), module, is_package=path.name == "__init__.py")
+        for module, path in FILES.items()
+    }
 
 
 def inherited(source: Source, seen: frozenset[str] = frozenset()) -> set[str]:
@@ -169,7 +173,7 @@ def part_of_the_same_package(module: str, source: Source) -> bool:
     return not folder or (module in project() and f"{source.package}.".startswith(f"{folder}."))
 
 
-@pytest.mark.parametrize("module", sorted(project()))
+@pytest.mark.parametrize("module", sorted(FILES))
 def test_a_file_uses_no_private_name_of_another(module: str) -> None:
     """A part is handed what it needs, or what it needs has a public name and a docstring."""
     assert list(reaches(project()[module])) == []
@@ -221,28 +225,26 @@ LIBRARIES = re.compile(r"\b(paho|websockets|foxglove|pyarrow|fastapi|starlette|u
 def of_libraries(source: Source) -> set[str]:
     """Private names of a class that no file of ours defines; and those that a constant spells for `getattr`, in a
     file that uses a library."""
-    found = set()
-    uses_one = LIBRARIES.search(ast.unparse(source.tree)) is not None
+    found, spelled = set(), set()
     for node in ast.walk(source.tree):
         if isinstance(node, ast.Attribute) and private(node.attr) and own_object(node.value):
             found.add(node.attr)
-        elif (
-            uses_one
-            and isinstance(node, ast.Assign)
-            and re.fullmatch(r"'_[a-z]\w*[a-z]'", ast.unparse(node.value))
-        ):
-            found.add(ast.literal_eval(node.value))
+        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
+            spelled.add(str(node.value.value))
+    spelled = {text for text in spelled if re.fullmatch(r"_[a-z]\w*[a-z]", text)}
+    if spelled and LIBRARIES.search(ast.unparse(source.tree)):
+        found |= spelled
     return found - inherited(source) - PUBLIC_IN_SPITE
 
 
-@pytest.mark.parametrize("module", sorted(project()))
+@pytest.mark.parametrize("module", sorted(FILES))
 def test_a_file_uses_no_private_part_of_a_library(module: str) -> None:
     """A library is used by its public face. What a file no longer uses is taken off the list."""
     assert of_libraries(project()[module]) == OF_LIBRARIES.get(module, set())
 
 
 def test_the_list_names_files_that_are_there() -> None:
-    assert set(OF_LIBRARIES) <= set(project())
+    assert set(OF_LIBRARIES) <= set(FILES)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.whole
+
 ROOT = Path(__file__).resolve().parent.parent
 # What other programs say: the shell, Python, and the name of an attribute.
 FOREIGN = {"woosh: command not found", "'woosh' is not recognized", "No module named 'rospy'", "close_reason"}

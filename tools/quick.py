@@ -82,7 +82,7 @@ def main() -> int:
     exists = frozenset(path.relative_to(ROOT).as_posix() for path in (ROOT / "tests").rglob("*"))
     tests = tests_of(changed(os.environ.get("QUICK_BASE", "HEAD")), exists) or ["tests/unit"]
     # Coverage, the slow and the ones that need a peer are for the whole check.
-    pytest = ["-m", "pytest", "-q", "-n", "4", "-m", "not slow and not interop", *ALWAYS, *tests]
+    pytest = ["-m", "pytest", "-q", "-n", "4", "-m", "not (slow or whole or interop)", *ALWAYS, *tests]
     steps = {
         "style": ["-m", "ruff", "check", "."],
         "format": ["-m", "ruff", "format", "--check", "--quiet", "."],

@@ -19,7 +19,10 @@ from rosproto.gateway.rosbridge.effects import Payload
 from rosproto.gateway.rosbridge.protocol import Protocol, publish_text
 from rosproto.gateway.rosbridge.values import to_json, to_values
 from tests.support import ros
+from tests.support.extras import needs
 from tests.support.web_peers import npm_module
+
+needs("bridge")
 
 READER = """
 const { AbstractTransport } = await import(process.argv[1]);

@@ -14,6 +14,9 @@ import pytest
 
 from tests.interop.rosbridge_world import World
 from tests.support import ros, web_peers
+from tests.support.extras import needs
+
+needs("bridge")
 
 PROGRAM = """
 import asyncio, json, sys

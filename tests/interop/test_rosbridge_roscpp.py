@@ -10,6 +10,9 @@ import pytest
 from tests.interop.rosbridge_world import our_bridge
 from tests.interop.web_page import pages
 from tests.support import ros
+from tests.support.extras import needs
+
+needs("bridge")
 
 
 @pytest.fixture

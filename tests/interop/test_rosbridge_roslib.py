@@ -14,7 +14,10 @@ from rosproto.node import Node
 from tests.interop.rosbridge_world import World
 from tests.interop.web_page import Page, pages
 from tests.support import rosbridge_suite
+from tests.support.extras import needs
 from tests.support.victim import eventually
+
+needs("bridge")
 
 
 @pytest.fixture

@@ -11,6 +11,9 @@ import pytest
 from rosproto.codec import message_class
 from tests.interop.rosbridge_world import World
 from tests.support import ros, web_peers
+from tests.support.extras import needs
+
+needs("bridge")
 
 HEAD = """
 import json, sys, threading, time

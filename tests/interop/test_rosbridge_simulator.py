@@ -10,8 +10,11 @@ import pytest
 
 from tests.interop.web_page import pages
 from tests.support import ros
+from tests.support.extras import needs
 from tests.support.victim import eventually
 from woosh_pure import SimulatedChassis
+
+needs("bridge")
 
 
 @pytest.fixture

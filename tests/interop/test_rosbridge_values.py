@@ -26,6 +26,9 @@ from tests.interop.genpy_build import write_definitions
 from tests.interop.rosbridge_oracle import NOW
 from tests.interop.test_genpy_codec import Case, Rng, all_types, random_plain
 from tests.support import ros, rosbridge_suite
+from tests.support.extras import needs
+
+needs("bridge")
 
 HERE = Path(__file__).resolve().parent
 TEXTS = ["abc", '{"op": "publish"}', "x" * 1000, "Wüste 地图 " * 57, json.dumps(list(range(5000)))]

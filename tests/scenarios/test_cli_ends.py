@@ -21,6 +21,8 @@ import pytest
 
 from rosproto import Master, Node
 
+pytestmark = pytest.mark.whole
+
 if sys.platform == "win32":
     pytest.skip("sends POSIX signals and uses sh", allow_module_level=True)
 

@@ -18,6 +18,8 @@ from rosproto import BagReader, BagWriter, Master, Node
 from rosproto.time import Time
 from tests.support.options import Case, covered, ctrl_c, every_pair, leaves, path_of, run
 
+pytestmark = pytest.mark.whole
+
 
 @pytest.fixture(scope="module")
 def graph() -> Iterator[SimpleNamespace]:

@@ -23,6 +23,8 @@ from rosproto.time import Time
 from tests.support.options import Case, Result, covered, every_pair, leaves, offers_json, path_of, run
 from tests.support.tunable import Tunable
 
+pytestmark = pytest.mark.whole
+
 ELSEWHERE = ("rosproto bag", "rosproto run", "rosproto bridge", "rosproto foxglove")
 """In test_cli_options_bag.py, in tests/unit/rospy, and in tests/unit/cli/test_bridge_command.py and beside it."""
 DEFINITION = "float64 depth\nstring unit\n"

@@ -17,6 +17,8 @@ from rosproto import Node
 from tests.support.terminal import Terminal
 from woosh_pure.geometry import Pose2D
 
+pytestmark = pytest.mark.whole
+
 UP, DOWN, RIGHT, LEFT = (f"\x1b[{final}" for final in "ABCD")
 ACKNOWLEDGED = ("--acknowledged", "--feedback-timeout", "2")
 

@@ -18,7 +18,7 @@ from tests.support.woosh_command import has, until_it_ends, woosh_process
 from woosh_pure.cli.registry import COMMANDS
 from woosh_pure.enums import RobotMode, TaskState
 
-pytestmark = pytest.mark.usefixtures("private_config")
+pytestmark = [pytest.mark.whole, pytest.mark.usefixtures("private_config")]
 
 
 # -- reading -------------------------------------------------------------------------------------------------

@@ -16,6 +16,8 @@ from woosh_pure.cli import main
 from woosh_pure.doctor.definitions import finding_of
 from woosh_pure.doctor.examination import Level, check_own_address, examine
 
+pytestmark = pytest.mark.whole
+
 
 def findings(uri: str, timeout: float = 20.0) -> dict[str, list]:
     """Findings by check."""

@@ -18,6 +18,8 @@ from typing import NoReturn
 
 import pytest
 
+from tests.support.extras import needs
+
 # Each starts a program of its own; some load a framework of a hundred megabytes first.
 pytestmark = [pytest.mark.slow, pytest.mark.example]
 
@@ -218,6 +220,7 @@ print(modules, "modules")
 
 def test_importing_changes_nothing() -> None:
     """Every module, imported: threads, files, signals, environment, logging, hooks and what else a program has."""
+    needs("web")
     env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [sys.executable, "-c", IMPORT_ALL], capture_output=True, text=True, timeout=60, check=False, env=env

@@ -15,6 +15,8 @@ from woosh_pure.motion.steps import Step
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
 
+pytestmark = pytest.mark.whole
+
 ALL = (
     Step.straight(0.4, 0.3),
     Step.turn(math.pi / 2, 0.8),

@@ -17,6 +17,8 @@ from types import ModuleType
 import pytest
 from hypothesis import settings
 
+from tests.support.passed import Passed, leave_out
+
 PURE = tuple(
     f"tests/unit/{name}" for name in ("msg/", "codec/", "protocol/", "tf/", "woosh/", "woosh_cli/", "test_")
 )
@@ -42,7 +44,7 @@ def pytest_configure(config: pytest.Config) -> None:
         settings.load_profile("few")
     file = config.getoption("--passed")
     if file is not None:
-        config.pluginmanager.register(Passed(file), "windows-passed")
+        config.pluginmanager.register(Passed(file, skipped_too=True), "windows-passed")
 
 
 @pytest.hookimpl(tryfirst=True)  # before other plugins shuffle them
@@ -70,31 +72,3 @@ def representatives(same: list[pytest.Item]) -> list[pytest.Item]:
     """The first case by name, the one in the middle, and the last: the same ones in every run."""
     same = sorted(same, key=lambda item: item.nodeid)
     return same if len(same) <= KEPT else [same[0], same[len(same) // 2], same[-1]]
-
-
-def leave_out(config: pytest.Config, items: list[pytest.Item], spared: set[pytest.Item]) -> None:
-    """Take these from the list, and let pytest count them."""
-    if spared:
-        config.hook.pytest_deselected(items=[item for item in items if item in spared])
-        items[:] = [item for item in items if item not in spared]
-
-
-class Passed:
-    """Keeps the names of what has passed, one per line, in a file that outlives this process."""
-
-    def __init__(self, file: Path) -> None:
-        self.file = file
-        self.before = set(file.read_text("utf-8").splitlines()) if file.exists() else set()
-        self.failed: set[str] = set()
-
-    def pytest_collection_modifyitems(self, config: pytest.Config, items: list[pytest.Item]) -> None:
-        """Leave out what passed before."""
-        leave_out(config, items, {item for item in items if repr(item.nodeid) in self.before})
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note it when its teardown is over too. A name may hold anything, so it is written as Python writes it."""
-        if report.failed:
-            self.failed.add(report.nodeid)
-        elif report.when == "teardown" and report.nodeid not in self.failed:
-            with self.file.open("a", encoding="utf-8") as noted:
-                noted.write(f"{report.nodeid!r}\n")

@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.extras import needs
 from tests.support.fleet_maps import packed, serving
 from tests.support.fleet_peers import javascript, python, vehicle
 from tests.support.mosquitto import mosquitto
 from woosh_pure.geometry import Pose2D
 from woosh_pure.gridmap import GridMap
+
+needs("fleet")
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 HERE = Path(__file__).resolve().parent

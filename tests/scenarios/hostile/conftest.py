@@ -15,9 +15,10 @@ HERE = Path(__file__).resolve().parent
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What attackers make a busy computer do takes its time."""
+    """Storms: what attackers make a busy computer do takes its time."""
     for item in items:
         if HERE in item.path.parents:
+            item.add_marker(pytest.mark.whole)
             item.add_marker(pytest.mark.timeout(300))
 
 

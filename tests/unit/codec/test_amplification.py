@@ -12,6 +12,8 @@ from rosproto.errors import CodecError
 from rosproto.msg import bundled
 from tests.support.memory import peak_of
 
+pytestmark = pytest.mark.whole
+
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: a/E\n"
 ELEMENTS = {
     "nothing": "",
