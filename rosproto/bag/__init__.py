@@ -1,6 +1,6 @@
 """Bags, format 2.0: read everything a recorder leaves behind, write what every ROS 1 tool reads."""
 
-from rosproto.bag.limits import BagLimits
+from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.opening import create_bag, open_bag
 from rosproto.bag.pieces import Partition, partitions
 from rosproto.bag.reader import BagReader, Compression, RawMessage, TopicInfo

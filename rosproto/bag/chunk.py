@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosproto.bag.bag_file import BagFile
+from rosproto.bag.bag_file import BagFile, Budget
 from rosproto.bag.compression import decompress, decompress_prefix
-from rosproto.bag.limits import Budget
 from rosproto.bag.records import (
     INDEX_ENTRY_BYTES,
     NS,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.bag.pieces import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
 
 if TYPE_CHECKING:
-    from rosproto.bag.limits import BagLimits
+    from rosproto.bag.bag_file import BagLimits
 
 __all__ = ["read_bags"]
 

@@ -11,10 +11,8 @@ from __future__ import annotations
 import re
 from struct import Struct
 
-from rosproto.bag.bag_file import BagFile
+from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
 from rosproto.bag.chunk import read_head
-from rosproto.bag.contents import BagIndex
-from rosproto.bag.limits import MOST_CONNECTIONS
 from rosproto.bag.records import (
     MAGIC,
     OP_CHUNK_INFO,
@@ -27,7 +25,7 @@ from rosproto.bag.records import (
     decode_text_fields,
     op_of,
 )
-from rosproto.bag.scan import scan
+from rosproto.bag.scan import BagIndex, scan
 from rosproto.errors import BagError
 
 __all__ = ["open_index"]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from rosproto.bag.bag_file import BagFile, Scanning
-from rosproto.bag.limits import BagLimits
+from rosproto.bag.bag_file import BagFile, BagLimits, Scanning
 from rosproto.bag.reader import BagReader
 from rosproto.bag.writer import BagWriter
 from rosproto.errors import BagError

@@ -15,8 +15,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, cast
 
-from rosproto.bag.bag_file import BagFile
-from rosproto.bag.limits import BagLimits
+from rosproto.bag.bag_file import BagFile, BagLimits
 from rosproto.bag.mcap.reader import McapReader
 from rosproto.bag.opening import open_bag
 from rosproto.bag.reader import BagReader
@@ -75,7 +74,7 @@ class Partition:
 
     def table(self) -> Any:
         """All its batches as one pyarrow.Table."""
-        from rosproto.bag.arrow.library import pyarrow
+        from rosproto.bag.arrow.schema import pyarrow
 
         return pyarrow().Table.from_batches(list(self.batches()), self.schema())
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
-from rosproto.bag.bag_file import BagFile, Scanning, system_errors
+from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, system_errors
 from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
 from rosproto.bag.index import open_index
-from rosproto.bag.limits import BagLimits
 from rosproto.bag.messages import RawMessage, Takers, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.rows import Rows

@@ -14,7 +14,7 @@ from functools import lru_cache
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosproto.bag.limits import MOST_CONNECTIONS
+from rosproto.bag.bag_file import MOST_CONNECTIONS
 from rosproto.bag.records import (
     NS,
     OP_CONNECTION,

@@ -20,7 +20,6 @@ from typing import Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import BagFile, system_errors
 from rosproto.bag.compression import compressor
-from rosproto.bag.contents import BagIndex
 from rosproto.bag.index import open_index
 from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.reader import RawMessage
@@ -35,6 +34,7 @@ from rosproto.bag.records import (
     encode_index,
 )
 from rosproto.bag.rows import MESSAGE_HEAD
+from rosproto.bag.scan import BagIndex
 from rosproto.bag.stamps import out_of_range, seconds_and_rest
 from rosproto.bag.writer_input import as_raw, check_header, check_message, data_of, identity, own_text
 from rosproto.codec import Message, encode_parts, encoder

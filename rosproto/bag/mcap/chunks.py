@@ -1,20 +1,80 @@
-"""The messages of one MCAP chunk."""
+"""The messages of one MCAP chunk, and the optional library that takes it apart."""
 
 from __future__ import annotations
 
+import importlib
+import os
+import struct
 from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import decompress
-from rosproto.bag.mcap.library import library, misfits
-from rosproto.bag.mcap.source import SafeStream
 from rosproto.bag.records import NS, ChunkInfo
 from rosproto.bag.rows import Place, Rows
 from rosproto.errors import BagError
 
-__all__ = ["LOOSE", "McapChunk", "messages_of", "read_mcap_chunk"]
+__all__ = ["LOOSE", "McapChunk", "SafeStream", "library", "messages_of", "misfits", "read_mcap_chunk"]
+
+# -- the optional library -----------------------------------------------------------------------------------
+
+
+def library(module: str) -> Any:
+    """One of the library's modules: "writer", "reader", "stream_reader".
+
+    Raises:
+        BagError: It is not installed; names the extra.
+    """
+    try:
+        return importlib.import_module(f"mcap.{module}")
+    except ImportError as problem:
+        raise BagError('MCAP needs the package mcap: pip install ".[mcap]"') from problem
+
+
+def misfits() -> tuple[type[Exception], ...]:
+    """The errors it raises for a file that is not sound MCAP."""
+    error: type[Exception] = library("exceptions").McapError
+    return error, ValueError, KeyError, OverflowError, EOFError, struct.error, RuntimeError
+
+
+# -- the stream it reads from -------------------------------------------------------------------------------
+
+
+class SafeStream:
+    """A stream over a `BagFile`.
+
+    Args:
+        source: The file.
+        begin: Position of its first byte.
+    """
+
+    def __init__(self, source: BagFile, begin: int = 0) -> None:
+        self._source = source
+        self._at = begin
+
+    def read(self, size: int = -1) -> bytes:
+        left = max(0, self._source.size - self._at)
+        data = self._source.read_at(self._at, left if size < 0 else min(size, left))
+        self._at += len(data)
+        return data
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        base = {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._source.size}[whence]
+        if base + offset < 0:
+            raise ValueError(f"a position {base + offset} before the beginning of the file")
+        self._at = base + offset
+        return self._at
+
+    def tell(self) -> int:
+        return self._at
+
+    def seekable(self) -> bool:
+        return True
+
+
+# -- chunks -------------------------------------------------------------------------------------------------
+
 
 LOOSE = 1024  # how many messages outside of chunks are read together
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, BinaryIO, Literal
 
-from rosproto.bag.mcap.library import library
+from rosproto.bag.mcap.chunks import library
 from rosproto.bag.reader import RawMessage
 from rosproto.bag.records import NS, Connection
 from rosproto.bag.stamps import Stamp, out_of_range, seconds_and_rest

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.bag import BagLimits, BagReader, BagWriter
-from rosproto.bag.limits import MOST_CONNECTIONS, Budget
+from rosproto.bag.bag_file import MOST_CONNECTIONS, Budget
 from rosproto.bag.records import MAGIC, ChunkHeader, FileHeader, encode_fields
 from rosproto.cli import main
 from rosproto.errors import BagError
