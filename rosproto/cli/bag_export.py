@@ -11,8 +11,8 @@ from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_opening import next_to, opened
 from .bag_progress import Progress
 from .connection import CommandError
-from .export_names import file_names
-from .export_parquet import write_parquet
+from .counts import counted
+from .export_parquet import file_names, write_parquet
 from .field_path import parse_field_path
 from .optional import need
 from .shared_options import add_allow_damaged, add_quiet
@@ -20,7 +20,7 @@ from .shared_options import add_allow_damaged, add_quiet
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
 
-__all__ = ["add_export_arguments", "export"]
+__all__ = ["IMAGES", "add_export_arguments", "export", "pixels_of", "png_of"]
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
@@ -193,8 +193,6 @@ def _leaves(cls: Any, prefix: str = "") -> list[str]:
 
 def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """A file for each image, named by its receive time."""
-    from .bag_images import IMAGES, png_of
-
     images = [topic for topic in topics if bag.topics[topic].connections[0].type in IMAGES]
     if not images:
         raise CommandError(f"{bag.path}: none of the topics has images ({', '.join(IMAGES)})")
@@ -245,3 +243,74 @@ def _mcap(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> l
 
 Form = Callable[["BagReader", list[str], argparse.Namespace], list[str]]
 FORMS: dict[str, Form] = {"csv": _csv, "npz": _npz, "png": _png, "mcap": _mcap, "parquet": write_parquet}
+
+
+# -- pictures -----------------------------------------------------------------------------------------------
+# sensor_msgs/Image and CompressedImage as PNG; Pillow is needed for the compressed ones alone.
+#
+# Source: REP 118 for depth images.
+
+
+IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+
+DEPTH = ("16UC1", "32FC1")
+
+
+def png_of(message: Any, *, scale_depth: bool = False) -> bytes:
+    """The PNG file of a message; Bayer patterns as they are, depth as 16-bit grey in mm.
+
+    Args:
+        message: A sensor_msgs/Image or CompressedImage.
+        scale_depth: True scales each depth image to its own range, for looking at.
+
+    Raises:
+        CommandError: An encoding that is not known, data that do not fit the size, or Pillow is needed and
+            absent.
+    """
+    from rosproto.numeric.pngfile import encode_png, is_png
+
+    if message._type == "sensor_msgs/CompressedImage":
+        data = bytes(message.data)
+        return data if is_png(data) else _converted(data)
+    pixels = pixels_of(message)
+    if scale_depth and message.encoding in DEPTH:
+        from rosproto.numeric.depth import visible_depth
+
+        pixels = visible_depth(pixels / 1000.0)
+    return encode_png(pixels)
+
+
+def _converted(data: bytes) -> bytes:
+    import io
+
+    pillow = need("PIL.Image", "Pillow", "cli")
+    file = io.BytesIO()
+    try:
+        pillow.open(io.BytesIO(data)).save(file, "PNG")
+    except (OSError, ValueError) as error:
+        raise CommandError(f"a compressed image that cannot be read: {error}") from error
+    return file.getvalue()
+
+
+def pixels_of(message: Any) -> Any:
+    """The pixels of a sensor_msgs/Image, in the order of a picture; metres (32FC1) become millimetres."""
+    import numpy as np
+
+    from rosproto.numeric.depth import depth_millimetres
+    from rosproto.numeric.encodings import PICTURES, picture_order
+    from rosproto.numeric.images import image_to_array
+
+    if message.encoding not in PICTURES:
+        raise CommandError(
+            f"an image with encoding {message.encoding!r}; known are {', '.join(sorted(PICTURES))}"
+        )
+    try:
+        pixels = image_to_array(message)
+    except ValueError as error:
+        found = counted(len(message.data), "byte")
+        raise CommandError(f"an image should have all its rows, but has {found}: {error}") from error
+    if message.encoding == "32FC1":
+        return depth_millimetres(pixels)
+    order = picture_order(message.encoding)
+    pixels = pixels if order is None else pixels[:, :, order]
+    return np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("="))

@@ -7,8 +7,10 @@ YAML are rosbag's, line by line; the curves are appended to the lines, and --pla
 from __future__ import annotations
 
 import argparse
+import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from rosproto.text import printable
@@ -16,13 +18,12 @@ from rosproto.text import printable
 from .bag_opening import reader_of
 from .bag_progress import Progress
 from .connection import CommandError, print_json
-from .sparkline import sparkline
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
     from rosproto.bag.summary import Facts
 
-__all__ = ["add_info_arguments", "info"]
+__all__ = ["add_info_arguments", "info", "sparkline"]
 
 CURVE = 24  # characters
 FINE = 16  # chunks that must fit into one of these before their messages count as of one moment
@@ -130,3 +131,37 @@ def _curves(found: dict[str, list[int]]) -> dict[str, str]:
 def _curve(counts: list[int], plain: bool) -> str:
     """From nothing, not from the least, so that an even rate is an even line of full height."""
     return sparkline([0.0, *map(float, counts)], ascii_only=plain)[1:]
+
+
+# -- sparklines ---------------------------------------------------------------------------------------------
+
+
+BARS = "▁▂▃▄▅▆▇█"
+ASCII_BARS = "_.-=+*%#"
+
+
+def sparkline(values: Sequence[float], *, width: int | None = None, ascii_only: bool = False) -> str:
+    """One character a value, low to high; NaN is a space.
+
+    Args:
+        values: Any finite range; all equal gives the lowest bar.
+        width: At most this many characters: neighbours are averaged.
+        ascii_only: For terminals whose encoding lacks block characters.
+    """
+    values = list(values) if width is None or len(values) <= width else _averaged(values, width)
+    finite = [v for v in values if math.isfinite(v)]
+    if not finite:
+        return " " * len(values)
+    low, span = min(finite), max(finite) - min(finite)
+    bars = ASCII_BARS if ascii_only else BARS
+    top = len(bars) - 1
+    return "".join(
+        " " if not math.isfinite(v) else bars[0 if span == 0 else round((v - low) / span * top)]
+        for v in values
+    )
+
+
+def _averaged(values: Sequence[float], width: int) -> list[float]:
+    edges = [i * len(values) // width for i in range(width + 1)]
+    groups = [values[a:b] for a, b in pairwise(edges)]
+    return [math.fsum(group) / len(group) for group in groups]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rosproto.cli.sparkline import sparkline
+from rosproto.cli.bag_info import sparkline
 
 
 def test_low_to_high() -> None:
