@@ -2,8 +2,7 @@
 
 from rosproto.action.client import ActionClient
 from rosproto.action.goal_handle import GoalHandle
-from rosproto.action.server import ActionServer
-from rosproto.action.server_goal import ServerGoal
+from rosproto.action.server import ActionServer, ServerGoal
 from rosproto.action.types import ActionType, action_type
 from rosproto.protocol.goal_client import CommState
 from rosproto.protocol.goal_status import GoalStatus

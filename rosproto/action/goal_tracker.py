@@ -10,19 +10,19 @@ No topics here: `ActionClient` hands in what arrived and sends what is to be sen
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from rosproto.action.arrivals import MOST_SERVERS, Arrivals
-from rosproto.action.dispatcher import Dispatcher
 from rosproto.action.sent_goal import SentGoal
+from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import PeerLog, get_logger
-from rosproto.protocol.goal_client import CommState
+from rosproto.protocol.goal_client import CommState, GoalStatus
 from rosproto.transport.clock import Clock
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["GoalTracker"]
+__all__ = ["Arrivals", "Dispatcher", "GoalTracker"]
 
 _log = get_logger("rosproto.action")
 
@@ -317,3 +317,140 @@ class GoalTracker:
                 with self._changed:
                     goal.finished = True
                     self._changed.notify_all()
+
+
+# -- messages that came -------------------------------------------------------------------------------------
+# Goals that no server has acknowledged: when to consider them lost, and what to do if they arrive late.
+#
+# A goal is sent once, over one connection. If the server has dropped that connection and the network did
+# not report it, the goal is lost without any sign: status arrays keep coming without it. actionlib
+# (rospy's and roscpp's) then waits for ever, because an array may be older than the goal. Here the goal
+# is LOST once a server has been heard for a while without mentioning it.
+#
+# Such a goal may still arrive, when the connection is alive after all and TCP retransmits. Nobody waits
+# for it any more, so it must not run: as soon as a status array shows it, it is cancelled, and again
+# every second until the server reacts.
+#
+# No I/O and no clock here; `GoalTracker` hands in the times and holds the lock.
+
+
+STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
+GAP = 1.0  # seconds without a status array that make a gap; five are sent each second
+AGAIN = 1.0  # seconds between two cancels of a goal that arrived too late
+KEEP = 120.0  # seconds; by then every system has given up retransmitting
+MOST_GIVEN_UP = 1000
+MOST_SERVERS = 64  # node names that send status for one action; anybody may invent them
+
+_RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
+
+
+class Arrivals:
+    """Which servers are heard steadily, and which goals were given up."""
+
+    def __init__(self) -> None:
+        self._runs: BoundedCache[str, tuple[float, float]] = BoundedCache(
+            MOST_SERVERS
+        )  # heard since, heard last
+        self._given_up: dict[str, tuple[float, float]] = {}  # goal id: forgotten at, cancelled again from
+
+    def heard(self, server: str, now: float) -> None:
+        """A status array of `server` arrived."""
+        since, last = self._runs.get(server) or (now, now)
+        self._runs.put(server, (now if now - last > GAP else since, now))
+
+    def is_steady(self, server: str, now: float) -> bool:
+        """True when `server` has been heard without a gap for `STEADY` seconds."""
+        since, _ = self._runs.get(server) or (now, now)
+        return now - since >= STEADY
+
+    def give_up(self, goal_id: str, now: float) -> None:
+        """Have the goal cancelled if it appears in a status array."""
+        if len(self._given_up) >= MOST_GIVEN_UP:
+            del self._given_up[next(iter(self._given_up))]
+        self._given_up[goal_id] = (now + KEEP, now)
+
+    def too_late(self, mentioned: Mapping[str, Any], now: float) -> list[str]:
+        """Goals that were given up but run after all, and have to be cancelled now.
+
+        Args:
+            mentioned: The actionlib_msgs/GoalStatus entries of a status array, by goal id.
+        """
+        due = []
+        for goal_id, (forget, again) in list(self._given_up.items()):
+            status = mentioned.get(goal_id)
+            if now >= forget or (status is not None and status.status not in _RUNNING):
+                del self._given_up[goal_id]
+            elif status is not None and now >= again:
+                self._given_up[goal_id] = (forget, now + AGAIN)
+                due.append(goal_id)
+        return due
+
+
+# -- the thread that hands them on --------------------------------------------------------------------------
+
+
+MOST_WAITING = 100
+
+
+class Dispatcher:
+    """Calls what it is given, in order, in a thread of its own that starts with the first call.
+
+    Status, result and feedback arrive in three threads; callbacks run here instead, so that they come in
+    the order of the goal's states, never two at once, and without a lock held: they may call anything.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._ready = threading.Condition()
+        self._queue: deque[Callable[[], object]] = deque()
+        self._thread: threading.Thread | None = None
+        self._closed = False
+
+    @property
+    def is_current(self) -> bool:
+        """True when called from a callback."""
+        return threading.current_thread() is self._thread
+
+    def call(self, function: Callable[[], object], *, droppable: bool = False) -> bool:
+        """Have `function` called soon.
+
+        Args:
+            function: What to call.
+            droppable: Drop the call when `MOST_WAITING` are queued.
+
+        Returns:
+            False when it will not be called: dropped, or after `close`.
+        """
+        with self._ready:
+            if self._closed or (droppable and len(self._queue) >= MOST_WAITING):
+                return False
+            self._queue.append(function)
+            if self._thread is None:
+                self._thread = threading.Thread(
+                    target=self._run, name=f"rosproto:action callbacks {self._name}", daemon=True
+                )
+                self._thread.start()
+            self._ready.notify()
+        return True
+
+    def close(self, timeout: float = 1.0) -> None:
+        """Stop after the call under way; waits for it unless called from it."""
+        with self._ready:
+            self._closed = True
+            self._queue.clear()
+            self._ready.notify()
+        if self._thread is not None and not self.is_current:
+            self._thread.join(timeout)
+
+    def _run(self) -> None:
+        while True:
+            with self._ready:
+                while not self._queue and not self._closed:
+                    self._ready.wait()
+                if self._closed:
+                    return
+                function = self._queue.popleft()
+            try:
+                function()
+            except BaseException:  # a sys.exit() would end this thread, and every later callback with it
+                _log.exception("! %s: a callback raised", self._name)

@@ -274,7 +274,7 @@ def png_of(message: Any, *, scale_depth: bool = False) -> bytes:
         return data if is_png(data) else _converted(data)
     pixels = pixels_of(message)
     if scale_depth and message.encoding in DEPTH:
-        from rosproto.numeric.depth import visible_depth
+        from rosproto.numeric.images import visible_depth
 
         pixels = visible_depth(pixels / 1000.0)
     return encode_png(pixels)
@@ -296,9 +296,7 @@ def pixels_of(message: Any) -> Any:
     """The pixels of a sensor_msgs/Image, in the order of a picture; metres (32FC1) become millimetres."""
     import numpy as np
 
-    from rosproto.numeric.depth import depth_millimetres
-    from rosproto.numeric.encodings import PICTURES, picture_order
-    from rosproto.numeric.images import image_to_array
+    from rosproto.numeric.images import PICTURES, depth_millimetres, image_to_array, picture_order
 
     if message.encoding not in PICTURES:
         raise CommandError(

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING
 from rosproto.late import late_names
 from rosproto.numeric.clouds import cloud_to_array, cloud_to_points, points_to_cloud, scan_to_points
 from rosproto.numeric.grids import array_to_grid, grid_to_array
-from rosproto.numeric.images import array_to_image, compressed_image_bytes, image_to_array
+from rosproto.numeric.images import (
+    array_to_image,
+    compressed_image_bytes,
+    depth_millimetres,
+    image_to_array,
+    picture_order,
+    visible_depth,
+)
 from rosproto.numeric.poses import (
     matrix_to_pose,
     matrix_to_quaternion,
@@ -24,8 +31,6 @@ from rosproto.numeric.poses import (
 )
 
 if TYPE_CHECKING:
-    from rosproto.numeric.depth import depth_millimetres, visible_depth
-    from rosproto.numeric.encodings import picture_order
     from rosproto.numeric.pngfile import decode_png, encode_png, is_png
 
 __all__ = [
@@ -57,10 +62,7 @@ __getattr__ = late_names(
     __name__,
     {
         "decode_png": "pngfile",
-        "depth_millimetres": "depth",
         "encode_png": "pngfile",
         "is_png": "pngfile",
-        "picture_order": "encodings",
-        "visible_depth": "depth",
     },
 )

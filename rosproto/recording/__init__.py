@@ -4,8 +4,7 @@ from rosproto.recording.buffer import MessageBuffer
 from rosproto.recording.files import BagSeries, bag_name
 from rosproto.recording.pacer import Pacer
 from rosproto.recording.player import Player
-from rosproto.recording.recorder import Recorder, RecorderStats
-from rosproto.recording.selection import TopicSelection
+from rosproto.recording.recorder import Recorder, RecorderStats, TopicSelection
 from rosproto.recording.timeline import Timeline
 
 __all__ = [

@@ -7,12 +7,17 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosproto.bag import RawMessage
+from rosproto.bag import Connection, RawMessage
+from rosproto.errors import DefinitionError
+from rosproto.logs import get_logger
 from rosproto.time import Time
 
-__all__ = ["Entry", "MessageBuffer"]
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["Entry", "MessageBuffer", "TopicTap"]
 
 SLICE_BYTES = 8 << 20
 OVERHEAD = 200  # bytes that the objects around each message's data take
@@ -105,3 +110,109 @@ class MessageBuffer:
         while self.bytes > self.limit and self._queue:
             self.bytes -= len(self._queue.popleft()[1].data) + OVERHEAD
             self.dropped += 1
+
+
+# -- what fills it ------------------------------------------------------------------------------------------
+
+
+_log = get_logger("rosproto.recording")
+
+NS = 1_000_000_000
+MOST_CONNECTIONS = 1000  # different publishers' headers on one topic
+MOST_CONNECTION_CHARACTERS = 64 << 20  # of these headers, definitions included
+
+
+class TopicTap:
+    """Puts the messages of one topic into the buffer, in the link's thread."""
+
+    def __init__(self, topic: str, node: Node, buffer: MessageBuffer) -> None:
+        self._topic = topic
+        self._clock = node.clock
+        self._put = buffer.put
+        self._latest: tuple[dict[str, str], Connection | None] | None = None
+        self._told = False
+        self._told_full = False
+        self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
+        self._known_characters = 0
+
+    def __call__(self, message: Any) -> None:
+        header = message._connection_header
+        if header["type"] == "*":
+            self._leave_out(header)
+            return
+        connection = self._connection_for(header)
+        if connection is None:
+            return
+        stamp = Time.from_wire(*divmod(self._clock.now_nsec(), NS))
+        raw = RawMessage(connection.type, message._buff, connection.md5sum, (0, 0), connection)
+        self._put(Entry(self._topic, raw, stamp))
+
+    def _leave_out(self, header: dict[str, str]) -> None:
+        """Warn about a publisher of AnyMsg: without a type nobody could read its messages from a bag."""
+        if not self._told:
+            self._told = True
+            _log.warning(
+                "! %s: %s publishes AnyMsg, whose type nobody knows; it is not recorded",
+                self._topic,
+                header.get("callerid", "")[:200],
+            )
+
+    def _connection_for(self, header: dict[str, str]) -> Connection | None:
+        """One object for each header of a publisher; two link threads may call this at once.
+
+        A bag lists each of them, and a publisher may send another header whenever it connects. So beyond a
+        certain number, messages go to a known connection that is read in the same way; None if there is none.
+        """
+        latest = self._latest
+        if latest is not None and latest[0] is header:
+            return latest[1]
+        key = tuple(sorted(header.items()))
+        connection = self._known.get(key)
+        if connection is None and not self._is_full(key):
+            connection = self._known.setdefault(key, _connection(self._topic, header))
+            self._known_characters += _characters(key)
+        elif connection is None:
+            connection = self._alike(header)
+        self._latest = header, connection
+        return connection
+
+    def _is_full(self, key: tuple[tuple[str, str], ...]) -> bool:
+        return (
+            len(self._known) >= MOST_CONNECTIONS
+            or self._known_characters + _characters(key) > MOST_CONNECTION_CHARACTERS
+        )
+
+    def _alike(self, header: dict[str, str]) -> Connection | None:
+        wanted = header["type"], header["md5sum"], header.get("latching") == "1"
+        for known in list(self._known.values()):
+            if (known.type, known.md5sum, known.latching) == wanted:
+                return known
+        if not self._told_full:
+            self._told_full = True
+            _log.warning(
+                "! %s: publishers have told %d different headers; what others publish is not recorded",
+                self._topic,
+                len(self._known),
+            )
+        return None
+
+
+def _characters(key: tuple[tuple[str, str], ...]) -> int:
+    return sum(len(name) + len(value) for name, value in key)
+
+
+def _connection(topic: str, header: dict[str, str]) -> Connection:
+    kind, md5sum = header["type"], header["md5sum"]
+    definition = header.get("message_definition", "") or _bundled_definition(kind, md5sum)
+    return Connection(-1, topic, kind, md5sum, definition, {**header, "message_definition": definition})
+
+
+def _bundled_definition(kind: str, md5sum: str) -> str:
+    """Our definition if it is the same one, for publishers that send none: a bag must say how to read it."""
+    from rosproto.msg import bundled
+
+    try:
+        library = bundled()
+        return library.full_text(kind) if library.md5sum(kind) == md5sum else ""
+    except DefinitionError:
+        return ""

@@ -1,5 +1,6 @@
-"""Wait for a moment with an error of tens of microseconds, without keeping a processor busy.
+"""What sets the pace of a replay: moments, a topic that has to keep up, and /clock.
 
+`Pacer` waits for a moment with an error of tens of microseconds, without keeping a processor busy.
 Operating systems wake a sleeping thread late: by 60 us on Linux, by up to 15 ms on an old Windows. So the
 pacer sleeps until shortly before the moment and spins for the rest. How long it spins depends on how late it
 was woken before.
@@ -9,8 +10,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Pacer"]
+from rosproto.codec import message_class
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["ClockOutput", "Pacer", "RateControl"]
 
 LEAST_SPIN = 0.0001
 MOST_SPIN = 0.003  # seconds; spinning cannot make up for wake-ups later than this
@@ -53,3 +61,80 @@ class Pacer:
         # Quickly up, slowly down: a late wake-up misses a moment, while more spinning costs little.
         wanted = min(max(1.5 * late, LEAST_SPIN), MOST_SPIN)
         self.spin = wanted if wanted > self.spin else self.spin + 0.02 * (wanted - self.spin)
+
+
+# -- the rate control topic ---------------------------------------------------------------------------------
+# Play no faster than a node can follow: the bags' time waits for a topic that shows how far the node is.
+#
+# Source: rosbag player.cpp, updateRateTopicTime.
+
+
+NS = 1_000_000_000
+
+
+class RateControl:
+    """Follows a topic. The header stamps of its messages are bag time; without a stamp, arrival counts.
+
+    Args:
+        node: The node that subscribes.
+        topic: A topic of the node that has to keep up.
+        most_delay: Seconds of bag time that playing may be ahead of the newest message.
+        position: The bag time reached, ns.
+
+    Attributes:
+        topic: Its name.
+    """
+
+    def __init__(self, node: Node, topic: str, most_delay: float, position: Callable[[], int]) -> None:
+        if not most_delay >= 0:
+            raise ValueError(f"rate_control_delay {most_delay}: seconds, 0 or more")
+        self.topic = topic
+        self._most_ns = round(most_delay * NS)
+        self._position = position
+        self._reached_ns = position()
+        self._subscriber = node.subscriber(topic, None, self._take, queue_size=10)
+
+    @property
+    def behind(self) -> bool:
+        """Whether playing has to wait for the next message."""
+        return self._position() - self._reached_ns > self._most_ns
+
+    def restart(self) -> None:
+        """Forget earlier messages: the bags' time was set anew, and they say nothing about it."""
+        self._reached_ns = self._position()
+
+    def close(self) -> None:
+        """Stop following."""
+        self._subscriber.close()
+
+    def _take(self, message: Any) -> None:
+        stamp = getattr(getattr(message, "header", None), "stamp", None)
+        self._reached_ns = self._position() if stamp is None else stamp.secs * NS + stamp.nsecs
+
+
+# -- /clock -------------------------------------------------------------------------------------------------
+
+
+class ClockOutput:
+    """Publishes /clock.
+
+    Attributes:
+        due: When the next message is due.
+    """
+
+    def __init__(self, node: Node, hz: float) -> None:
+        self._publisher = node.publisher("/clock", message_class("rosgraph_msgs/Clock"), queue_size=100)
+        self._period = 1.0 / hz
+        self.due = 0.0
+
+    def publish(self, time_ns: int) -> None:
+        """Publish this time (ns)."""
+        self._publisher.publish(clock=Time.from_wire(*divmod(time_ns, NS)))
+
+    def advance(self, now: float) -> None:
+        """Schedule the next message; missed ones are left out."""
+        self.due = max(self.due + self._period, now)
+
+    def close(self) -> None:
+        """Stop publishing."""
+        self._publisher.close()

@@ -18,9 +18,7 @@ from rosproto.bag import BagReader, Connection
 from rosproto.bag.messages import message_class_of
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
 from rosproto.numbers import as_float
-from rosproto.recording.clock_output import ClockOutput
-from rosproto.recording.pacer import Pacer
-from rosproto.recording.rate_control import RateControl
+from rosproto.recording.pacer import ClockOutput, Pacer, RateControl
 from rosproto.recording.timeline import Timeline, TimelineEntry
 from rosproto.time import Time
 

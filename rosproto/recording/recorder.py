@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 import shutil
 import threading
 import time
@@ -22,15 +23,13 @@ from rosproto.codec import message_class
 from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
-from rosproto.recording.buffer import Entry, MessageBuffer
+from rosproto.recording.buffer import Entry, MessageBuffer, TopicTap
 from rosproto.recording.files import BagSeries, Compression, bag_name
-from rosproto.recording.selection import TopicSelection
-from rosproto.recording.tap import TopicTap
 
 if TYPE_CHECKING:
     from rosproto.node import Node, Subscriber
 
-__all__ = ["Recorder", "RecorderStats"]
+__all__ = ["Recorder", "RecorderStats", "TopicSelection"]
 
 _log = get_logger("rosproto.recording")
 
@@ -409,3 +408,60 @@ class Recorder:
         if self._error is not None and not self._raised:
             self._raised = True
             raise self._error
+
+
+# -- which topics -------------------------------------------------------------------------------------------
+
+
+class TopicSelection:
+    """A choice of topics, made once and applied to every topic that appears.
+
+    Args:
+        topics: Global names, chosen whether or not somebody publishes them yet.
+        patterns: Regular expressions for whole names (rosbag record -e).
+        exclude: Regular expressions for whole names that `patterns`, `all` and `node` leave out.
+        all: Every topic.
+        node: Every topic that this node subscribes to.
+
+    Raises:
+        ValueError: Nothing is chosen, or a pattern is invalid.
+    """
+
+    def __init__(
+        self,
+        topics: Iterable[str] = (),
+        *,
+        patterns: Iterable[str] = (),
+        exclude: Iterable[str] = (),
+        all: bool = False,
+        node: str | None = None,
+    ) -> None:
+        self.topics = tuple(dict.fromkeys(topics))
+        self._patterns = [_compiled(pattern) for pattern in patterns]
+        self._exclude = [_compiled(pattern) for pattern in exclude]
+        self._all = all
+        self.node = node
+        if not (self.topics or self._patterns or all or node):
+            raise ValueError("nothing to record: name topics, or give a pattern, a node, or all")
+
+    @property
+    def is_open(self) -> bool:
+        """True when topics that appear later may be chosen, so that the master must be asked again."""
+        return bool(self._all or self._patterns or self.node)
+
+    def takes(self, topic: str, subscribers: Iterable[str] = ()) -> bool:
+        """Whether a topic is chosen; `subscribers` are the nodes that subscribe to it."""
+        if topic in self.topics:
+            return True
+        if any(pattern.fullmatch(topic) for pattern in self._exclude):
+            return False
+        if self._all or any(pattern.fullmatch(topic) for pattern in self._patterns):
+            return True
+        return self.node is not None and self.node in subscribers
+
+
+def _compiled(pattern: str) -> re.Pattern[str]:
+    try:
+        return re.compile(pattern)
+    except re.error as problem:
+        raise ValueError(f"{pattern!r} is no regular expression: {problem}") from None

@@ -10,9 +10,9 @@ Source: wiki.ros.org/tf2, REP 105.
 from rosproto.tf.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from rosproto.tf.buffer import TransformBuffer
 from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
-from rosproto.tf.history import History, Sample
 from rosproto.tf.listener import TransformListener
 from rosproto.tf.transform import Transform
+from rosproto.tf.tree import History, Sample
 
 __all__ = [
     "ExtrapolationError",

@@ -13,9 +13,18 @@ from typing import Any, NoReturn
 from rosproto.errors import RosTimeout
 from rosproto.quaternion import normalized
 from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
-from rosproto.tf.history import History, Sample
 from rosproto.tf.transform import Stamped, Transform, nanoseconds
-from rosproto.tf.tree import LONGEST_NAME, MOST_FRAMES, MOST_SAMPLES, FrameTree, Gap, Loop, Unconnected
+from rosproto.tf.tree import (
+    LONGEST_NAME,
+    MOST_FRAMES,
+    MOST_SAMPLES,
+    FrameTree,
+    Gap,
+    History,
+    Loop,
+    Sample,
+    Unconnected,
+)
 from rosproto.transport.deadline import Deadline
 
 __all__ = ["TransformBuffer"]

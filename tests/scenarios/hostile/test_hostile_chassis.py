@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rosproto.action.server_goal import ServerGoal
+from rosproto.action.server import ServerGoal
 from tests.support.hostile_peer import RAW, wrongs_of
 from woosh_pure import Chassis, ChassisError, SimulatedChassis
 from woosh_pure.cli import main

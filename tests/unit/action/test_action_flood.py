@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from rosproto.action.arrivals import MOST_SERVERS
 from rosproto.action.client import ActionClient
+from rosproto.action.goal_tracker import MOST_SERVERS
 from rosproto.protocol.goal_server import MOST_ENDED, GoalList
 from tests.support.clock import FakeClock
 from tests.unit.action.fakegraph import Goal, Graph

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.numeric.encodings import ENCODINGS, PICTURES, picture_order, pixel_layout
+from rosproto.numeric.images import ENCODINGS, PICTURES, picture_order, pixel_layout
 
 
 @pytest.mark.parametrize("encoding", sorted(PICTURES))

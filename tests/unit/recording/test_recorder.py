@@ -20,8 +20,7 @@ from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import BagError
 from rosproto.node.time.clock import NodeClock
 from rosproto.recording import Recorder, TopicSelection
-from rosproto.recording.buffer import Entry
-from rosproto.recording.tap import TopicTap, _connection
+from rosproto.recording.buffer import Entry, TopicTap, _connection
 
 String = message_class("std_msgs/String")
 ROOT = Path(__file__).resolve().parents[3]
@@ -146,9 +145,9 @@ def test_headers_of_publishers_are_bounded(
     a connection that is there, the rest is left out and told of once.
     """
     if bound == "number":
-        monkeypatch.setattr("rosproto.recording.tap.MOST_CONNECTIONS", 20)
+        monkeypatch.setattr("rosproto.recording.buffer.MOST_CONNECTIONS", 20)
     else:
-        monkeypatch.setattr("rosproto.recording.tap.MOST_CONNECTION_CHARACTERS", 2000)
+        monkeypatch.setattr("rosproto.recording.buffer.MOST_CONNECTION_CHARACTERS", 2000)
     taken: list[Entry] = []
     tap = TopicTap("/a", SimpleNamespace(clock=NodeClock()), SimpleNamespace(put=taken.append))  # type: ignore[arg-type]
 

@@ -16,8 +16,7 @@ from rosproto.tf import (
     TransformError,
     UnknownFrame,
 )
-from rosproto.tf.history import History, Sample
-from rosproto.tf.tree import FrameTree
+from rosproto.tf.tree import FrameTree, History, Sample
 
 
 def edge(parent: str, child: str, x: float, stamp: float = 0.0, yaw: float = 0.0) -> Transform:

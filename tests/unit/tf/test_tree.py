@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.tf.history import OLD, REPEATED, History, Sample
-from rosproto.tf.tree import FrameTree, Gap, Loop, Unconnected
+from rosproto.tf.tree import OLD, REPEATED, FrameTree, Gap, History, Loop, Sample, Unconnected
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 

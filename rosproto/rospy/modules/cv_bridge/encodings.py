@@ -3,7 +3,7 @@
 Source: OpenCV's numbers for types of arrays.
 """
 
-from rosproto.numeric.encodings import ENCODINGS
+from rosproto.numeric.images import ENCODINGS
 
 DEPTHS = {"8U": 0, "8S": 1, "16U": 2, "16S": 3, "32S": 4, "32F": 5, "64F": 6}
 NUMPY = {

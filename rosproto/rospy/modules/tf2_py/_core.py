@@ -10,8 +10,19 @@ import threading
 import genpy
 
 from rosproto.quaternion import from_matrix, to_matrix
-from rosproto.tf.history import OLD, REPEATED, History, Sample, seconds
-from rosproto.tf.tree import LONGEST_NAME, MOST_FRAMES, MOST_SAMPLES, FrameTree, Loop, NoWay
+from rosproto.tf.tree import (
+    LONGEST_NAME,
+    MOST_FRAMES,
+    MOST_SAMPLES,
+    OLD,
+    REPEATED,
+    FrameTree,
+    History,
+    Loop,
+    NoWay,
+    Sample,
+    seconds,
+)
 
 from ._dot import all_frames_as_dot, span
 from ._errors import InvalidArgumentException, LookupException, TransformException, error_of

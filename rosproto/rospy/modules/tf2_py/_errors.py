@@ -1,7 +1,6 @@
 """tf2's exceptions and their texts; the names in tracebacks are those of its C module, tf2."""
 
-from rosproto.tf.history import seconds
-from rosproto.tf.tree import Gap
+from rosproto.tf.tree import Gap, seconds
 
 
 class TransformException(Exception):
