@@ -18,6 +18,7 @@ from rosproto.action.goal_tracker import GoalTracker
 from rosproto.action.sent_goal import SentGoal
 from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
+from rosproto.codec import encode
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.numbers import as_float
 from rosproto.time import Time
@@ -196,7 +197,9 @@ class ActionClient:
         goal_id = f"{self._node.name}-{next(_counter)}-{stamp.secs}.{stamp.nsecs:09d}"
         receivers = frozenset(self._goal.subscribers)
         sent = SentGoal(goal_id, goal, stamp, self._clock.monotonic(), receivers)
-        handle = GoalHandle(sent, self._goals)
+        # Encoded now: a cancel may be needed when no module can be imported any more.
+        cancel = encode(self.type.goal_id(id=goal_id))
+        handle = GoalHandle(sent, self._goals, partial(self._write_cancel, cancel))
         sent.on_feedback = None if feedback is None else partial(feedback, handle)
         sent.on_transition = None if transition is None else partial(transition, handle)
         # Before it is published: the answer may be faster than the return from publish (actionlib #66).
@@ -250,6 +253,9 @@ class ActionClient:
     # -- what is sent ------------------------------------------------------------------------
 
     def _send_cancel(self, goal_id: str, stamp: Time) -> None:
+        self._write_cancel(self.type.goal_id(stamp=stamp, id=goal_id))
+
+    def _write_cancel(self, message: Message | bytes) -> None:
         self._check_open()
         if self._cancel_out.connections == 0:
             raise ConnectionLost(
@@ -257,7 +263,7 @@ class ActionClient:
                 "would be lost; the goal may still be running",
                 peer=self._cancel_out.topic,
             )
-        self._cancel_out.publish(self.type.goal_id(stamp=stamp, id=goal_id))
+        self._cancel_out.publish(message)
 
     # -- whether anybody is there ------------------------------------------------------------
 

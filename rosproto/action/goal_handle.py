@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from rosproto.action.goal_tracker import GoalTracker
@@ -28,7 +28,8 @@ class GoalHandle:
         sent: Stamp on the wire.
     """
 
-    def __init__(self, sent: SentGoal, tracker: GoalTracker) -> None:
+    def __init__(self, sent: SentGoal, tracker: GoalTracker, write_cancel: Callable[[], None]) -> None:
+        self._write_cancel = write_cancel
         self._sent = sent
         self._machine = sent.machine
         self._tracker = tracker
@@ -147,6 +148,17 @@ class GoalHandle:
             ConnectionLost: No server is connected to take the request.
         """
         return self._tracker.cancel(self._sent)
+
+    def cancel_at_once(self) -> None:
+        """As `cancel`, for the moments at which nothing may be waited for: no lock is taken, nothing made
+        anew.
+
+        Whether it can help is not looked at, and `state` follows only when the server reacts.
+
+        Raises:
+            ConnectionLost: No server is connected to take the request.
+        """
+        self._write_cancel()
 
     def give_up(self) -> bool:
         """Consider a goal that no server has acknowledged as lost, at once.

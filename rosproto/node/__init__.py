@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rosproto.node.revisions.topic_types import TopicType
     from rosproto.node.services.cancellation import Cancellation
     from rosproto.node.services.client import ServiceClient
+    from rosproto.node.services.prepared import PreparedCall
     from rosproto.node.services.probe import probe as probe_service
     from rosproto.node.services.server import ServiceServer
     from rosproto.node.stats import LinkStats, NodeStats
@@ -42,6 +43,7 @@ __all__ = [
     "NodeClock",
     "NodeStats",
     "Parameters",
+    "PreparedCall",
     "Publisher",
     "Rate",
     "ServiceClient",
@@ -69,6 +71,7 @@ __getattr__ = late_names(
         "NodeClient": "graph.slave_client",
         "NodeStats": "stats",
         "Parameters": "params.parameters",
+        "PreparedCall": "services.prepared",
         "ServiceClient": "services.client",
         "ServiceServer": "services.server",
         "TopicType": "revisions.topic_types",

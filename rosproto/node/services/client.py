@@ -29,6 +29,7 @@ from rosproto.node.revisions.revisions import ServiceRevision, note_differences,
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.cancellation import Cancellation
 from rosproto.node.services.link import ServiceLink
+from rosproto.node.services.prepared import PreparedCall
 from rosproto.protocol.handshake import (
     HandshakeRefused,
     check_service_server_header,
@@ -161,12 +162,43 @@ class ServiceClient:
             if isinstance(error, RosTimeout):
                 error.seconds = timeout
             raise
+        return self._response(link, answer)
+
+    def _response(self, link: ServiceLink, answer: bytes) -> Any:
         if link.revision is None:
             response = decode(self._response_class, answer)
         else:
             response = link.revision.response_to_ours(decode(link.revision.response_class, answer))
         response._connection_header = link.header
         return response
+
+    def prepare(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> PreparedCall:
+        """Connect and encode now what may have to be sent later, at a moment at which nothing must be waited
+        for.
+
+        The connection is one of its own, kept until it is closed (or this client is), also by a one-shot
+        client.
+
+        Raises:
+            As `call`, except that nothing was sent.
+        """
+        deadline = Deadline(timeout)
+        request = self._request(request, fields)
+        link = self._connect(deadline, {**self._header, "persistent": "1"})
+        try:
+            body = self._encoded(link, request)
+            return PreparedCall(link, body, self._response, self._drop)
+        except BaseException:
+            self._drop(link)
+            raise
+
+    def _encoded(self, link: ServiceLink, request: Any) -> bytes:
+        """As the provider's revision has it."""
+        if link.revision is None:
+            return encode(request)
+        if self.lossless:
+            link.revision.request_to_theirs.require_lossless(request)
+        return encode(link.revision.request_to_theirs(request))
 
     __call__ = call
 
@@ -228,9 +260,7 @@ class ServiceClient:
         cancellation: Cancellation | None,
     ) -> bytes:
         if link.revision is not None:
-            if self.lossless:
-                link.revision.request_to_theirs.require_lossless(request)
-            body = encode(link.revision.request_to_theirs(request))
+            body = self._encoded(link, request)
         if cancellation is None:
             return link.call(body, deadline)
         with cancellation.covering(link):
@@ -245,34 +275,36 @@ class ServiceClient:
                 what=f"turn on the connection of service {self.name}",
             )
 
-    def _connect(self, deadline: Deadline) -> ServiceLink:
+    def _connect(self, deadline: Deadline, header: Mapping[str, str] | None = None) -> ServiceLink:
         """A fresh link to the current provider; a remembered address is given up when it does not do."""
         remembered = self._address
         if remembered is None:
-            return self._open_link(self._look_up(deadline), deadline)
+            return self._open_link(self._look_up(deadline), deadline, header)
         remaining = deadline.remaining()
         # A computer that has gone answers nothing at all: that must leave time for the other address.
         half = deadline.at_most(LONGEST_GUESS if remaining is None else min(LONGEST_GUESS, remaining / 2))
         try:
-            return self._open_link(remembered, half)
+            return self._open_link(remembered, half, header)
         except (ConnectionLost, RosTimeout, _Refused, Md5sumMismatch) as error:
             if self._stop.is_set():
                 raise
             logger.debug("= service %s: %s, looking it up again", self.name, error)
-            return self._open_link(self._look_up(deadline), deadline)
+            return self._open_link(self._look_up(deadline), deadline, header)
 
     def _look_up(self, deadline: Deadline) -> tuple[str, int]:
         self._lookups += 1
         return service_probe.lookup(self._context, self.name, deadline)
 
-    def _open_link(self, address: tuple[str, int], deadline: Deadline) -> ServiceLink:
+    def _open_link(
+        self, address: tuple[str, int], deadline: Deadline, header: Mapping[str, str] | None = None
+    ) -> ServiceLink:
         if self._stop.is_set():
             raise LocalProtocolError(f"service {self.name}: this client is closed")
         try:
             try:
-                link = self._shake_hands(address, deadline, self._revision)
+                link = self._shake_hands(address, deadline, self._revision, header)
             except Md5sumMismatch as mismatch:
-                link = self._shake_hands(address, deadline, self._revise(mismatch))
+                link = self._shake_hands(address, deadline, self._revise(mismatch), header)
         except BaseException:
             if self._address == address:  # other threads' calls use it meanwhile
                 self._address = None
@@ -282,10 +314,16 @@ class ServiceClient:
         return link
 
     def _shake_hands(
-        self, address: tuple[str, int], deadline: Deadline, revision: ServiceRevision | None
+        self,
+        address: tuple[str, int],
+        deadline: Deadline,
+        revision: ServiceRevision | None,
+        fields: Mapping[str, str] | None,
     ) -> ServiceLink:
         self._connects += 1
-        header = self._header if revision is None else {**self._header, "md5sum": revision.md5sum}
+        header = dict(fields or self._header)
+        if revision is not None:
+            header["md5sum"] = revision.md5sum
         try:
             link = ServiceLink.open(
                 address,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import select
 import socket
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["ServiceLink"]
 
 ROOM = 4 << 10  # bytes; what most answers fit into
+POST = 0.05  # seconds
 STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing
 
 
@@ -118,8 +119,11 @@ class ServiceLink:
             TooLarge: The response is longer than `Limits.message_bytes`.
             RemoteProtocolError: More than one answer came.
         """
+        return self._outcome(lambda: self._send_and_read(request, deadline), deadline)
+
+    def _outcome(self, exchange: Callable[[], tuple[bool, bytes]], deadline: Deadline) -> bytes:
         try:
-            ok, body = self._exchange(request, deadline)
+            ok, body = self._translated(exchange, deadline)
         except BaseException:
             # The caller takes it for failed: what a silent network has kept of it must not come later, when
             # the system would go on repeating it for minutes.
@@ -130,11 +134,36 @@ class ServiceLink:
             raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
         return body
 
-    def _exchange(self, request: bytes, deadline: Deadline) -> tuple[bool, bytes]:
+    def prepare(self) -> None:
+        """Let a later `post` fail instead of waiting."""
+        self._limit_waits(Deadline(POST))
+
+    def post(self, request: bytes) -> None:
+        """Send one encoded request, and do not wait for its answer; `prepare` was called before.
+
+        Raises:
+            OSError: The link has ended.
+        """
+        self._sock.sendall(frame(request))
+
+    def answer(self, deadline: Deadline) -> bytes:
+        """The answer to what was posted; raises as `call` does."""
+        return self._outcome(lambda: self._read_within(deadline), deadline)
+
+    def _read_within(self, deadline: Deadline) -> tuple[bool, bytes]:
+        self._limit_waits(deadline)
+        return self._read_answer(deadline)
+
+    def _send_and_read(self, request: bytes, deadline: Deadline) -> tuple[bool, bytes]:
+        self._limit_waits(deadline)
+        self._sock.sendall(frame(request))
+        return self._read_answer(deadline)
+
+    def _translated(
+        self, exchange: Callable[[], tuple[bool, bytes]], deadline: Deadline
+    ) -> tuple[bool, bytes]:
         try:
-            self._limit_waits(deadline)
-            self._sock.sendall(frame(request))
-            return self._read_answer(deadline)
+            return exchange()
         except (BlockingIOError, TimeoutError) as error:
             if isinstance(error, RosTimeout):
                 raise

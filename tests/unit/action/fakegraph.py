@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Any
 
-from rosproto.codec import message_class
+from rosproto.codec import decode, message_class
 from rosproto.errors import LocalProtocolError
 from rosproto.time import Time
 
@@ -42,6 +42,8 @@ class Publisher:
         if self.closed:
             raise LocalProtocolError("closed")
         self.sent.append(message)
+        if isinstance(message, bytes):  # of the publishers here, only that of cancels is given bytes
+            message = decode(message_class("actionlib_msgs/GoalID"), message)
         self.graph.deliver(self.topic, message, self.node.name)
 
     def close(self) -> None:

@@ -7,6 +7,7 @@ import threading
 import pytest
 
 from rosproto.action import ActionClient, CommState, GoalStatus, goal_tracker
+from rosproto.codec import encode
 from rosproto.errors import CodecError, ConnectionLost, DefinitionError, LocalProtocolError, RosTimeout
 from rosproto.time import Time
 from tests.support.clock import FakeClock
@@ -360,3 +361,23 @@ def test_finished_goals_are_forgotten_and_followed_ones_are_bounded(graph, clien
     for handle in handles[1:]:
         graph.result(handle.goal_id, SUCCEEDED)
     assert client._goals.followed == {}
+
+
+def test_a_cancel_at_once_needs_no_lock_and_its_bytes_are_those_of_any_cancel(graph, client):
+    goal = client.send_goal(Goal())
+    held, release = threading.Event(), threading.Event()
+
+    def hold():
+        with client._goals._changed:  # what an interrupted frame may hold
+            held.set()
+            release.wait(20.0)
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    assert held.wait(20.0)
+    goal.cancel_at_once()
+    release.set()
+    thread.join(20.0)
+    (at_once,) = graph.publishers["/act/cancel"].sent
+    goal.cancel()
+    assert at_once == encode(graph.publishers["/act/cancel"].sent[1])
