@@ -6,10 +6,12 @@ own stamp is available, too.
 
 from __future__ import annotations
 
+import queue
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -80,12 +82,13 @@ class Feed(Generic[T]):
             history = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
         self.row = row
         self._node = node
-        self._condition = threading.Condition()
-        # Separate from the condition: messages come while we still register. Reentrant, like every lock that
-        # `close` takes: a Ctrl-C at its end leaves it held by the thread that then closes.
+        # Reentrant, like every lock that `close` takes: a Ctrl-C at its end leaves it held by the thread that
+        # then closes. Nobody takes it to read: a signal handler's stop must see what comes while the frame
+        # that it interrupted waits here.
         self._open_lock = threading.RLock()
-        self._history: deque[Reading[T]] = deque(maxlen=history)
-        self._count = 0
+        self._receiving = threading.Lock()  # of the threads that receive, among themselves
+        self._history: deque[tuple[int, Reading[T]]] = deque(maxlen=history)  # numbered from 1
+        self._waiting: list[queue.SimpleQueue[None]] = []
         self._broken = 0
         self._links_then: tuple[object, ...] | None = None
         self._callbacks: list[Callable[[T], object]] = []
@@ -95,8 +98,8 @@ class Feed(Generic[T]):
         self._closed = False
 
     def __repr__(self) -> str:
-        newest = self._history[-1] if self._history else None
-        heard = "not heard yet" if newest is None else f"{self._count} heard, age {newest.age:.2f} s"
+        newest = self.known
+        heard = "not heard yet" if newest is None else f"{self.count} heard, age {newest.age:.2f} s"
         return f"<Feed {self.row.name} {self.row.type}: {heard}>"
 
     @property
@@ -170,8 +173,7 @@ class Feed(Generic[T]):
         with self._open_lock:
             self._closed = True
             subscriber, self._subscriber = self._subscriber, None
-        with self._condition:
-            self._condition.notify_all()
+        self._wake()
         if subscriber is not None:
             subscriber.close()
 
@@ -187,11 +189,10 @@ class Feed(Generic[T]):
         if self.row.on_change:
             with self._open_lock:  # a latched value may come before `open` has its subscriber
                 self._links_then = self._links()
-        with self._condition:
-            self._history.append(reading)
-            self._count += 1
-            callbacks = list(self._callbacks)
-            self._condition.notify_all()
+        with self._receiving:
+            self._history.append((self.count + 1, reading))
+        callbacks = list(self._callbacks)
+        self._wake()
         if not callbacks:
             return
         me = threading.get_ident()
@@ -208,6 +209,22 @@ class Feed(Generic[T]):
         except Exception:
             logger.exception("%s: a callback failed", self.row.name)
 
+    def _wake(self) -> None:
+        """Wake who waits."""
+        for news in list(self._waiting):
+            if news.empty():
+                news.put(None)
+
+    @contextmanager
+    def _news(self) -> Iterator[queue.SimpleQueue[None]]:
+        """What gets something when a value has come; also when the feed is closed."""
+        news: queue.SimpleQueue[None] = queue.SimpleQueue()
+        self._waiting.append(news)
+        try:
+            yield news
+        finally:
+            self._waiting.remove(news)
+
     @property
     def in_callback(self) -> bool:
         """True in a callback of this feed, where the next value cannot come before the callback returns."""
@@ -216,8 +233,7 @@ class Feed(Generic[T]):
     @property
     def known(self) -> Reading[T] | None:
         """As `reading`, but neither subscribes nor waits; also None when this feed was never used."""
-        with self._condition:
-            return self._history[-1] if self._history else None
+        return self._history[-1][1] if self._history else None
 
     @property
     def reading(self) -> Reading[T] | None:
@@ -250,8 +266,7 @@ class Feed(Generic[T]):
     @property
     def known_history(self) -> tuple[Reading[T], ...]:
         """As `history`, but neither subscribes nor waits."""
-        with self._condition:
-            return tuple(self._history)
+        return tuple(reading for _, reading in self._history.copy())
 
     @property
     def closed(self) -> bool:
@@ -262,7 +277,7 @@ class Feed(Generic[T]):
     @property
     def count(self) -> int:
         """Values received so far."""
-        return self._count
+        return self._history[-1][0] if self._history else 0
 
     @property
     def publishers(self) -> int:
@@ -324,12 +339,10 @@ class Feed(Generic[T]):
         self.require_open()
 
         def off() -> None:
-            with self._condition:
-                if callback in self._callbacks:
-                    self._callbacks.remove(callback)
+            if callback in self._callbacks:
+                self._callbacks.remove(callback)
 
-        with self._condition:
-            self._callbacks.append(callback)
+        self._callbacks.append(callback)
         try:
             if connect:
                 self.connect()
@@ -355,13 +368,12 @@ class Feed(Generic[T]):
         if not new:
             return self.wait_for(lambda value: True, timeout)
         # Counted before the topic is opened: a latched value comes with its link, and only then.
-        with self._condition:
-            before = self._count
+        before = self.count
         deadline = self._begin_wait(timeout)
-        with self._condition:
-            while self._count <= before:
-                self._pause(deadline, timeout)
-            return self._history[-1].value
+        with self._news() as news:
+            while self.count <= before:
+                self._pause(news, deadline, timeout)
+        return self._history[-1][1].value
 
     def wait_for(self, accept: Callable[[T], bool], timeout: float | None = 5.0) -> T:
         """The first value for which `accept` is true: the newest known one, or any that comes after it.
@@ -372,19 +384,17 @@ class Feed(Generic[T]):
             LocalProtocolError: Called in a callback of this feed, where no next value can come.
         """
         deadline = self._begin_wait(timeout)
-        with self._condition:
-            seen = max(0, self._count - 1)
-        while True:
-            with self._condition:
-                while self._count == seen:
-                    self._pause(deadline, timeout)
-                values = [reading.value for reading in self._history][seen - self._count :]
-                seen = self._count
-            # Every one of them, also one that was true for a moment only; not under the lock: `accept` is the
-            # caller's, and may read other feeds.
-            for value in values:
-                if accept(value):
-                    return value
+        seen = max(0, self.count - 1)
+        with self._news() as news:
+            while True:
+                while self.count == seen:
+                    self._pause(news, deadline, timeout)
+                # Every one of them, also one that was true for a moment only.
+                for number, reading in self._history.copy():
+                    if number > seen:
+                        seen = number
+                        if accept(reading.value):
+                            return reading.value
 
     def _begin_wait(self, timeout: float | None) -> Deadline:
         """The deadline of a wait that may begin."""
@@ -411,12 +421,12 @@ class Feed(Generic[T]):
             why = self._node().close_reason
             raise ConnectionLost(f"{self.topic}: the node of this Chassis is closed ({why}); open a new one")
 
-    def _pause(self, deadline: Deadline, timeout: float | None) -> None:
-        """Wait for a change, with the lock held; raises when there is nothing left to wait for."""
+    def _pause(self, news: queue.SimpleQueue[None], deadline: Deadline, timeout: float | None) -> None:
+        """Wait for a change; raises when there is nothing left to wait for."""
         self.require_open()
         if deadline.expired:
             raise self.silence(timeout)
-        self._condition.wait(deadline.at_most(_SLICE).remaining())
+        _wait_for(news, deadline.at_most(_SLICE).remaining() or 0.0)
 
     def silence(self, timeout: float | None) -> RosTimeout:
         """The error of a wait that timed out."""
@@ -435,11 +445,17 @@ class Feed(Generic[T]):
         self.connect()
         seen = 0
         while True:
-            with self._condition:
-                while self._count == seen and not self.closed:
-                    self._condition.wait(_SLICE)
-                if self.closed:
-                    return
-                seen = self._count
-                value = self._history[-1].value
-            yield value
+            with self._news() as news:
+                while self.count == seen and not self.closed:
+                    _wait_for(news, _SLICE)
+            if self.closed:
+                return
+            seen, reading = self._history[-1]
+            yield reading.value
+
+
+def _wait_for(news: queue.SimpleQueue[None], seconds: float) -> None:
+    try:
+        news.get(timeout=seconds)
+    except queue.Empty:
+        pass

@@ -19,6 +19,7 @@ __all__ = ["Feeds"]
 # A link counts as lost when its publisher has been away for this long. A restart of one of the chassis's
 # nodes takes about a second and is no reason to give up a task.
 _LOST_AFTER = 5.0
+_LOOK = 0.02  # seconds
 
 
 class Feeds:
@@ -36,6 +37,8 @@ class Feeds:
 
     def get(self, name: str) -> Feed[Any]:
         """The feed of that name, or of a topic that has no name; it subscribes on first reading."""
+        if (made := self._feeds.get(name)) is not None:
+            return made  # without the lock: `stop` must not wait for a frame that it has interrupted
         with self._lock:
             if name not in self._feeds:
                 found = row(name) if name.startswith("/") else find(name)
@@ -111,21 +114,17 @@ class Feeds:
 
     def wait_standing(self, timeout: float) -> bool | None:
         """Whether the robot stands still: True once that is measured, False if it moves, None if unknown."""
-        feed = self.get("velocity")
         began = time.monotonic()
-
-        def fresh() -> Velocity | None:
-            reading = feed.reading
-            return reading.value if reading is not None and reading.received >= began else None
-
-        while (left := began + timeout - time.monotonic()) > 0.0:
-            velocity = fresh()
-            if velocity is not None and velocity.is_standing():
+        try:
+            feed: Feed[Velocity] = self.get("velocity").open()
+        except RosError:
+            return None
+        while True:  # looked at instead of waited for: nobody can hold this up
+            reading = feed.known
+            fresh = reading is not None and reading.received >= began
+            if fresh and reading is not None and reading.value.is_standing():
                 return True
-            try:
-                feed.wait(min(left, 0.5))
-            except RosTimeout:
-                continue
-            except RosError:
-                return None
-        return None if fresh() is None else False
+            over = time.monotonic() >= began + timeout
+            if over or feed.closed or feed.in_callback:
+                return False if over and fresh else None
+            time.sleep(_LOOK)

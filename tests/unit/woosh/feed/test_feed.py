@@ -179,31 +179,14 @@ def test_no_wait_lasts_longer_than_a_slice_at_a_time(monkeypatch):
     feed, node = feed_of()
     feed.open()
 
-    def wait(timeout=None):
+    def wait(_, timeout=None):
         waited.append(timeout)
         node.callback(number(1.0))
-        return True
 
-    monkeypatch.setattr(feed, "_condition", Unlocked(wait))
+    monkeypatch.setattr("woosh_pure.feed.feed._wait_for", wait)
     assert feed.wait(None) == 1.0
     assert waited
     assert all(timeout is not None and timeout <= 0.1 for timeout in waited)
-
-
-class Unlocked:
-    """A condition whose wait a test replaces."""
-
-    def __init__(self, wait):
-        self.wait = wait
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        return None
-
-    def notify_all(self):
-        pass
 
 
 def test_a_node_that_was_shut_down_by_others_ends_every_wait():
