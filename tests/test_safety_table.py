@@ -69,7 +69,19 @@ HELD_BY = {
     "`rosnode kill` of our node": (
         "test_holders.py::test_zero_is_sent_before_the_driving_node_is_shut_down",
         "test_holders.py::test_goals_are_cancelled_before_their_node_is_shut_down",
+        "test_holders.py::test_goals_are_cancelled_when_another_node_takes_our_name",
     ),
+    "the network is away when a motion is asked to end": (
+        "scenarios/network/test_stop_and_link.py::test_a_goal_that_was_asked_to_end_in_silence",
+        "scenarios/network/test_stop_and_link.py::test_a_drive_that_was_ended_in_silence",
+    ),
+    "`stop()` or `close()` in a signal handler": (
+        "test_stop_in_handler.py::test_stop_over_any_line_of_a_drive",
+        "test_stop_in_handler.py::test_stop_over_any_line_of_a_goal",
+        "test_stop_in_handler.py::test_close_over_any_line",
+        "test_stop_in_handler.py::test_a_real_signal_at_a_random_moment_of_a_loop_that_drives",
+    ),
+    "the system gives no more threads or files": ("test_stop_without_means.py::test_the_robot_stands",),
     "a second motion while one of ours is under way": (
         "test_second_motion.py::test_a_second_motion_is_refused_and_the_first_goes_on",
         "test_second_motion.py::test_one_that_is_meant_replaces_it",

@@ -47,7 +47,7 @@ _log = get_logger("woosh_pure.chassis")
 # Seconds for which nothing must block: messages of different topics may come in another order than sent.
 _SETTLED = 0.3
 # Bounds of what Ctrl-C does not end: the parts have their own bounds, which these do not cut off.
-_CLOSE_SECONDS, _STOP_SECONDS = 30.0, 20.0
+_CLOSE_SECONDS, _LEAVE_SECONDS = 30.0, 10.0
 _CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for what it finds then
 
 
@@ -133,23 +133,25 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
         """
         running = self._core.running
-        if running.moved:
-            running.keeper.do(self._close, _CLOSE_SECONDS)
-        else:
-            self._close()
-
-    def _close(self) -> None:
-        running = self._core.running
         running.note_end("this Chassis is closed")
-        problems = running.end_all("the Chassis was closed", _CANCEL_SECONDS)
-        if running.drives or (running.goals and not running.leave):
-            problems = running.end_all("the Chassis was closed", _LATE_SECONDS)
-        self._core.close()
+        problems = running.keeper.do(self._end, _CLOSE_SECONDS) if running.moved else []
+        try:
+            running.keeper.do(self._core.close, _LEAVE_SECONDS)
+        except RosTimeout as late:
+            # What a signal handler has interrupted may hold what this needs: it goes on afterwards.
+            _log.debug("! leaving the graph: %s", late)
         if problems:
             raise ConnectionLost(
                 f"not done when closing: {'; '.join(problems)}; the robot may still be driving; stop "
                 "it by its own button"
             )
+
+    def _end(self) -> list[str]:
+        running = self._core.running
+        problems = running.end_all("the Chassis was closed", _CANCEL_SECONDS)
+        if running.drives or (running.goals and not running.leave):
+            problems = running.end_all("the Chassis was closed", _LATE_SECONDS)
+        return problems
 
     def __repr__(self) -> str:
         goals = ", ".join(goal.description for goal in self._core.running.goals) or "nothing"
@@ -339,10 +341,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             What was done, and whether the robot is known to stand still. It never raises for what did not
             work: the report says it.
         """
-        timeout = stop_seconds(timeout)
-        return self._core.running.keeper.do(
-            lambda: _stop(self._core, everything=everything, end_drivers=end_drivers, timeout=timeout),
-            _STOP_SECONDS + timeout,
+        return _stop(
+            self._core, everything=everything, end_drivers=end_drivers, timeout=stop_seconds(timeout)
         )
 
     # -- everything else -------------------------------------------------------------------------------------

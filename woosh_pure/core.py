@@ -5,14 +5,18 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 
+from rosproto.logs import get_logger
 from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.readiness.knowledge import Knowledge
+from woosh_pure.stopping.elsewhere import say_elsewhere
 from woosh_pure.stopping.running import Running
 from woosh_pure.velocity.topics import VelocityTopics
 
 __all__ = ["Core"]
+
+logger = get_logger("woosh_pure.core")
 
 
 class Core:
@@ -51,15 +55,27 @@ class Core:
         self.in_block = False
         self.clients = Clients(self.connection)
         self.feeds = Feeds(self.connection)
-        self.running = Running(leave=leave_running)
-        self.velocity = VelocityTopics(self.connection)
+        self.velocity = VelocityTopics(self.connection, self._heard_since)
+        self.running = Running(
+            leave=leave_running,
+            zeros_due=lambda: self.velocity.zeros_due,
+            send_zeros=self.velocity.send_due_zeros,
+        )
         self.knowledge = Knowledge(self.connection, self.feeds, self.running)
 
     def _before_close(self, reason: str) -> None:
-        topics = self.velocity.in_use
+        words = self.velocity.last_words
+        goals = [] if self.running.leave else self.running.goals
         self.running.end_with_node(reason)
-        if reason and topics:
-            self.velocity.zero_from_elsewhere(topics)
+        words += [goal.last_word for goal in goals if goal.last_word is not None and not goal.gone]
+        if reason and words:
+            for problem in say_elsewhere(self.connection, words):
+                logger.warning("! %s: the robot may still be driving: %s", reason, problem)
+
+    def _heard_since(self, moment: float) -> bool:
+        feed = self.feeds.used("velocity")
+        newest = None if feed is None else feed.known
+        return newest is not None and newest.received > moment
 
     def close(self) -> None:
         """Close feeds and node; goals and drives must have ended before.

@@ -109,7 +109,11 @@ def test_what_did_not_end_at_first_is_ended_once_more_before_the_node_goes(sim, 
             raise ConnectionLost("the network is away")
         original(self, timeout)
 
+    def lost(self: Any) -> None:
+        raise ConnectionLost("the network is away")
+
     monkeypatch.setattr(type(handle), "_request_cancel", lost_at_first)
+    monkeypatch.setattr(type(handle), "_write_cancel", lost)
     chassis.close()
     assert len(asked) == 2
     until(lambda: stands(sim))
@@ -166,6 +170,16 @@ def test_goals_are_cancelled_before_their_node_is_shut_down(sim, real_time, unti
             handle.wait(20.0)
         assert caught.value.outcome.kind is OutcomeKind.CANCELLED
         until(lambda: stands(sim) and not sim.world.tasks.busy)
+
+
+@pytest.mark.parametrize("verb", ["goal", "steps", "task"])
+def test_goals_are_cancelled_when_another_node_takes_our_name(sim, real_time, until, verb):
+    """The action server has dropped the links to us by then: a fresh node cancels, as it sends zeros."""
+    with Chassis(sim.master_uri) as chassis:
+        chassis.move(2.0) if verb == "steps" else begin(chassis, verb)
+        until(lambda: not stands(sim))
+        by_the_master(chassis.node)
+        until(lambda: stands(sim) and not sim.world.tasks.busy, 2.0, "standing")
 
 
 def test_leave_running_leaves_a_goal_when_the_node_is_shut_down_and_no_velocity(sim, real_time, until):

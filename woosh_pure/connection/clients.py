@@ -12,7 +12,7 @@ from typing import Any
 import rosproto
 from rosproto.codec import ValuesLost
 from rosproto.errors import RosTimeout
-from rosproto.node import Cancellation
+from rosproto.node import Cancellation, PreparedCall
 from rosproto.transport import Deadline
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
@@ -159,6 +159,11 @@ class Clients:
                 self._actions[name] = client
         client.wait_for_server(self._connection.timeout)
         return client
+
+    def prepared_exec_task(self, command: TaskCommand, task_id: int) -> PreparedCall:
+        """A call of /exec_task that is ready, on a connection of its own; whoever has it closes it."""
+        client, seconds = self.service("/exec_task"), self._connection.timeout
+        return client.prepare(timeout=seconds, task_exect=int(command), task_id=task_id)  # type: ignore[no-any-return]
 
     def exec_task(self, command: TaskCommand, task_id: int, *, timeout: float, **fields: Any) -> Any:
         """Call /exec_task."""

@@ -11,6 +11,8 @@ from rosproto.errors import ConnectionLost
 
 __all__ = ["Connection"]
 
+_MAKING = 3.0  # seconds; what a signal handler has interrupted is made only afterwards
+
 
 class Connection:
     """Where the chassis is, and our node there.
@@ -63,8 +65,12 @@ class Connection:
         with self.making:
             self.require_open()
             if self._node is None:
-                self._node = self.new_node()
-                self._node.before_close(self._before_close)
+                node = self.new_node()
+                if self._closed:  # meanwhile
+                    node.close()
+                    self.require_open()
+                node.before_close(self._before_close)
+                self._node = node
             return self._node
 
     def new_node(self) -> rosproto.Node:
@@ -96,9 +102,10 @@ class Connection:
             raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
 
     def note_close(self) -> None:
-        """From now on no node is made; waits for one that is being made."""
-        with self.making:
-            self._closed = True
+        """From now on no node is made; waits a moment for one that is being made, which is closed at once."""
+        self._closed = True
+        if self.making.acquire(timeout=_MAKING):
+            self.making.release()
 
     def close(self) -> None:
         """Close the node; goals and drives must have ended before. May be called again."""

@@ -18,6 +18,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.goal import GoalHandle
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
+from woosh_pure.stopping.elsewhere import LastWord
 from woosh_pure.values.messages import require_finite, stamped_pose
 from woosh_pure.values.poses import pose_of
 from woosh_pure.values.rostypes import message_type
@@ -125,14 +126,37 @@ class ActionHandle(GoalHandle[Any]):
         elif self._sending is None or not self._sending.is_alive():
             self._finish(OutcomeKind.CANCELLED, "it was never sent")
 
+    def _write_cancel(self) -> None:
+        goal = self._goal
+        if goal is not None:  # otherwise the thread that sends it looks at the mark
+            goal.cancel_at_once()
+
     def _cancel_confirmed(self, timeout: float) -> bool:
         # A cancel is a message: having been sent does not mean that it arrived.
         deadline = Deadline(timeout)
-        while self._goal is not None and not (self._goal.done and self._cannot_arrive()):
+        while not self._has_ended():
             if deadline.expired:
                 return False
             time.sleep(0.02)
         return True
+
+    @property
+    def last_word(self) -> LastWord | None:
+        """What cancels it, said by whomever; None when it was not sent."""
+        goal = self._goal
+        if goal is None:
+            return None
+        return LastWord(f"{self._name}/cancel", message_type("actionlib_msgs/GoalID")(id=goal.goal_id))
+
+    def _has_ended(self) -> bool:
+        """Whether the server has reported the end, or was never asked."""
+        return self._goal is None or (self._goal.done and self._cannot_arrive())
+
+    def _repeat_cancel(self) -> None:
+        if self._over.is_set and self._has_ended():
+            self._see_end()
+        else:
+            self._write_cancel()
 
     def _cannot_arrive(self) -> bool:
         """Whether a goal we gave up can no longer reach the chassis; known once it is heard again."""
@@ -141,9 +165,12 @@ class ActionHandle(GoalHandle[Any]):
 
     def _check(self) -> None:
         goal = self._goal
-        if goal is None or self._outcome is not None:
+        if goal is None:
             return
-        if goal.done:
+        if self._outcome is not None:
+            if self._may_go_on and self._has_ended():
+                self._see_end()
+        elif goal.done:
             self._settle(int(goal.status), goal.text or "", goal.result)
         elif (error := goal.connection_error) is not None:
             self._finish(OutcomeKind.CONNECTION_LOST, str(error))
@@ -263,8 +290,10 @@ class StepHandle(ActionHandle):
         self._first = 0  # index of the first of `_steps` in the goal that was asked for
         self._count = len(steps)
         self._avoid = avoid
-        self._index = 0
-        self._percent = 0.0
+        self._place = (
+            0,
+            0.0,
+        )  # index and percent of the step under way; one value, so that no lock is needed
         self._done_before = 0.0  # percent of the whole that was done before the last resume
         self._paused = False
 
@@ -276,27 +305,25 @@ class StepHandle(ActionHandle):
     @property
     def percent(self) -> float:
         """How much of the whole goal is done, each step weighing the same; continues across a pause."""
-        with self._condition:
-            return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
+        return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
 
     def _describe(self, progress: StepProgress) -> str:
         return f"step {progress.index + 1} of {self._count}, {progress.mode}: {progress.percent:.0f} %"
 
     def _overall(self) -> float:
-        share = (self._index * 100.0 + self._percent) / len(self._steps)
+        index, percent = self._place
+        share = (index * 100.0 + percent) / len(self._steps)
         return self._done_before + (100.0 - self._done_before) * share / 100.0
 
     def _progress_of(self, feedback: Any) -> StepProgress:
         mode, percent = StepMode(feedback.executeMode), float(feedback.percent)
-        with self._condition:
-            self._index, self._percent = locate_step(self._steps, self._index, self._percent, mode, percent)
-            return StepProgress(mode, percent, self._first + self._index)
+        self._place = locate_step(self._steps, *self._place, mode, percent)
+        return StepProgress(mode, percent, self._first + self._place[0])
 
     def remaining(self) -> tuple[Step, ...]:
         """The steps that are left, by the last report."""
-        with self._condition:
-            first = self._steps[self._index].rest(self._percent)
-            return (first, *self._steps[self._index + 1 :])
+        index, percent = self._place
+        return (self._steps[index].rest(percent), *self._steps[index + 1 :])
 
     def pause(self) -> None:
         """Hold the move; `resume` sends what remains.
@@ -329,21 +356,20 @@ class StepHandle(ActionHandle):
 
         These numbers are not documented, so they are used only if they fit the step under way.
         """
-        with self._condition:
-            current = self._steps[self._index]
-            if int(result.executeMode) == current.mode and self._percent <= result.percent < 100.0:
-                self._percent = float(result.percent)
+        index, percent = self._place
+        if int(result.executeMode) == self._steps[index].mode and percent <= result.percent < 100.0:
+            self._place = (index, float(result.percent))
 
     def resume(self) -> None:
         """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
         if not self._paused:
             raise MotionRefused(f"{self.description}: it is not paused")
         self._core.running.require_alone(self)
-        with self._condition:
-            self._done_before = self._overall()
-            self._first += self._index
-            self._steps = self.remaining()
-            self._index, self._percent = 0, 0.0
+        # Nothing reports here: the goal has been preempted, and the next one is not sent yet.
+        self._done_before = self._overall()
+        self._first += self._place[0]
+        self._steps = self.remaining()
+        self._place = (0, 0.0)
         goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
         client = self._core.clients.action(self._name)
         self._send_shielded(lambda: self._send_to(client, goal))

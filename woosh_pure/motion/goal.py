@@ -5,6 +5,8 @@ A handle ends exactly once. A wait that times out cancels the goal and makes sur
 
 from __future__ import annotations
 
+import math
+import queue
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator
@@ -18,6 +20,8 @@ from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_limit, require_timeout
 from woosh_pure.errors import GoalFailed
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
+from woosh_pure.stopping.flag import SLICE as _SLICE
+from woosh_pure.stopping.flag import Flag
 from woosh_pure.stopping.keeper import Job
 from woosh_pure.stopping.running import OwnGoal
 
@@ -30,8 +34,7 @@ P = TypeVar("P")
 R = TypeVar("R")
 logger = get_logger("woosh_pure.goal")
 
-# Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
-_SLICE = 0.1
+_LOOK, _AGAIN = 0.02, 1.0  # seconds
 _TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = (
     15.0,
     10.0,
@@ -65,7 +68,11 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._core = core
         self.description = description
         self.default_timeout = require_timeout(default_timeout)
-        self._condition = threading.Condition()
+        # No lock: a signal handler's stop must see the end that comes while it has interrupted a frame in
+        # here.
+        self._over = Flag()
+        self._unended: queue.SimpleQueue[None] = queue.SimpleQueue()  # holds one thing, which the end takes
+        self._unended.put(None)
         self._outcome: Outcome | None = None
         self._started = time.monotonic()
         self._newest: P | None = None
@@ -73,7 +80,9 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._calling: set[int] = set()
         self._cancelled_by_us = False
         self._why = ""  # in words, why this client cancelled it
+        self._time_up = ""  # in words, that the limit of a wait has passed, which is then how it ended
         self._may_go_on = False  # ended for us, but the robot has not confirmed that it ended the goal
+        self._written = -math.inf  # when its cancel was written last
         self._sending: threading.Thread | None = None
 
     @property
@@ -86,7 +95,42 @@ class GoalHandle(OwnGoal, Generic[P]):
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
 
+    # -- as stopping sees it ---------------------------------------------------------------------------------
+
+    @property
+    def gone(self) -> bool:
+        """Whether it was seen to have ended on the robot, or never was there: nothing is left to stop."""
+        return self._over.is_set and not self._may_go_on
+
+    @property
+    def end_due(self) -> bool:
+        """Whether this client asked for its end, and has not seen it."""
+        return self._cancelled_by_us and not self.gone
+
+    def end_now(self, why: str) -> None:
+        """Mark it as cancelled and write the cancel, if there is a connection. Waits for nothing."""
+        self._mark_cancelled(why)
+        self._written = time.monotonic()
+        self._write_cancel()
+
+    def end_again(self) -> None:
+        """Ask once more, when the last time was a while ago."""
+        if time.monotonic() - self._written >= _AGAIN:
+            self._written = time.monotonic()
+            self._repeat_cancel()
+
     # -- for subclasses --------------------------------------------------------------------------------------
+
+    def _write_cancel(self) -> None:
+        """Write the cancel on a connection that stands; neither waits nor logs.
+
+        Raises:
+            RosError: There is none.
+        """
+
+    def _repeat_cancel(self) -> None:
+        """Write the cancel again, or have that done elsewhere: must not wait."""
+        self._write_cancel()
 
     def _request_cancel(self, timeout: float) -> None:
         """Ask the chassis to end this goal; must not wait longer than `timeout`."""
@@ -141,7 +185,7 @@ class GoalHandle(OwnGoal, Generic[P]):
             return
         if waited_for and self._core.running.leave:
             return
-        self._core.running.note_abandoned(self)
+        self.let_go = time.monotonic()
         try:
             self._cancel(3.0, "its wait was interrupted")
         except RosError as error:
@@ -168,29 +212,39 @@ class GoalHandle(OwnGoal, Generic[P]):
         *,
         may_go_on: bool = False,
     ) -> None:
-        with self._condition:
-            if self._outcome is not None:
-                return
-            self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
-            seconds = time.monotonic() - self._started
-            if self._replaced_by and kind in _REPLACEABLE:
-                kind, self._why, self._cancelled_by_us = (
-                    OutcomeKind.REPLACED,
-                    f"replaced by {self._replaced_by}",
-                    True,
-                )
-            ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
-            self._outcome = outcome = Outcome(kind, self.description, text, code, stopped, seconds, ours)
-            self._condition.notify_all()
+        try:
+            self._unended.get_nowait()
+        except queue.Empty:
+            return  # it has ended before
+        # While it may go on, `stop` and `close` must still cancel it.
+        self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
+        seconds = time.monotonic() - self._started
+        if self._time_up and kind is not OutcomeKind.ARRIVED:
+            # The cancel ended it as "cancelled"; what the caller needs to know is that its time was up.
+            kind, text, code = OutcomeKind.TIMED_OUT, text if may_go_on else self._time_up, None
+        elif self._replaced_by and kind in _REPLACEABLE:
+            kind, self._why, self._cancelled_by_us = (
+                OutcomeKind.REPLACED,
+                f"replaced by {self._replaced_by}",
+                True,
+            )
+        ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
+        self._outcome = outcome = Outcome(kind, self.description, text, code, stopped, seconds, ours)
+        self._over.set()
         self._core.knowledge.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
-        if not self._may_go_on:  # otherwise `stop` and `close` must still cancel it
-            self._core.running.remove_goal(self)
+
+    def _see_end(self) -> None:
+        """The robot was seen to have ended it, after its outcome had to be told without that."""
+        if not self._may_go_on:
+            return
+        self._may_go_on = False
+        outcome = self._outcome
+        if outcome is not None and outcome.text == NOT_CONFIRMED:
+            self._outcome = replace(outcome, text="")
 
     def _advance(self, progress: P) -> None:
-        with self._condition:
-            self._newest = progress
-            callbacks = list(self._callbacks)
-            self._condition.notify_all()
+        self._newest = progress
+        callbacks = list(self._callbacks)
         me = threading.get_ident()
         self._calling.add(me)
         try:
@@ -238,8 +292,7 @@ class GoalHandle(OwnGoal, Generic[P]):
 
     def on_progress(self, callback: Callable[[P], object]) -> None:
         """Call `callback(progress)` for each report, in a thread of the library."""
-        with self._condition:
-            self._callbacks.append(callback)
+        self._callbacks.append(callback)
 
     def progress(self) -> Iterator[P]:
         """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
@@ -249,11 +302,10 @@ class GoalHandle(OwnGoal, Generic[P]):
             if newest is not None and newest is not last:
                 last = newest
                 yield newest
-                continue
-            if self.done:
+            elif self.done:
                 return
-            with self._condition:
-                self._condition.wait(_SLICE)
+            else:
+                self._over.wait(_LOOK)
 
     def wait(
         self,
@@ -327,30 +379,27 @@ class GoalHandle(OwnGoal, Generic[P]):
         while not self.done:
             if deadline.expired:
                 return False
-            with self._condition:
-                if self._outcome is None:
-                    self._condition.wait(deadline.at_most(_SLICE).remaining())
+            self._over.wait(deadline.at_most(_SLICE).remaining() or 0.0)
             if meanwhile is not None:
                 meanwhile()
         return True
 
     def _time_out(self, seconds: float) -> None:
-        text, sent = f"not finished within {seconds:.1f} s", True
+        self._time_up = text = f"not finished within {seconds:.1f} s"
+        sent = True
         try:
             self._mark_cancelled("its time was up")
             self._request_cancel(3.0)
         except RosError as error:
             text, sent = f"{text}; cancelling failed: {error}", False
         standing = self._core.feeds.wait_standing(5.0)
-        confirmed = sent and (self._outcome is not None or self._cancel_confirmed(0.0))
+        confirmed = sent and (self.gone or self._cancel_confirmed(0.0))
         if sent and not confirmed:
             text = f"{text}; {NOT_CONFIRMED}"
-        with self._condition:
-            if self._outcome is not None and self._outcome.kind is OutcomeKind.ARRIVED:
-                return  # it got there while we were cancelling
-            # The cancel ended it as "cancelled"; what the caller needs to know is that its time was up.
-            self._outcome = None
         self._finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
+        outcome = self._outcome
+        if outcome is not None and outcome.kind is OutcomeKind.TIMED_OUT and outcome.stopped is None:
+            self._outcome = replace(outcome, stopped=standing)  # the end came from the robot, while we looked
 
     def cancel(self, timeout: float = 5.0) -> Outcome:
         """End it now and wait until the chassis confirms. In a callback of this goal, only ask for the end.
@@ -385,14 +434,15 @@ class GoalHandle(OwnGoal, Generic[P]):
                     may_go_on=not self._cancel_confirmed(0.0),
                 )
         elif self._may_go_on:
+            self._mark_cancelled(why)
             self._request_cancel(timeout)
             if not self._cancel_confirmed(timeout):
                 raise ConnectionLost(
                     f"{self.description}: cancelled, but the chassis cannot be heard; it may go on"
                 )
-            self._may_go_on = False
-            if self._outcome is not None and self._outcome.text == NOT_CONFIRMED:
-                self._outcome = replace(self._outcome, text="", stopped=self._core.feeds.wait_standing(2.0))
-            self._core.running.remove_goal(self)
+            told = self._outcome is not None and self._outcome.text == NOT_CONFIRMED
+            self._see_end()
+            if told and self._outcome is not None:
+                self._outcome = replace(self._outcome, stopped=self._core.feeds.wait_standing(2.0))
         assert self._outcome is not None, "a cancelled goal has ended"
         return self._outcome

@@ -18,16 +18,18 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.goal import GoalHandle
 from woosh_pure.motion.task_tracker import TaskTracker, new_task_id
 from woosh_pure.outcome import OutcomeKind
+from woosh_pure.stopping.keeper import Job
 from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.state import RobotStatus
 
 if TYPE_CHECKING:
+    from rosproto.node import PreparedCall
     from woosh_pure.core import Core
 
 __all__ = ["TaskHandle", "TaskOptions", "TaskOrder", "start_task"]
 
 logger = get_logger("woosh_pure.task")
-_REPLY_SECONDS = 10.0
+_REPLY_SECONDS, _ONCE_MORE = 10.0, 2.0
 _TYPES = (TaskType.PICK, TaskType.PARK, TaskType.CHARGE, TaskType.CARRY)
 
 
@@ -41,6 +43,10 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float | None) -> None:
         super().__init__(core, goal, timeout)
         self._tracker = tracker
+        # Two threads tell it something: the one that sends, and the one that receives. No verb holds this.
+        self._telling = threading.Lock()
+        self._prepared: PreparedCall | None = None
+        self._repeating: Job[None] | None = None
         self._sources = core.feeds.get("status").sources
         self._off = core.feeds.get("status").on(self._on_status)
 
@@ -81,7 +87,9 @@ class TaskHandle(GoalHandle[RobotStatus]):
         self._command(TaskCommand.INTERRUPT_WAIT)
 
     def _command(self, command: TaskCommand, timeout: float = _REPLY_SECONDS) -> None:
-        reply = self._core.clients.exec_task(command, self.task_id, timeout=timeout)
+        self._require_yes(self._core.clients.exec_task(command, self.task_id, timeout=timeout), command)
+
+    def _require_yes(self, reply: Any, command: TaskCommand) -> None:
         if not reply.success:
             raise MotionRefused(
                 f"{self.description}: {command} refused: {reply.message or 'no reason given'}",
@@ -96,14 +104,61 @@ class TaskHandle(GoalHandle[RobotStatus]):
         where = f"; at {pose}" if pose else ""
         return f"{progress.task_state}, {progress.action_type}{where}"
 
+    def prepare_cancel(self) -> None:
+        """Have the request that would cancel it ready, on a connection of its own, before it is sent.
+
+        Raises:
+            RosError: The chassis cannot be asked; nothing was sent.
+        """
+        self._prepared = self._core.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
+
+    def _write_cancel(self) -> None:
+        if self._prepared is None:
+            return  # nothing was sent yet: the thread that sends it looks at the mark
+        if not self._prepared.send():
+            raise ConnectionLost("the connection to /exec_task has ended")
+
+    def _repeat_cancel(self) -> None:
+        if self._repeating is None or self._repeating.over:
+            self._repeating = Job(self._cancel_once_more, _ONCE_MORE)
+            self._core.running.keeper.put(self._repeating)
+
+    def _cancel_once_more(self) -> None:
+        """What was written may have been lost with the link: ask again, on a new one."""
+        try:
+            reply = self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
+        except RosError as error:
+            logger.debug("! %s: its cancel is repeated in a second: %s", self.description, error)
+            return
+        if reply.success or not self._status_shows_it():
+            self._off()
+            self._see_end()
+            self._finish(OutcomeKind.CANCELLED, reply.message)
+            self.drop_prepared()
+
     def _request_cancel(self, timeout: float) -> None:
         self._await_sent(min(timeout, 2.0))
         try:
-            self._command(TaskCommand.CANCEL, timeout)
+            self._require_yes(self._cancel_reply(timeout), TaskCommand.CANCEL)
         except MotionRefused:
             # "There is no such task": it has just ended, and the status for that may still be on its way.
             if not self._wait_until_done(1.0) and not self._status_shows_end():
                 raise
+
+    def _cancel_reply(self, timeout: float) -> Any:
+        """The reply to the cancel that a stop has written, or else to one sent now."""
+        prepared = self._prepared
+        if prepared is not None and prepared.sent:
+            try:
+                return prepared.answer(min(timeout, 1.0))
+            except RosError as error:
+                logger.debug("! %s: its cancel is sent again: %s", self.description, error)
+        return self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)
+
+    def _status_shows_it(self) -> bool:
+        """True when the last status says that it is under way, as far as is known."""
+        status = self._core.feeds.get("status").latest
+        return status is not None and status.task_id == self.task_id and not status.task_state.is_final
 
     def _status_shows_end(self) -> bool:
         """True when the last status says that this task is over."""
@@ -111,25 +166,34 @@ class TaskHandle(GoalHandle[RobotStatus]):
         return status is not None and status.task_id == self.task_id and status.task_state.is_final
 
     def _on_status(self, status: RobotStatus) -> None:
-        with self._condition:
+        with self._telling:
             self._tracker.status(status)
         if status.task_id == self.task_id:
             self._advance(status)
         self._settle()
 
     def _reply(self, success: bool, message: str, code: int) -> None:
-        with self._condition:
+        with self._telling:
             self._tracker.reply(success, message, code)
         self._settle()
 
     def _settle(self) -> None:
         ending = self._tracker.ending
-        if ending is None or self._outcome is not None:
+        if ending is None or self.gone:
             return
         self._off()
+        if not ending.under_way:
+            self._see_end()
         self._finish(ending.kind, ending.text, ending.code)
         if ending.under_way:
-            threading.Thread(target=self._end_on_robot, name="woosh:cancel", daemon=True).start()
+            self._core.running.keeper.put(Job(self._end_on_robot, _REPLY_SECONDS))
+        else:
+            self.drop_prepared()
+
+    def drop_prepared(self) -> None:
+        """Nothing is to be cancelled any more."""
+        if self._prepared is not None:
+            self._prepared.close()
 
     def _end_on_robot(self) -> None:
         """Cancel a task that the robot could continue after its fault; in a thread: callbacks call this."""
@@ -137,11 +201,14 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
         except RosError as error:
             logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.description, error)
+        finally:
+            self.drop_prepared()
 
     def _check(self) -> None:
         lost = self._core.feeds.lost("status") or self._restarted()
-        if lost and self._outcome is None:
-            self._off()
+        if (
+            lost and self._outcome is None
+        ):  # listened to all the same: it may be seen to end when it is heard again
             self._finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _restarted(self) -> str:
@@ -232,9 +299,11 @@ def start_task(
     let_go = partial(core.running.keeper.put, letting_go)
     try:
         try:
+            handle.prepare_cancel()
             core.running.add_goal(handle, since, check=check, replace=replace)
         except Exception:
             handle._off()
+            handle.drop_prepared()
             raise
         _send(core, handle, order)
     except Exception:
@@ -252,6 +321,7 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
             raise MotionRefused(f"{handle.description}: it was stopped before it was sent; nothing was sent")
         command, task_id = TaskCommand.EXECUTE, handle.task_id
         reply = core.clients.exec_task(command, task_id, timeout=_REPLY_SECONDS, **order.fields())
+        handle._reply(reply.success, reply.message, int(reply.statusCode))
         if handle._cancelled_by_us:  # the cancel did not wait long enough for this reply: repeat it
             core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=2.0)
         return reply
@@ -259,21 +329,19 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     try:
         reply = handle._send_shielded(execute)
     except (ConnectionLost, RosTimeout):
-        # The chassis may have accepted it anyway: undo it if the chassis can be reached, and say so.
-        handle._off()
-        try:
-            core.clients.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
-        except RosError:
-            pass
+        # The chassis may have accepted it anyway: undo it as soon as the chassis can be reached, and say so.
+        handle._mark_cancelled("its request was not answered")
         handle._finish(
-            OutcomeKind.CONNECTION_LOST, "no reply to the request; it was cancelled again if possible"
+            OutcomeKind.CONNECTION_LOST,
+            "no reply to the request; it is cancelled as soon as that is possible",
         )
+        handle._cancel_once_more()
         raise
     except Exception:  # whatever it was, nothing was started, so nothing has to be cancelled
         handle._off()
         handle._finish(OutcomeKind.CANCELLED, "not sent")
+        handle.drop_prepared()
         raise
-    handle._reply(reply.success, reply.message, int(reply.statusCode))
     if not reply.success:
         state = RobotState(reply.statusCode)
         told = f"the last motion was refused ({handle.description}: {reply.message or 'no reason given'})"

@@ -8,7 +8,10 @@ To hand over is one call of a function written in C (`SimpleQueue.put`), which `
 first of all: CPython looks for signals between calls, not before the first one of a handler, so nothing can
 come between the interrupt that begins a stop and its beginning.
 
-The thread is started before the first motion: at the end of a program CPython 3.12 starts none any more.
+The threads are started before the first motion: at the end of a program CPython 3.12 starts none any more,
+and a program may have come to the limit of its system by the time it stops. They begin a thread for each job
+where they can, and do it themselves where they cannot; then there are two of them, so that one job can wait
+for another.
 """
 
 from __future__ import annotations
@@ -21,11 +24,12 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from rosproto.errors import RosTimeout
+from woosh_pure.stopping.flag import SLICE, Flag
 
 __all__ = ["Job", "Keeper", "begin"]
 
 R = TypeVar("R")
-_SLICE = 0.1  # on Windows a lock that waits cannot be interrupted
+_THREADS = 2
 
 
 class Job(Generic[R]):
@@ -44,7 +48,7 @@ class Job(Generic[R]):
         self._seconds = seconds
         self._end: float | None = None  # of waiting for it, however often somebody does
         self._once = threading.Lock()
-        self._over = threading.Event()
+        self._over = Flag()
         self._result: list[R] = []
         self.error: BaseException | None = None
 
@@ -62,16 +66,22 @@ class Job(Generic[R]):
     @property
     def over(self) -> bool:
         """Whether it is done."""
-        return self._over.is_set()
+        return self._over.is_set
 
-    def join(self) -> BaseException | None:
-        """Wait until it is done, or its time is over; the first of the interrupts that came meanwhile."""
+    def join(self, seconds: float | None = None) -> BaseException | None:
+        """Wait until it is done, or its time is over; the first of the interrupts that came meanwhile.
+
+        Args:
+            seconds: Wait no longer than this; None waits as long as it may take.
+        """
         interrupt: BaseException | None = None
         end = self._end = self._end or time.monotonic() + self._seconds
+        if seconds is not None:
+            end = min(end, time.monotonic() + seconds)
         while True:
             try:
-                while not self._over.is_set() and time.monotonic() < end:
-                    self._over.wait(_SLICE)
+                while not self._over.is_set and time.monotonic() < end:
+                    self._over.wait(SLICE)
                 return interrupt
             except BaseException as error:
                 interrupt = interrupt or error
@@ -114,14 +124,16 @@ class Keeper:
             RuntimeError: The program ends, and no thread can be started any more.
         """
         if not self._started:
-            threading.Thread(target=_work, args=(self._jobs,), name="woosh:keeper", daemon=True).start()
+            for _ in range(_THREADS):
+                threading.Thread(target=_work, args=(self._jobs,), name="woosh:keeper", daemon=True).start()
             self._started_in = os.getpid()
 
     def end(self) -> None:
         """Nothing moves any more."""
         if self._started:
             self._started_in = 0
-            self.put(None)
+            for _ in range(_THREADS):
+                self.put(None)
 
     def do(self, work: Callable[[], R], seconds: float) -> R:
         """Do it now and return its result; a Ctrl-C does not interrupt it, and is raised afterwards.

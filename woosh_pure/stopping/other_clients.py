@@ -5,7 +5,6 @@ be, so they are named, or asked to end.
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable
 from functools import partial
@@ -16,6 +15,7 @@ from rosproto.node import NodeClient
 from rosproto.transport import Deadline, HostNames
 from woosh_pure.enums import TaskCommand, TaskState
 from woosh_pure.interface.table import actions
+from woosh_pure.stopping.keeper import Job, begin
 from woosh_pure.values.rostypes import message_type
 from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 
@@ -31,7 +31,7 @@ __all__ = ["OtherPrograms", "cancel_others"]
 _TASK_FIRST = 0.5
 _LEAST = 1.0
 """Seconds that every step may take, however near the deadline is."""
-_LOOK_AGAIN = 0.5
+_LOOK_AGAIN, _LONGER = 0.5, 10.0
 _FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
 _HAD_A_GOAL = (
     0,
@@ -58,7 +58,7 @@ def cancel_others(core: Core, registrations: Registrations, report: StopReport, 
     """
     # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
     # But nobody waits long for that: the navigation is stopped anyway.
-    task = _begin(partial(_cancel_task, core, registrations, report, deadline))
+    task = _begin(partial(_cancel_task, core, registrations, report, deadline), deadline)
     registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
@@ -70,11 +70,11 @@ def cancel_others(core: Core, registrations: Registrations, report: StopReport, 
         ):
             continue
         waiting[row.name] = _begin(
-            partial(_cancel_action, core, registrations, row.name, report, cancelled, deadline)
+            partial(_cancel_action, core, registrations, row.name, report, cancelled, deadline), deadline
         )
     for name, worker in waiting.items():
         worker.join(_left(deadline) + 0.5)
-        if worker.is_alive():
+        if not worker.over:
             report.problems.append(f"cancelling {name} (no answer yet)")
     if cancelled:
         report.cancelled.append(f"all goals of {', '.join(sorted(cancelled))}")
@@ -84,10 +84,10 @@ def _left(deadline: Deadline) -> float:
     return max(_LEAST, deadline.remaining() or 0.0)
 
 
-def _begin(work: Callable[[], None]) -> threading.Thread:
-    thread = threading.Thread(target=work, name="woosh:cancel", daemon=True)
-    thread.start()
-    return thread
+def _begin(work: Callable[[], None], deadline: Deadline) -> Job[None]:
+    job = Job(work, _left(deadline) + _LONGER)
+    begin(job, "woosh:cancel")
+    return job
 
 
 def _cancel_action(
@@ -114,7 +114,7 @@ def _cancel_action(
             publisher.flush(1.0)
             if registrations.lacks_publisher(told.topic) or _ran(told):
                 cancelled.append(name)
-    except RosError as error:
+    except (RosError, OSError, RuntimeError) as error:
         report.problems.append(f"cancelling {name} ({error})")
 
 
@@ -151,7 +151,7 @@ def _cancel_task(core: Core, registrations: Registrations, report: StopReport, d
         reply = core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
         if reply.success:
             report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
-    except RosError as error:
+    except (RosError, OSError, RuntimeError) as error:
         report.problems.append(f"cancelling the task ({error})")
 
 
@@ -176,7 +176,7 @@ class OtherPrograms:
         self._ended: list[str] = []
         self._asked: set[tuple[str, str]] = set()  # name and address: one that was started anew has another
         self._problem = ""
-        self._thread = _begin(self._look)
+        self._looking = _begin(self._look, deadline)
 
     @property
     def drive_on(self) -> bool:
@@ -190,8 +190,8 @@ class OtherPrograms:
 
     def wait(self, report: StopReport) -> None:
         """Wait, with a bound, until all was looked at, and tell of it."""
-        self._thread.join(_left(self._deadline) + 0.5)
-        if self._thread.is_alive() and not self._left:
+        self._looking.join(_left(self._deadline) + 0.5)
+        if not self._looking.over and not self._left:
             self._problem = "looking for other programs that drive by velocity (no answer yet)"
         report.cancelled += [f"the program {name}" for name in self._ended]
         for driver, sends in self._left.values():
@@ -215,7 +215,7 @@ class OtherPrograms:
             self._left = {
                 name: (driver, driver.has_sent_since(first.get(name))) for name, driver in left.items()
             }
-        except RosError as error:
+        except (RosError, OSError, RuntimeError) as error:
             self._problem = f"looking for other programs that drive by velocity ({error})"
 
     def _others(self) -> dict[str, OtherDriver]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from woosh_pure.stopping.keeper import Job, begin
 
 if TYPE_CHECKING:
     from rosproto.node import SystemState
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Registrations"]
 
 logger = get_logger("woosh_pure.stop")
+_ANSWER = 2.0  # seconds
 
 
 class Registrations:
@@ -39,20 +41,20 @@ class Registrations:
         self._own_name = ""
         self._lock = threading.Lock()
         self.missing: list[str] = []
-        self._thread = threading.Thread(target=self._ask, name="woosh:registrations", daemon=True)
-        self._thread.start()
+        self._asking = Job(self._ask, _ANSWER)
+        begin(self._asking, "woosh:registrations")
 
     def _ask(self) -> None:
         try:
             node = self._connection.open_node()
             self._own_name = node.name
-            self._state = node.master.get_system_state(timeout=2.0)
-        except RosError as error:
+            self._state = node.master.get_system_state(timeout=_ANSWER)
+        except (RosError, OSError, RuntimeError) as error:
             logger.debug("! who is there is not known: %s", error)
 
     def wait(self, timeout: float) -> bool:
         """Wait, with a bound, for the master's answer; whether it has come."""
-        self._thread.join(timeout)
+        self._asking.join(timeout)
         return self._state is not None
 
     def lacks_publisher(self, topic: str) -> bool:

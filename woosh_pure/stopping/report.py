@@ -19,12 +19,15 @@ class StopReport:
         cancelled: What was cancelled, in words.
         problems: What could not be done, in words.
         looked: Whether goals and tasks of others were looked for, too.
+        pending: What was asked to end and has not been seen to: it is asked again every second, until it is,
+            or until this Chassis is closed.
     """
 
     standing: bool | None = None
     cancelled: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     looked: bool = False
+    pending: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
         """`sentence()`."""
@@ -44,4 +47,6 @@ class StopReport:
             parts.append("nothing was running" if self.looked else "nothing of ours was running")
         if self.problems:
             parts.append(f"not done: {'; '.join(self.problems)}")
+        if self.pending:
+            parts.append(f"asked again until it is seen to end: {', '.join(self.pending)}")
         return printable("; ".join(parts))

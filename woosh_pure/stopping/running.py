@@ -1,16 +1,20 @@
 """What this client has started and still runs: goals and velocity blocks, for `stop`, `close` and the end of
 the program.
 
-Every motion is added here before it is sent, so that nothing moves that could not be stopped.
+Every motion is added here before it is sent, so that nothing moves that could not be stopped. What a stop
+reads is a tuple that is replaced, never changed, so it reads it without a lock; who adds writes the tuple
+first and looks at `stops` afterwards, a stop does it the other way round: one of the two always sees the
+other.
 """
 
 from __future__ import annotations
 
 import atexit
+import itertools
 import os
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Protocol
 
@@ -19,14 +23,17 @@ from rosproto.logs import get_logger
 from woosh_pure.connection.call_scope import current
 from woosh_pure.errors import MotionRefused
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
+from woosh_pure.stopping.elsewhere import LastWord
 from woosh_pure.stopping.keeper import Job, Keeper, begin
+from woosh_pure.stopping.line import Ending, StopLine, Stoppable
 from woosh_pure.stopping.report import StopReport
 
 __all__ = ["OwnDrive", "OwnGoal", "Running", "cancel_goals"]
 
 logger = get_logger("woosh_pure.core")
 _JUST = 5.0  # seconds
-_EXIT_SECONDS = 8.0
+_WRITTEN = 0.5  # seconds for the first round, before what takes time
+_EXIT_SECONDS, _CHORE_SECONDS = 8.0, 3.0
 _EXIT_CALLS = 32
 """How often `_at_exit` is registered: when an interrupt ends one call, the next one goes on waiting."""
 
@@ -36,9 +43,12 @@ class OwnGoal:
 
     Attributes:
         description: What was asked, in words.
+        let_go: When it was cancelled because its caller no longer waits, by the monotonic clock; None when
+            it was not, or a stop has told of it since.
     """
 
     description: str
+    let_go: float | None = None
     _replaced_by = ""  # in words, the goal of this client that takes its place
 
     @property
@@ -62,6 +72,29 @@ class OwnGoal:
         raise NotImplementedError
 
     @property
+    def gone(self) -> bool:
+        """Whether it was seen to have ended on the robot, or never was there: nothing is left to stop."""
+        raise NotImplementedError
+
+    @property
+    def end_due(self) -> bool:
+        """See `Stoppable`."""
+        raise NotImplementedError
+
+    @property
+    def last_word(self) -> LastWord | None:
+        """What cancels it when our own node cannot; None where nothing is left, or our node is not needed."""
+        return None
+
+    def end_now(self, why: str) -> None:
+        """See `Stoppable`."""
+        raise NotImplementedError
+
+    def end_again(self) -> None:
+        """See `Stoppable`."""
+        raise NotImplementedError
+
+    @property
     def done(self) -> bool:
         """True when it has ended, well or badly."""
         raise NotImplementedError
@@ -75,7 +108,7 @@ class OwnGoal:
         raise NotImplementedError
 
 
-class OwnDrive(Protocol):
+class OwnDrive(Stoppable, Protocol):
     """A velocity block of this client as stopping sees it."""
 
     @property
@@ -101,47 +134,74 @@ class Running:
         stops: How often `stop` was called: what was being prepared then must not begin afterwards.
         over: Why nothing begins any more; "" while something may.
         keeper: Where motion is stopped, out of reach of Ctrl-C.
+
+    Args:
+        leave: See the attribute.
+        zeros_due: Whether zeros of drives that are over have not arrived yet; must not wait.
+        send_zeros: Sends them, in bounded time.
     """
 
-    def __init__(self, *, leave: bool) -> None:
+    def __init__(
+        self,
+        *,
+        leave: bool,
+        zeros_due: Callable[[], bool] = lambda: False,
+        send_zeros: Callable[[], None] = lambda: None,
+    ) -> None:
         self.leave = leave
         self.moved = False
         self.stops = 0
         self.over = ""
         self.keeper = Keeper()
+        self._line = StopLine(self._under_way, self._chores)
+        self._zeros_due, self._send_zeros = zeros_due, send_zeros
+        self._sending_zeros: Job[None] | None = None
+        self._count = itertools.count(1)
         self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
         self._pid = os.getpid()
         self._lock = threading.RLock()
-        self._goals: list[OwnGoal] = []
-        self._drives: list[OwnDrive] = []
-        self._abandoned: list[tuple[float, OwnGoal]] = []
+        self._goals: tuple[OwnGoal, ...] = ()
+        self._drives: tuple[OwnDrive, ...] = ()
 
     @property
     def goals(self) -> list[OwnGoal]:
         """Goals under way."""
-        with self._lock:
-            return list(self._goals)
+        return [goal for goal in self._goals if not goal.gone]
 
     @property
     def drives(self) -> list[OwnDrive]:
-        """Open velocity blocks."""
-        with self._lock:
-            return list(self._drives)
+        """Open velocity blocks, and those whose last zeros are not out yet."""
+        return list(self._drives)
 
-    def note_stop(self) -> None:
-        """From now on nothing begins that is being prepared now."""
-        with self._lock:
-            self.stops += 1
+    def _under_way(self, goals: bool) -> Iterable[Stoppable]:
+        return (*self._drives, *self.goals) if goals else self._drives
 
-    def note_end(self, why: str) -> None:
-        """From now on nothing begins.
+    def _chores(self) -> bool:
+        """Have zeros sent that are due; whether some are. Does not wait."""
+        if not self._zeros_due():
+            return False
+        if self._sending_zeros is None or self._sending_zeros.over:
+            self._sending_zeros = Job(self._send_zeros, _CHORE_SECONDS)
+            self.keeper.put(self._sending_zeros)
+        return True
+
+    def note_stop(self) -> Ending:
+        """From now on nothing begins that is being prepared now, and what is under way is asked to end.
+
+        Returns at once, over any frame: see `line`.
+        """
+        self.stops = next(self._count)
+        return self._line.ask(Ending("stop() was called"))
+
+    def note_end(self, why: str) -> Ending:
+        """From now on nothing begins, and what is under way is asked to end (`leave` leaves goals).
 
         Args:
-            why: In words, for the error that later attempts get.
+            why: In words, for the outcomes, and for the error that later attempts get.
         """
-        with self._lock:
-            self.stops += 1
-            self.over = self.over or why
+        self.over = self.over or why
+        self.stops = next(self._count)
+        return self._line.ask(Ending(why, goals=not self.leave))
 
     def require_not_over(self) -> None:
         """Refuse to prepare a motion that could not begin.
@@ -165,6 +225,7 @@ class Running:
             What could not be done, in words.
         """
         drives, report = self.drives, StopReport()
+        self._line.ask(Ending(why, goals=not self.leave)).written.wait(_WRITTEN)
         for drive in drives:
             drive.halt(why)
         for drive in drives:
@@ -211,7 +272,7 @@ class Running:
             MotionRefused: `stop` was called since then, a velocity block is open, or another goal moves.
             ConnectionLost: The Chassis is being closed.
         """
-        self.keeper.start()
+        self._prepare()
         if goal.drives:
             self._make_way(goal, self._others(goal), check=check, replace=replace)
         ended = [other for other in self.goals if other.done]  # which may look at the network
@@ -219,12 +280,19 @@ class Running:
             self._require_no_stop(goal.description, since)
             if check and goal.drives:
                 self.require_free_base(goal.description)
-                late = [o for o in self._goals if o.holds_the_base and o not in ended and not o._replaced_by]
+                late = [o for o in self.goals if o.holds_the_base and o not in ended and not o._replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
             if (scope := current()) is not None:
                 scope.add(goal, goal.description, lambda: goal.cancel(5.0))
             self._will_move()
-            self._goals.append(goal)
+            before = self._goals
+            self._goals = (*(other for other in before if not other.gone or _just_let_go(other)), goal)
+            try:
+                self._require_no_stop(goal.description, since)
+            except BaseException:
+                self._goals = before
+                raise
+        self._line.start()  # it looks again every second from now on
 
     def _others(self, goal: OwnGoal) -> list[OwnGoal]:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
@@ -258,31 +326,19 @@ class Running:
             if other._replaced_by == goal.description:
                 other._replaced_by = ""
 
-    def note_abandoned(self, goal: OwnGoal) -> None:
-        """A goal is cancelled whose caller no longer waits; the next `stop` reports how it ended."""
-        with self._lock:
-            self._abandoned = [*self._just_abandoned(), (time.monotonic(), goal)]
-
     def take_goals(self) -> list[OwnGoal]:
-        """Goals to cancel: those under way, and those just abandoned, which may have ended already."""
-        with self._lock:
-            abandoned, self._abandoned = self._just_abandoned(), []
-            return [*self._goals, *(goal for _, goal in abandoned if goal not in self._goals)]
+        """Goals to cancel: those under way, and those just let go, which may have ended already and are told
+        of once.
+        """
+        taken = [goal for goal in self._goals if not goal.gone or _just_let_go(goal)]
+        for goal in taken:
+            goal.let_go = None
+        return taken
 
     @property
     def just_let_go(self) -> bool:
         """Whether a goal was cancelled just now because its wait was interrupted."""
-        with self._lock:
-            return bool(self._just_abandoned())
-
-    def _just_abandoned(self) -> list[tuple[float, OwnGoal]]:
-        return [each for each in self._abandoned if time.monotonic() - each[0] < _JUST]
-
-    def remove_goal(self, goal: OwnGoal) -> None:
-        """Take off an ended goal."""
-        with self._lock:
-            if goal in self._goals:
-                self._goals.remove(goal)
+        return any(map(_just_let_go, self._goals))
 
     def add_drive(self, drive: OwnDrive, since: int, *, check: bool = True) -> None:
         """Add a drive that is about to be opened; there is one at a time.
@@ -296,11 +352,11 @@ class Running:
             MotionRefused: Another one is open, a goal of ours moves the base, or `stop` was called meanwhile.
             ConnectionLost: The Chassis is being closed.
         """
-        self.keeper.start()
+        self._prepare()
         under_way = [goal for goal in self.goals if not goal.done]  # `done` may look at the network
         with self._lock:
             self._require_no_stop("velocity", since)
-            driving = [goal.description for goal in self._goals if goal in under_way and goal.drives]
+            driving = [goal.description for goal in self.goals if goal in under_way and goal.drives]
             if check and driving:
                 raise MotionRefused(
                     f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for "
@@ -311,20 +367,34 @@ class Running:
             if (scope := current()) is not None:
                 scope.add(drive, "velocity", drive.abandon)
             self._will_move()
-            self._drives = [drive]
+            self._drives = (drive,)
+            try:
+                self._require_no_stop("velocity", since)
+            except BaseException:
+                self._drives = ()
+                raise
+        self._line.start()
 
     def remove_drive(self, drive: OwnDrive) -> None:
-        """Take off an ended drive."""
-        with self._lock:
-            if drive in self._drives:
-                self._drives.remove(drive)
+        """Take off an ended drive; no other one began while it was there."""
+        if drive in self._drives:
+            self._drives = ()
 
     def close(self) -> None:
         """Forget everything; it must have ended before."""
         atexit.unregister(self._at_exit)
+        self._line.end()
         self.keeper.end()
-        with self._lock:
-            self._goals.clear()
+        self._goals = ()
+
+    def _prepare(self) -> None:
+        """Make what stopping needs, before anything moves.
+
+        Raises:
+            RuntimeError: No thread can be started: then nothing is begun.
+        """
+        self.keeper.start()
+        self._line.start()
 
     def _require_no_stop(self, what: str, since: int) -> None:
         self.require_not_over()
@@ -350,6 +420,10 @@ class Running:
         self.note_end("the program ended")
         for problem in self.end_all("the program ended"):
             logger.warning("! not done when the program ended, the robot may still be driving: %s", problem)
+
+
+def _just_let_go(goal: OwnGoal) -> bool:
+    return goal.let_go is not None and time.monotonic() - goal.let_go < _JUST
 
 
 def cancel_goals(goals: Sequence[OwnGoal], report: StopReport, timeout: float, why: str) -> None:
@@ -379,5 +453,5 @@ def _cancel(goal: OwnGoal, report: StopReport, timeout: float, why: str) -> None
             report.problems.append(f"cancelling {goal.description} ({NOT_CONFIRMED})")
         else:
             report.cancelled.append(f"{goal.description} ({outcome.kind.value})")
-    except RosError as error:
+    except (RosError, OSError, RuntimeError) as error:
         report.problems.append(f"cancelling {goal.description} ({error})")

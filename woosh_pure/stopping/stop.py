@@ -7,13 +7,15 @@ reach the red button.
 from __future__ import annotations
 
 import math
-import threading
 import time
+from functools import partial
 from typing import TYPE_CHECKING
 
-from rosproto.errors import RosError
+from rosproto.errors import RosError, RosTimeout
 from rosproto.numbers import as_float
 from rosproto.transport import Deadline
+from woosh_pure.stopping.keeper import Job, begin
+from woosh_pure.stopping.line import Ending
 from woosh_pure.stopping.other_clients import OtherPrograms, cancel_others
 from woosh_pure.stopping.registrations import Registrations
 from woosh_pure.stopping.report import StopReport
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 __all__ = ["stop", "stop_seconds"]
 
 _REPEATS = 6
+_WRITTEN = 0.5  # seconds for the first round, which takes a millisecond
+_SHORT, _LONG = 4.0, 20.0  # seconds on top of the time limit: the steps have bounds of their own
 _LISTENERS = 1.0  # seconds that subscribers of velocities have at least to connect
 _LONGEST = 3600.0  # seconds; the system's waits take no number as large as a float can be
 _STEADY = 1.0  # seconds for which it must stand still while another program may drive it
@@ -42,26 +46,45 @@ def stop_seconds(given: float) -> float:
 
 
 def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
-    """See `Chassis.stop`."""
-    report = StopReport()
+    """See `Chassis.stop`: what can be written at once is written by `line`, the rest is done here."""
+    drives = core.running.drives
+    ending = core.running.note_stop()
+    report = StopReport(cancelled=["the velocity block"] * len(drives))
+    seconds = timeout + (_LONG if everything or end_drivers else _SHORT)
+    try:
+        core.running.keeper.do(
+            lambda: _stop(
+                core, ending, report, everything=everything, end_drivers=end_drivers, timeout=timeout
+            ),
+            seconds,
+        )
+    except RosTimeout:
+        # A signal handler has interrupted what this needs, or the network holds it up.
+        report.problems.append(f"looking after it (not done within {seconds:g} s, it goes on)")
+    except (RosError, OSError, RuntimeError) as error:
+        report.problems.append(f"all of it ({error})")
+    return report
+
+
+def _stop(
+    core: Core, ending: Ending, report: StopReport, *, everything: bool, end_drivers: bool, timeout: float
+) -> None:
     deadline = Deadline(timeout)
-    core.running.note_stop()
-    for drive in core.running.drives:
-        drive.halt("stop() was called")
-        report.cancelled.append("the velocity block")
+    ending.written.wait(_WRITTEN)
+    report.problems += ending.problems
     registrations = Registrations(core.connection)
     # Zeros, cancels and the search for other drivers run at the same time: none waits for another.
-    zeros = threading.Thread(
-        target=_zeros, args=(core, registrations, report, deadline), name="woosh:stop", daemon=True
-    )
-    zeros.start()
+    zeros = Job(partial(_zeros, core, registrations, report, deadline), timeout + _LISTENERS)
+    begin(zeros, "woosh:stop")
     programs = (
         OtherPrograms(core.connection, deadline, end=end_drivers) if everything or end_drivers else None
     )
-    cancel_goals(core.running.take_goals(), report, min(timeout, 3.0), "stop() was called")
+    cancel_goals(core.running.take_goals(), report, min(timeout, 3.0), ending.why)
     if everything:
         cancel_others(core, registrations, report, deadline)
     zeros.join(max(_LISTENERS, deadline.remaining() or 0.0) + 0.5)
+    if zeros.error is not None:
+        report.problems.append(f"zero velocity ({zeros.error})")
     if programs is not None:
         programs.wait(report)
         if programs.ended:
@@ -71,7 +94,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     )
     if missing := registrations.sentence():
         report.problems.append(missing)
-    return report
+    report.pending = [goal.description for goal in core.running.goals if goal.end_due]
 
 
 def _standing(
@@ -100,7 +123,7 @@ def _zeros(core: Core, registrations: Registrations, report: StopReport, deadlin
     for topic in VELOCITY_TOPICS.values():
         try:
             waiting[topic] = core.velocity.acquire(topic)
-        except RosError as error:
+        except (RosError, OSError, RuntimeError) as error:
             failed.setdefault(str(error), []).append(topic)
     for why, topics in failed.items():
         report.problems.append(f"zero velocity on {' and '.join(topics)} ({why})")

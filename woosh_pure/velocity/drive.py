@@ -23,6 +23,7 @@ from rosproto.numbers import as_float
 from rosproto.transport import Deadline
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
+from woosh_pure.stopping.flag import SLICE, Flag
 from woosh_pure.velocity.heartbeat import Heartbeat
 from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
@@ -71,16 +72,19 @@ class Drive:
         self.limits = limits
         self._feedback_timeout = feedback_timeout
         self._shaper = Shaper(limits)
-        self._lock = threading.RLock()
-        self._over = threading.Event()
-        self._entered = self._held = False
+        # What another thread may want to change while a signal handler has interrupted this one is a flag or
+        # one attribute: no lock is held that `halt` could wait for.
+        self._over = Flag()
+        self._sent_zeros = Flag()
+        self._held: list[str] = []  # the publisher, until it is given back
+        self._entered = False
         self._others: tuple[OtherDriver, ...] = ()
         self._error: Exception | None = None
         self._told = False  # whether the error was raised to the caller
         self._thread = threading.Thread(target=self._run, name="woosh:drive", daemon=True)
 
     def __repr__(self) -> str:
-        state = "over" if self._over.is_set() else "open" if self._entered else "not entered"
+        state = "over" if self._over.is_set else "open" if self._entered else "not entered"
         sent = self.sending
         return f"<Drive {self.topic}, {state}: {sent.vx:g} {sent.vy:g} m/s, {sent.wz:g} rad/s>"
 
@@ -92,7 +96,7 @@ class Drive:
         with ExitStack() as undo:  # Ctrl-C included: a drive that did not open accepts no velocity
             undo.callback(self._over.set)
             publisher = core.velocity.acquire(self.topic)
-            self._held = True
+            self._held.append(self.topic)
             undo.callback(self._release)
             self._require_alone()
             core.clients.require_connection(publisher, self.topic)
@@ -100,6 +104,7 @@ class Drive:
                 core.feeds.require_heard("velocity", 3.0)
             # Readiness may have changed since `chassis.velocity(...)` was called.
             core.knowledge.require_ready("velocity", self._check)
+            core.velocity.begin(self.topic)
             core.running.add_drive(self, since, check=self._check)
             undo.callback(core.running.remove_drive, self)
             threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
@@ -161,9 +166,7 @@ class Drive:
         if not math.isfinite(made):
             raise ValueError(f"since={since}: expected a time by time.monotonic(), or None for now")
         self._raise_if_over()
-        velocity = Velocity(vx, vy, wz)
-        with self._lock:
-            self._shaper.command(velocity, made, valid_for)
+        self._shaper.command(Velocity(vx, vy, wz), made, valid_for)
 
     def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
         """Keep a velocity for `seconds`, then zero; raises at once when the drive is over (see `set`).
@@ -189,23 +192,38 @@ class Drive:
     @property
     def active(self) -> bool:
         """False when the drive is over, for whatever reason."""
-        return self._thread.is_alive() and not self._over.is_set()
+        return self._thread.is_alive() and not self._over.is_set
 
     @property
     def sending(self) -> Velocity:
         """The velocity sent last."""
-        with self._lock:
-            return self._shaper.sent
+        return self._shaper.sent
 
     def halt(self, why: str) -> None:
-        """End the drive from outside; zero follows at once and nothing resumes."""
+        """End the drive from outside; zero follows at once and nothing resumes. Waits for nothing."""
         self._end(MotionRefused(f"the drive is over: {why}; open a new one with chassis.velocity(...)"))
+
+    @property
+    def end_due(self) -> bool:
+        """Whether it is over, and its own zeros are not all out yet."""
+        return self._over.is_set and not self._sent_zeros.is_set
+
+    def end_now(self, why: str) -> None:
+        """End it, and write the first zero here: its own thread may be held up just now."""
+        self.halt(why)
+        self._core.velocity.write_zero(self.topic)
+
+    def end_again(self) -> None:
+        """Write zero once more."""
+        self._core.velocity.write_zero(self.topic)
 
     def finish(self, timeout: float = 1.0) -> None:
         """Wait, with a bound, until the zeros of a drive that is over have been sent."""
-        if self._thread.is_alive() and self._thread is not threading.current_thread():
-            self._thread.join(timeout)
-        if self._thread.is_alive():
+        deadline = Deadline(timeout)
+        if self._thread is not threading.current_thread():
+            while not self.finished and not deadline.expired:
+                self._sent_zeros.wait(deadline.at_most(SLICE).remaining() or 0.0)
+        if not self.finished:
             self._core.velocity.zero(self.topic)
         else:
             self._core.running.remove_drive(self)
@@ -218,7 +236,7 @@ class Drive:
     @property
     def finished(self) -> bool:
         """True when it is over and its zeros have been sent."""
-        return self._over.is_set() and not self._thread.is_alive()
+        return self._over.is_set and (self._sent_zeros.is_set or not self._thread.is_alive())
 
     @property
     def others(self) -> tuple[str, ...]:
@@ -231,7 +249,7 @@ class Drive:
         if self._error is not None:
             self._told = True
             raise self._error
-        if not self._entered or self._over.is_set():
+        if not self._entered or self._over.is_set:
             raise MotionRefused("a velocity exists only inside `with chassis.velocity(...) as drive:`")
 
     def _require_alone(self) -> None:
@@ -268,10 +286,9 @@ class Drive:
             logger.warning("! %s: %s; end one of the two programs", self.topic, driver.sentence())
 
     def _end(self, error: Exception) -> None:
-        with self._lock:
-            if self._error is None and not self._over.is_set():
-                self._error = error
-            self._over.set()
+        if self._error is None and not self._over.is_set:
+            self._error = error
+        self._over.set()
 
     def _run(self) -> None:
         try:
@@ -282,28 +299,28 @@ class Drive:
                         self._core.velocity.zero_is_due(self.topic)
                     self._end(problem)
                     break
-                with self._lock:
-                    velocity = self._shaper.next(time.monotonic())
-                self._core.velocity.publish(self.topic, velocity)
+                velocity = self._shaper.next(time.monotonic())
+                if not self._over.is_set:  # whatever was looked at may have taken its time
+                    self._core.velocity.publish(self.topic, velocity)
         except Exception as error:  # whatever went wrong, the drive must not end without a zero
             self._end(ConnectionLost(f"the drive is over: sending failed: {error}"))
         finally:
             self._send_zeros()
+            self._sent_zeros.set()
 
     def _seconds_to_next(self) -> float:
-        with self._lock:
-            return self._shaper.seconds_to_next(time.monotonic(), 1.0 / _RATE)
+        return self._shaper.seconds_to_next(time.monotonic(), 1.0 / _RATE)
 
     def _send_zeros(self) -> None:
         for _ in range(_ZEROS):
             self._core.velocity.zero(self.topic)
             time.sleep(0.02)
-        self._core.velocity.flush(self.topic)
+        self._core.velocity.end(self.topic)
         self._release()
 
     def _release(self) -> None:
         """Give the publisher back, once."""
-        with self._lock:
-            held, self._held = self._held, False
-        if held:
-            self._core.velocity.release(self.topic)
+        try:
+            self._core.velocity.release(self._held.pop())
+        except IndexError:
+            pass  # it was given back

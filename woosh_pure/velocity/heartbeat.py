@@ -20,6 +20,7 @@ from woosh_pure.velocity.other_drivers import is_refused
 
 if TYPE_CHECKING:
     import rosproto
+    from woosh_pure.stopping.flag import Flag
 
 __all__ = ["LATE", "Heartbeat"]
 
@@ -38,7 +39,7 @@ class Heartbeat:
         over: Ends it.
     """
 
-    def __init__(self, node: rosproto.Node, publisher: rosproto.Publisher, over: threading.Event) -> None:
+    def __init__(self, node: rosproto.Node, publisher: rosproto.Publisher, over: Flag) -> None:
         self._node = node
         self._publisher = publisher
         self._over = over

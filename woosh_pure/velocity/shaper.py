@@ -45,14 +45,15 @@ class DriveLimits:
 
 
 class Shaper:
-    """What to send now: the last command, ramped, and zero when it was not refreshed. Pure; times are
-    given."""
+    """What to send now: the last command, ramped, and zero when it was not refreshed. Pure; times are given.
+
+    One thread sends (`next`); commands may come from any other, also over an interrupted one.
+    """
 
     def __init__(self, limits: DriveLimits) -> None:
         self.limits = limits
         self.sent = Velocity()
-        self._wanted = Velocity()
-        self._until = -math.inf
+        self._command = (Velocity(), -math.inf)  # and until when: one value, so that no lock is needed
         self._last: float | None = None
 
     def command(self, velocity: Velocity, now: float, valid_for: float) -> None:
@@ -65,31 +66,32 @@ class Shaper:
         valid_for = as_float(valid_for)
         if not (math.isfinite(valid_for) and 0.0 < valid_for <= 5.0):
             raise ValueError(f"valid_for={valid_for}: must be between 0 and 5 s; call again to go on longer")
-        self._wanted, self._until = velocity, now + valid_for
+        self._command = (velocity, now + valid_for)
 
     @property
     def wanted(self) -> Velocity:
         """The last command."""
-        return self._wanted
+        return self._command[0]
 
     def lapsed(self, now: float) -> bool:
         """True when the last command is no longer valid."""
-        return now > self._until
+        return now > self._command[1]
 
     def seconds_to_next(self, now: float, period: float) -> float:
         """Seconds until something is to be sent: one `period`, or less if the command lapses before that."""
-        left = self._until - now
+        left = self._command[1] - now
         return left + _AFTER if self.sent != Velocity() and 0.0 <= left < period else period
 
     def next(self, now: float) -> Velocity:
         """The velocity to send at `now`. A lapsed command is zero at once, without a ramp."""
-        if self.lapsed(now):
+        w, until = self._command
+        if now > until:
             self.sent, self._last = Velocity(), now
             return self.sent
         dt = 0.05 if self._last is None else min(max(now - self._last, 0.0), 0.2)
         self._last = now
         step, turn = self.limits.acceleration * dt, self.limits.angular_acceleration * dt
-        v, w = self.sent, self._wanted
+        v = self.sent
         self.sent = Velocity(_ramp(v.vx, w.vx, step), _ramp(v.vy, w.vy, step), _ramp(v.wz, w.wz, turn))
         return self.sent
 

@@ -7,13 +7,17 @@ unregistered when its last user is done. After a lost link it stays until zero h
 from __future__ import annotations
 
 import threading
+import time
 from collections import Counter
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from rosproto.codec import encode
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
+from woosh_pure.stopping.elsewhere import LastWord
 from woosh_pure.values.messages import twist
 from woosh_pure.values.rostypes import message_type
 
@@ -27,20 +31,29 @@ VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.velocity")
 _FLUSH = 0.5  # seconds
 _ARRIVE = 0.5  # seconds
-_ELSEWHERE = 2.0  # seconds for somebody to listen
 _ZEROS = 5
 
 
 class VelocityTopics:
-    """Publishers of the velocity topics, counted by use. Safe from any thread."""
+    """Publishers of the velocity topics, counted by use. Safe from any thread.
 
-    def __init__(self, connection: Connection) -> None:
+    Args:
+        connection: Where they are made.
+        heard_since: Whether the robot was heard after a moment of the monotonic clock.
+    """
+
+    def __init__(
+        self, connection: Connection, heard_since: Callable[[float], bool] = lambda moment: True
+    ) -> None:
+        self._heard_since = heard_since
+        self._asked: dict[str, float] = {}  # when a zero that is due was sent first
         self._connection = connection
         self._lock = threading.RLock()  # never held while the network is waited for
         self._making = threading.RLock()
         self._publishers: dict[str, rosproto.Publisher] = {}
         self._users: Counter[str] = Counter()
         self._zero_due: set[str] = set()
+        self._zero = b""
 
     def acquire(self, topic: str) -> rosproto.Publisher:
         """The publisher of a topic, until `release`: a queue of one, never latched, and nothing delivered
@@ -56,6 +69,7 @@ class VelocityTopics:
             made = self._take(topic)
             if made is not None:
                 return made
+            self._zero = encode(twist(Velocity()))
             made = self._connection.open_node().publisher(
                 topic,
                 message_type(row(topic).type),
@@ -99,15 +113,50 @@ class VelocityTopics:
 
     def _reconnected(self, topic: str) -> None:
         if topic in self._zero_due:
-            self.zero(topic)
-            with self._lock:
-                self._zero_due.discard(topic)
-            self._close_unused(topic)
+            self.zero(topic)  # `send_due_zeros` sees whether it arrives
 
     def zero_is_due(self, topic: str) -> None:
-        """Let a subscriber that connects again get a zero first."""
+        """Zero is sent until it is on the robot; a subscriber that connects again gets it first."""
         with self._lock:
             self._zero_due.add(topic)
+            self._asked.pop(topic, None)
+
+    @property
+    def zeros_due(self) -> bool:
+        """Whether a zero is due on some topic; waits for nothing."""
+        return bool(self._zero_due)
+
+    def send_due_zeros(self) -> None:
+        """Send the zeros that are due, and take off those that have arrived."""
+        for topic in list(self._zero_due):
+            publisher = self._publishers.get(topic)
+            if publisher is not None and not publisher.closed:
+                if not publisher.connections:
+                    continue  # `_reconnected` will send it
+                self.zero(topic)
+                if not self._has_arrived(publisher):
+                    continue
+            self._zero_is_there(topic)
+
+    def _has_arrived(self, publisher: rosproto.Publisher) -> bool:
+        arrived = _flush(publisher)
+        if arrived is not None:
+            return arrived
+        # Where the system does not tell (Windows, macOS): when the robot is heard after one was sent.
+        asked = self._asked.setdefault(publisher.topic, time.monotonic())
+        return self._heard_since(asked)
+
+    def _zero_is_there(self, topic: str) -> None:
+        with self._lock:
+            self._zero_due.discard(topic)
+            self._asked.pop(topic, None)
+        self._close_unused(topic)
+
+    def begin(self, topic: str) -> None:
+        """A drive begins, and sends velocities from now on: zero first, where one is due."""
+        if topic in self._zero_due:
+            self.zero(topic)
+            self._zero_is_there(topic)
 
     def publish(self, topic: str, velocity: Velocity) -> None:
         """Send one velocity to whoever is connected."""
@@ -115,67 +164,59 @@ class VelocityTopics:
         if publisher is not None and not publisher.closed:
             publisher.publish(twist(velocity))
 
+    def write_zero(self, topic: str) -> None:
+        """Send zero, for `stopping.line`: encoded before, and neither logged nor waited for.
+
+        Raises:
+            RosError: It cannot be sent.
+        """
+        publisher = self._publishers.get(topic)
+        if publisher is not None and not publisher.closed:
+            publisher.publish(self._zero)
+
     def zero(self, topic: str) -> None:
         """Send zero; never raises, as it is the last resort when something else has failed."""
         try:
-            self.publish(topic, Velocity())
+            self.write_zero(topic)
         except Exception as error:  # a closed node, an interpreter that is shutting down
             logger.debug("! %s: zero not sent: %s", topic, error)
 
     @property
-    def in_use(self) -> set[str]:
-        """Topics that somebody drives on, or that a zero is due on."""
+    def last_words(self) -> list[LastWord]:
+        """Zeros for the topics that somebody drives on, or that a zero is due on."""
         with self._lock:
-            return self._zero_due | {topic for topic, users in self._users.items() if users}
+            topics = self._zero_due | {topic for topic, users in self._users.items() if users}
+        return [LastWord(topic, twist(Velocity()), _ZEROS) for topic in sorted(topics)]
 
-    def zero_from_elsewhere(self, topics: set[str]) -> None:
-        """Send zero from another node, for a moment: never raises, as `zero`.
-
-        When another node takes our name, a master may tell those who listen to us that we are gone; then they
-        have ended the links before our own zeros were read.
+    def end(self, topic: str) -> None:
+        """A drive has sent its zeros: wait a moment until they are on the robot, or have them sent until they
+        are. Never raises, as `zero`.
         """
-        try:
-            with self._connection.new_node() as node:
-                listened = [
-                    node.publisher(topic, message_type(row(topic).type), queue_size=_ZEROS, linger=False)
-                    for topic in sorted(topics)
-                ]
-                for publisher in listened:
-                    publisher.wait_for_connection(timeout=_ELSEWHERE)
-                    for _ in range(_ZEROS):
-                        publisher.publish(twist(Velocity()))
-                    publisher.flush(_FLUSH)
-                    _see_arrive(publisher)
-        except RosError as error:
-            logger.warning("! zero was not sent once more, the robot may still be driving: %s", error)
-
-    def flush(self, topic: str) -> None:
-        """Wait a moment until what was sent is on the robot; never raises, as `zero`."""
         publisher = self._publishers.get(topic)
-        if publisher is not None:
-            _flush(publisher)
+        if publisher is not None and not publisher.closed and _flush(publisher) is False:
+            self.zero_is_due(topic)
+            logger.warning("! %s: the robot has not acknowledged the zeros yet; they are repeated", topic)
 
 
-def _flush(publisher: rosproto.Publisher) -> None:
+def _flush(publisher: rosproto.Publisher) -> bool | None:
+    """Wait for what was sent to be on the robot; None where the system does not tell.
+
+    Before anybody tells the robot that we are gone: it then ends the link and reads no more, and zeros that a
+    lossy network repeats would be too late.
+    """
     try:
-        if not publisher.closed:
-            publisher.flush(_FLUSH)
-            _see_arrive(publisher)
+        publisher.flush(_FLUSH)
+        arrived = publisher.wait_arrived(_ARRIVE)
+        links = publisher.stats()  # a link that was given up meanwhile has delivered nothing
+        return arrived if links and all(link.connected for link in links) else False
     except RosError as error:
         logger.debug("! %s: not flushed: %s", publisher.topic, error)
-
-
-def _see_arrive(publisher: rosproto.Publisher) -> None:
-    """Wait for the zeros to be on the robot before anybody tells it that we are gone.
-
-    The robot then ends the link and reads no more: zeros that a lossy network repeats would be too late.
-    """
-    if publisher.wait_arrived(_ARRIVE) is False:
-        logger.warning("! %s: the robot has not acknowledged the zeros yet", publisher.topic)
+        return False
 
 
 def _close(publisher: rosproto.Publisher) -> None:
-    _flush(publisher)
+    if not publisher.closed:
+        _flush(publisher)
     try:
         publisher.close()
     except RosError as error:

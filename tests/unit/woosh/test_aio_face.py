@@ -37,6 +37,8 @@ LEFT_OUT = {
     "Drive.abandon": "of use inside only",
     "Drive.finish": "leaving the block does it",
 }
+AS_STOPPING_SEES_IT = {"end_again", "end_due", "end_now", "gone", "last_word", "let_go"}
+AS_STOPPING_SEES_IT |= {"drop_prepared", "prepare_cancel"}
 OTHER_ARGUMENTS = {
     "wait": {"meanwhile"},  # other tasks run meanwhile; `progress()` shows how far it is
     "on": {"connect"},  # of use inside only
@@ -51,7 +53,7 @@ MEMBERS = [
     (threaded, awaited, name)
     for threaded, awaited in PAIRS
     for name in sorted(public(threaded))
-    if f"{threaded.__name__}.{name}" not in LEFT_OUT
+    if f"{threaded.__name__}.{name}" not in LEFT_OUT and name not in AS_STOPPING_SEES_IT
 ]
 
 
