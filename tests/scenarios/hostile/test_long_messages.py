@@ -14,11 +14,12 @@ import pytest
 
 from rosproto import Node
 from tests.support.gateway_flood import PAYLOADS, Crowd, GatewayProcess, frame
+from tests.support.load import crowd
 from tests.support.rosbridge_client import RosbridgeClient
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 
-IN_TIME = 0.5  # seconds, for a zero
+IN_TIME = 0.5  # seconds, for a zero, on a quiet computer
 SILENCE = 0.5  # after which the gateway sends one by itself
 MOST_MEMORY = 300 << 20
 
@@ -49,10 +50,12 @@ class Robot:
         return took
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clients", [1, 8, 64])
 @pytest.mark.parametrize("what", list(PAYLOADS))
 def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int) -> None:
     """The driver's own zero, the gateway's after its silence and the one after its end; within 300 MB."""
+    in_time = IN_TIME * crowd()
     with (
         GatewayProcess() as gateway,
         Node("/robot", master_uri=gateway.master_uri, intraprocess=False) as node,
@@ -82,12 +85,14 @@ def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int
             took["left"] = [robot.when(0.0, left)]
         worst = {how: round(max(times), 3) for how, times in took.items()}
         print(f"{what}, {clients} clients: {worst} s, {gateway.peak() / 1e6:.0f} MB", file=sys.stderr)
-        assert max(worst.values()) < IN_TIME, worst
+        assert max(worst.values()) < in_time, worst
         assert gateway.peak() < MOST_MEMORY
 
 
+@pytest.mark.slow
 def test_a_client_that_is_torn_off_leaves_no_velocities_to_play_out() -> None:
     """Twenty thousand at once, and a reset: zero comes within half a second, and nothing after it."""
+    in_time = IN_TIME * crowd()
     with (
         GatewayProcess() as gateway,
         Node("/robot", master_uri=gateway.master_uri, intraprocess=False) as node,
@@ -106,5 +111,5 @@ def test_a_client_that_is_torn_off_leaves_no_velocities_to_play_out() -> None:
         time.sleep(1.0)
         after = [x for at, x in robot.got if at > left + took and x]
         print(f"zero after {took:.3f} s, {len(robot.got)} of 20000 came", file=sys.stderr)
-        assert took < IN_TIME
+        assert took < in_time
         assert after == []
