@@ -1,8 +1,8 @@
 """Writes what waits in the clients' outboxes to their WebSockets, each at the speed its client takes it.
 
-A short message, while the system takes it, is written in the turn of the loop in which it comes, and its
-frame is made once for all clients: to wake each client's task for it takes several times as long. What is
-long, or waits for its client, is written by the client's task, in parts between which others have their turn.
+A short message, while its client takes what it is sent, is written in the turn of the loop in which it
+comes: to wake each client's task for it takes several times as long. What is long, or waits for its client,
+is written by the client's task, in parts between which others have their turn.
 """
 
 from __future__ import annotations
@@ -49,16 +49,14 @@ class Outgoing:
         self._lock = threading.Lock()
         self._woken: deque[Channel] = deque()
         self._told = False
-        self._clients: dict[Channel, tuple[Any, asyncio.Event]] = {}
+        self._clients: dict[Channel, tuple[Any, Any, asyncio.Event]] = {}
         self._tasks: dict[Channel, asyncio.Future[None]] = {}
         self._closed_error = closed_error()
-        self._frame: Any = import_module("websockets.frames").Frame
-        self._text, self._binary = (import_module("websockets.frames").Opcode[n] for n in ("TEXT", "BINARY"))
-        self._open = import_module("websockets.protocol").State.OPEN
+        self._broadcast = import_module("websockets.asyncio.server").broadcast
 
-    def add(self, channel: Channel, connection: Any) -> None:
-        """Begin to write to a client."""
-        self._clients[channel] = connection, asyncio.Event()
+    def add(self, channel: Channel, connection: Any, transport: asyncio.Transport) -> None:
+        """Begin to write to a client, by its WebSocket over this transport."""
+        self._clients[channel] = connection, transport, asyncio.Event()
         self._tasks[channel] = asyncio.ensure_future(self._write(channel))
 
     def remove(self, channel: Channel) -> None:
@@ -78,47 +76,33 @@ class Outgoing:
         with self._lock:
             woken, self._woken = self._woken, deque()
             self._told = False
-        frames: dict[str | bytes, bytes] = {}
         for channel in woken:
             client = self._clients.get(channel)
-            if client is not None and not self._write_at_once(channel, client[0], frames):
-                client[1].set()
+            if client is not None and not self._write_at_once(channel, *client[:2]):
+                client[2].set()
 
-    def _write_at_once(self, channel: Channel, connection: Any, frames: dict[str | bytes, bytes]) -> bool:
-        """Write what waits, as far as it is short and the system takes it; True when nothing is left.
-
-        Args:
-            channel: The client.
-            connection: Its WebSocket.
-            frames: Those made in this turn, by message.
-        """
-        transport = connection.transport
+    def _write_at_once(self, channel: Channel, connection: Any, transport: asyncio.Transport) -> bool:
+        """Write what waits, as far as it is short and the client takes it; True when nothing is left."""
         for _ in range(TURN):
+            # `broadcast` passes over a client that is being sent a long message, or has gone.
             if (
                 channel.busy
                 or transport.get_write_buffer_size()
-                or connection.protocol.state is not self._open
+                or transport.is_closing()
                 or (item := channel.outbox.take(SHORT)) is None
             ):
                 break
             try:
                 for payload in _payloads(item):
-                    transport.write(frames.get(payload) or self._framed(payload, frames))  # type: ignore[arg-type]
+                    self._broadcast((connection,), payload)
                     channel.sent += 1
             except Exception:
                 self._say_not_sent(channel)
         return not channel.outbox
 
-    def _framed(self, payload: Any, frames: dict[str | bytes, bytes]) -> bytes:
-        text = isinstance(payload, str)
-        frame = self._frame(*((self._text, payload.encode()) if text else (self._binary, payload)))
-        made: bytes = frame.serialize(mask=False)
-        frames[payload] = made
-        return made
-
     async def _write(self, channel: Channel) -> None:
         """What waits for a client, one after the other; ends with its connection."""
-        connection, event = self._clients[channel]
+        connection, _, event = self._clients[channel]
         turn = 0
         while True:
             item = channel.outbox.take()

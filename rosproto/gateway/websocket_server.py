@@ -243,8 +243,11 @@ class WebSocketServer:
     async def _serve(self, connection: Any) -> None:
         task = asyncio.current_task()
         assert task is not None
-        self._tasks.add(task)
         self._pending.pop(connection, None)
+        transport = self._transports.get(connection)
+        if transport is None:
+            return  # it went while its handshake ended
+        self._tasks.add(task)
         channel = Channel(
             _peer(connection),
             self.limits,
@@ -264,13 +267,13 @@ class WebSocketServer:
                 await connection.close(_TRY_AGAIN, "too many clients")
             else:
                 self.accepted += 1
-                await self._serve_client(connection, channel)
+                await self._serve_client(connection, channel, transport)
         finally:
             self._tasks.discard(task)
             del self._channels[connection]
 
-    async def _serve_client(self, connection: Any, channel: Channel) -> None:
-        self._outgoing.add(channel, connection)
+    async def _serve_client(self, connection: Any, channel: Channel, transport: Any) -> None:
+        self._outgoing.add(channel, connection, transport)
         session: Session | None = None
         try:
             session = self._open_session(channel)

@@ -364,7 +364,7 @@ def row_odometry(args: Any, servers: list[Server], master_uri: str) -> None:
     if any(value != value for values in found for value in values):
         print("  NO  no ratio: a server delivered less than half of the messages in a round (nan)")
     elif len(found) == 2:
-        print_ratio("of theirs", ratios(*found), 1 / 3, more=False)
+        print_ratio("of theirs", ratios(*found), 1 / 2, more=False)
 
 
 def row_image(args: Any, servers: list[Server], master_uri: str) -> None:
