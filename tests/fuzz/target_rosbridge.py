@@ -9,7 +9,14 @@ from typing import Any
 from rosproto.codec import define, encode, message_class
 from rosproto.errors import CodecError
 from rosproto.gateway import GatewayLimits
-from rosproto.gateway.rosbridge.effects import CallService, Effect, Publish, Reply, SendActionGoal, SetLevel
+from rosproto.gateway.rosbridge.operations import (
+    CallService,
+    Effect,
+    Publish,
+    Reply,
+    SendActionGoal,
+    SetLevel,
+)
 from rosproto.gateway.rosbridge.png import PngError, pack, unpack
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.values import from_arguments, from_values, to_json

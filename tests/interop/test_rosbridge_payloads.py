@@ -15,7 +15,7 @@ import pytest
 from rosproto.codec import message_class
 from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge import cbor, png
-from rosproto.gateway.rosbridge.effects import Payload
+from rosproto.gateway.rosbridge.operations import Payload
 from rosproto.gateway.rosbridge.protocol import Protocol, publish_text
 from rosproto.gateway.rosbridge.values import to_json, to_values
 from tests.support import ros

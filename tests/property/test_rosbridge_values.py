@@ -17,8 +17,7 @@ from rosproto.codec.plain_values import from_plain
 from rosproto.codec.reference import decode_layout
 from rosproto.errors import CodecError
 from rosproto.gateway import GatewayLimits
-from rosproto.gateway.rosbridge.effects import Reply
-from rosproto.gateway.rosbridge.operations import OPERATIONS
+from rosproto.gateway.rosbridge.operations import OPERATIONS, Reply
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.values import from_values, to_json, to_values
 from tests.property.codec_strategies import cases

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rosproto.gateway.rosbridge.effects import Auth
+from rosproto.gateway.rosbridge.operations import Auth
 from rosproto.gateway.rosbridge.shared import Refused, Shared
 from rosproto.time import Time
 

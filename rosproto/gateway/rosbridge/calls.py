@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
-from rosproto.gateway.rosbridge.effects import CallService
+from rosproto.gateway.rosbridge.operations import CallService
 from rosproto.gateway.rosbridge.rosapi import RosapiError
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.values import from_arguments, to_json

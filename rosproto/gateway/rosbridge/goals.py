@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from rosproto.gateway.rosbridge.actions import action_status, action_type
-from rosproto.gateway.rosbridge.effects import CancelActionGoal, Id, SendActionGoal
+from rosproto.gateway.rosbridge.operations import CancelActionGoal, Id, SendActionGoal
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.tf_on_demand import ACTION_TYPE, is_tf_name
 from rosproto.gateway.rosbridge.values import from_arguments, to_json

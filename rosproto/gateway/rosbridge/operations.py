@@ -1,22 +1,57 @@
-"""The table of rosbridge's operations: which fields each has, of which kind, and what comes of it.
+"""What a client of rosbridge asks for: one class for each operation, and the table that is made of them.
+
+`Protocol.receive` reads them, and the session carries them out. Fields have the names of the wire; the kind
+of each, with its check, is its annotation, and one without a default is required. An optional field that is
+null counts as left out. The values of messages (`msg`, `args`, `values`) are as JSON had them:
+`values.from_values` checks them against a definition.
 
 Source: ROSBRIDGE_PROTOCOL.md of rosbridge_suite (branch ros1; the operations of actions: branch ros2), and
-what its capabilities do where that is silent. An optional field that is null counts as left out.
+what its capabilities do where that is silent.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import MISSING, dataclass, field, fields
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
-from rosproto.gateway.rosbridge import effects
 from rosproto.gateway.rosbridge.actions import ActionStatus
-from rosproto.gateway.rosbridge.effects import Effect
-from rosproto.gateway.rosbridge.status import level_named
+from rosproto.gateway.rosbridge.status import Level, level_named
 from rosproto.text import printable
 
-__all__ = ["OPERATIONS", "RECEIVED_PARTS", "FieldError", "read_id", "read_operation"]
+__all__ = [
+    "OPERATIONS",
+    "RECEIVED_PARTS",
+    "ActionFeedback",
+    "ActionResult",
+    "Advertise",
+    "AdvertiseAction",
+    "AdvertiseService",
+    "Auth",
+    "CallService",
+    "CancelActionGoal",
+    "Close",
+    "Compression",
+    "Effect",
+    "FieldError",
+    "Id",
+    "Payload",
+    "Publish",
+    "Reply",
+    "Rest",
+    "SendActionGoal",
+    "ServiceResponse",
+    "SetLevel",
+    "Subscribe",
+    "Unadvertise",
+    "UnadvertiseAction",
+    "UnadvertiseService",
+    "Unsubscribe",
+    "op_of",
+    "read_id",
+    "read_operation",
+]
 
 LARGEST = 2**31 - 1
 """Of every whole number: sizes, rates and counts beyond it mean nothing."""
@@ -26,6 +61,12 @@ _COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 RECEIVED_PARTS = ("fragment", "png")
 """Operations that hold another one; the protocol itself reads them."""
 
+Id = str | int | None
+"""Names an interaction; the client's choice, and back to it in every answer."""
+
+Payload = str | bytes
+"""One message of the WebSocket: text, or binary."""
+
 
 class FieldError(Exception):
     """A field is missing or wrong; the text is a sentence for the client."""
@@ -33,74 +74,6 @@ class FieldError(Exception):
 
 Check = Callable[[Any, int], Any]
 """(value, longest text) -> value; ValueError with what is expected."""
-
-
-@dataclass(frozen=True, slots=True)
-class Field:
-    name: str
-    check: Check
-    required: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Operation:
-    make: Callable[..., Effect]
-    fields: tuple[Field, ...]
-
-
-def read_operation(op: str, message: dict[str, Any], text_length: int) -> Effect:
-    """The effect of one message whose `op` is in the table.
-
-    Raises:
-        FieldError: What is wrong with which field.
-    """
-    operation = OPERATIONS[op]
-    given: dict[str, Any] = {"id": read_id(message, text_length)}
-    for field in operation.fields:
-        value = message.get(field.name)
-        if value is None and field.name in _NULL_IS_A_VALUE and field.name in message:
-            given[field.name] = None
-        elif value is not None:
-            try:
-                given[field.name] = field.check(value, text_length)
-            except ValueError as error:
-                raise FieldError(f"field {field.name} is {_shown(value)}; expected {error}") from None
-        elif field.required:
-            raise FieldError(f"field {field.name} is missing; it is required")
-    return operation.make(**given)
-
-
-_NULL_IS_A_VALUE = frozenset({"msg"})  # refused by its message type, with the sentence of that
-
-
-def read_id(message: dict[str, Any], text_length: int) -> effects.Id:
-    """The id of a message, None where it has none.
-
-    Raises:
-        FieldError: It is neither a text nor a whole number, or it is too long to be sent back.
-    """
-    value = message.get("id")
-    if value is None or (type(value) is int and abs(value) < 2**63):
-        return value
-    if isinstance(value, str) and len(value) <= text_length:
-        return value
-    raise FieldError(
-        f"field id is {_shown(value)}; expected a text of at most {text_length} characters or a whole number"
-    )
-
-
-def _shown(value: Any) -> str:
-    """A client's value for a sentence: short, and one line."""
-    if isinstance(value, (dict, list)):
-        return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
-    if isinstance(value, str):
-        cut = value if len(value) <= _SHOWN else f"{value[:_SHOWN]}..."
-        return f"'{printable(cut)}'"
-    if isinstance(value, bool) or value is None:
-        return {True: "true", False: "false", None: "null"}[value]
-    if isinstance(value, int) and value.bit_length() > 64:
-        return "a number of more than 64 bits"
-    return repr(value)
 
 
 # -- kinds of fields
@@ -176,134 +149,414 @@ def _anything(value: Any, _longest: int) -> Any:
     return value
 
 
-# -- what becomes of them
-
-_NOT_GIVEN = object()
-
-
-def _split(asked: str) -> tuple[str, str | None]:
-    """Old clients write `/rosapi/topics#33` for a call with the id 33."""
-    name, mark, appended = asked.partition("#")
-    return name, appended if mark else None
-
-
-def _call_service(id: effects.Id, service: str, **given: Any) -> Effect:
-    name, appended = _split(service)
-    return effects.CallService(id=appended if id is None else id, service=name, asked=service, **given)
-
-
-def _send_action_goal(id: effects.Id, action: str, **given: Any) -> Effect:
-    name, appended = _split(action)
-    return effects.SendActionGoal(id=appended if id is None else id, action=name, asked=action, **given)
+# Each with the check that makes it of what JSON had.
+Anything = Annotated[Any, _anything]
+Text = Annotated[str, _text]
+Name = Annotated[str, _name]
+Flag = Annotated[bool, _flag]
+Count = Annotated[int, _whole(0)]
+Size = Annotated[int, _whole(1)]
+Seconds = Annotated[float, _seconds]
+Number = Annotated[float, _number]
+Compression = Annotated[Literal["none", "png", "cbor", "cbor-raw"], _compression]
+StatusLevel = Annotated[Level, _level]
+Arguments = Annotated[dict[str, Any] | list[Any], _arguments]
+Status = Annotated[int, _status]
 
 
-def _cancel_action_goal(id: effects.Id, action: str) -> Effect:
-    name, appended = _split(action)
-    return effects.CancelActionGoal(appended if id is None else id, name)
+# -- operations
 
 
-def _publish(id: effects.Id, topic: str, msg: Any = _NOT_GIVEN, **given: Any) -> Effect:
-    """Without `msg`: a message of defaults, as rosbridge has it."""
-    return effects.Publish(id=id, topic=topic, msg={} if msg is _NOT_GIVEN else msg, **given)
+@dataclass(frozen=True, slots=True)
+class Advertise:
+    """The client will publish on a topic."""
+
+    id: Id
+    topic: Name
+    type: Name
+    latch: Flag = False
+    queue_size: Count = 100
 
 
-def _service_response(id: effects.Id, service: str, result: bool = False, values: Any = None) -> Effect:
-    """Without `result` it failed: roslib leaves it out where a page's callback returns nothing."""
-    return effects.ServiceResponse(id, service, values, result)
+@dataclass(frozen=True, slots=True)
+class Unadvertise:
+    """It will not any more; without an id: by none of its advertisements."""
+
+    id: Id
+    topic: Name
 
 
-_COUNT, _SIZE = _whole(0), _whole(1)
+@dataclass(frozen=True, slots=True)
+class Publish:
+    """A message of the client. The topic need not be advertised: its type is the graph's then.
+
+    Attributes:
+        msg: By field; without it, a message of default values.
+    """
+
+    id: Id
+    topic: Name
+    msg: Anything = field(default_factory=dict)
+    latch: Flag = False
+    queue_size: Count = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Subscribe:
+    """The client wants a topic; an id tells several subscriptions of it apart.
+
+    Attributes:
+        type: The type that the client expects; None: whichever the topic has.
+        throttle_rate: Least milliseconds between two messages.
+        queue_length: Messages that wait because of it; 0: those that come too early are dropped.
+        fragment_size: Longest text before it is cut into fragments; None: never.
+    """
+
+    id: Id
+    topic: Name
+    type: Text | None = None
+    throttle_rate: Count = 0
+    queue_length: Count = 0
+    fragment_size: Size | None = None
+    compression: Compression = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Unsubscribe:
+    """It wants it no more; without an id: by none of its subscriptions."""
+
+    id: Id
+    topic: Name
+
+
+@dataclass(frozen=True, slots=True)
+class CallService:
+    """A call; its answer is `Protocol.service_response`.
+
+    Attributes:
+        service: The name to call.
+        asked: The name as the client wrote it, which the answer repeats: old clients append "#" and an id.
+        args: A dict by field, a list by position, or None.
+        type: The type that the client expects, where it says so.
+        timeout: Seconds that the client waits; None: the gateway's own.
+        long: It came in a long message: few such ones may be unanswered at a time.
+    """
+
+    id: Id
+    service: Name
+    asked: str
+    args: Arguments | None = None
+    type: Text | None = None
+    fragment_size: Size | None = None
+    compression: Compression = "none"
+    timeout: Seconds | None = None
+    long: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class AdvertiseService:
+    """The client provides a service: calls go to it by `Protocol.call_service`."""
+
+    id: Id
+    service: Name
+    type: Name
+
+
+@dataclass(frozen=True, slots=True)
+class UnadvertiseService:
+    """It provides it no more."""
+
+    id: Id
+    service: Name
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceResponse:
+    """The client's answer to a call of the service that it provides.
+
+    Attributes:
+        id: The id of `Protocol.call_service`.
+        values: The response by field; a text where `result` is False, if the client says why.
+        result: False: it failed. roslib leaves it out where a page's callback returns nothing.
+    """
+
+    id: Id
+    service: Name
+    values: Anything = None
+    result: Flag = False
+
+
+@dataclass(frozen=True, slots=True)
+class SendActionGoal:
+    """A goal for an action server; `Protocol.action_feedback` and `action_result` answer it.
+
+    Attributes:
+        action_type: As the client wrote it; `actions.action_type` brings it to ROS 1's form.
+        feedback: Whether feedback is wanted.
+        long: As for `CallService`.
+    """
+
+    id: Id
+    action: Name
+    asked: str
+    action_type: Name
+    args: Arguments | None = None
+    feedback: Flag = False
+    fragment_size: Size | None = None
+    compression: Compression = "none"
+    long: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CancelActionGoal:
+    """Give up the goal that was sent with this id."""
+
+    id: Id
+    action: Name
+
+
+@dataclass(frozen=True, slots=True)
+class AdvertiseAction:
+    """The client provides an action: goals go to it by `Protocol.send_action_goal`."""
+
+    id: Id
+    action: Name
+    type: Name
+
+
+@dataclass(frozen=True, slots=True)
+class UnadvertiseAction:
+    """It provides it no more."""
+
+    id: Id
+    action: Name
+
+
+@dataclass(frozen=True, slots=True)
+class ActionFeedback:
+    """The client's feedback on a goal; `id` is that of `Protocol.send_action_goal`."""
+
+    id: Id
+    action: Name
+    values: Anything = None
+
+
+@dataclass(frozen=True, slots=True)
+class ActionResult:
+    """The client has ended a goal.
+
+    Attributes:
+        id: The id of `Protocol.send_action_goal`.
+        values: The result by field; a text where `result` is False, if the client says why.
+        status: `actions.ActionStatus`.
+        result: False: it failed.
+    """
+
+    id: Id
+    action: Name
+    values: Anything = None
+    status: Status = 0
+    result: Flag = False
+
+
+@dataclass(frozen=True, slots=True)
+class Auth:
+    """Credentials of rosauth."""
+
+    id: Id
+    mac: Text
+    client: Text = ""
+    dest: Text = ""
+    rand: Text = ""
+    t: Number = 0.0
+    level: Text = ""
+    end: Number = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SetLevel:
+    """Which status messages the client wants from here on; the protocol has taken it over already."""
+
+    id: Id
+    level: StatusLevel
+
+
+# -- what else the protocol says
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Send this, in this order: the protocol's own answer (a status)."""
+
+    payloads: tuple[Payload, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """What the rest of a message asks for, which takes time to be read; only `Protocol.begin` says it.
+
+    Attributes:
+        read: Returns it; for a thread.
+    """
+
+    read: Callable[[], list[Effect]]
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """End the connection with this WebSocket close code and reason; nothing that came later is read."""
+
+    code: int
+    reason: str
+
+
+Effect = (
+    Advertise
+    | Unadvertise
+    | Publish
+    | Subscribe
+    | Unsubscribe
+    | CallService
+    | AdvertiseService
+    | UnadvertiseService
+    | ServiceResponse
+    | SendActionGoal
+    | CancelActionGoal
+    | AdvertiseAction
+    | UnadvertiseAction
+    | ActionFeedback
+    | ActionResult
+    | Auth
+    | SetLevel
+    | Reply
+    | Rest
+    | Close
+)
+"""Everything that `Protocol.receive` may say."""
+
+
+# -- the table
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of an operation, as the wire has it."""
+
+    name: str
+    check: Check
+    required: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """A row of the table."""
+
+    make: Callable[..., Effect]
+    fields: tuple[Field, ...]
+
+
+def op_of(kind: type) -> str:
+    """ "call_service" of CallService."""
+    return re.sub("(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
+
+
+def _fields(kind: Any) -> tuple[Field, ...]:
+    hints = get_type_hints(kind, include_extras=True)
+    found = []
+    for each in fields(kind):
+        # `Annotated[...]`, or `Annotated[...] | None`
+        checks = [
+            check
+            for hint in (hints[each.name], *get_args(hints[each.name]))
+            for check in getattr(hint, "__metadata__", ())
+        ]
+        if checks:
+            required = each.default is MISSING and each.default_factory is MISSING
+            found.append(Field(each.name, checks[0], required))
+    return tuple(found)
+
 
 OPERATIONS: dict[str, Operation] = {
-    "advertise": Operation(
-        effects.Advertise,
-        (
-            Field("topic", _name, True),
-            Field("type", _name, True),
-            Field("latch", _flag),
-            Field("queue_size", _COUNT),
-        ),
-    ),
-    "unadvertise": Operation(effects.Unadvertise, (Field("topic", _name, True),)),
-    "publish": Operation(
-        _publish,
-        (
-            Field("topic", _name, True),
-            Field("msg", _anything),
-            Field("latch", _flag),
-            Field("queue_size", _COUNT),
-        ),
-    ),
-    "subscribe": Operation(
-        effects.Subscribe,
-        (
-            Field("topic", _name, True),
-            Field("type", _text),
-            Field("throttle_rate", _COUNT),
-            Field("queue_length", _COUNT),
-            Field("fragment_size", _SIZE),
-            Field("compression", _compression),
-        ),
-    ),
-    "unsubscribe": Operation(effects.Unsubscribe, (Field("topic", _name, True),)),
-    "call_service": Operation(
-        _call_service,
-        (
-            Field("service", _name, True),
-            Field("args", _arguments),
-            Field("type", _text),
-            Field("fragment_size", _SIZE),
-            Field("compression", _compression),
-            Field("timeout", _seconds),
-        ),
-    ),
-    "advertise_service": Operation(
-        effects.AdvertiseService, (Field("service", _name, True), Field("type", _name, True))
-    ),
-    "unadvertise_service": Operation(effects.UnadvertiseService, (Field("service", _name, True),)),
-    "service_response": Operation(
-        _service_response,
-        (Field("service", _name, True), Field("values", _anything), Field("result", _flag)),
-    ),
-    "send_action_goal": Operation(
-        _send_action_goal,
-        (
-            Field("action", _name, True),
-            Field("action_type", _name, True),
-            Field("args", _arguments),
-            Field("feedback", _flag),
-            Field("fragment_size", _SIZE),
-            Field("compression", _compression),
-        ),
-    ),
-    "cancel_action_goal": Operation(_cancel_action_goal, (Field("action", _name, True),)),
-    "advertise_action": Operation(
-        effects.AdvertiseAction, (Field("action", _name, True), Field("type", _name, True))
-    ),
-    "unadvertise_action": Operation(effects.UnadvertiseAction, (Field("action", _name, True),)),
-    "action_feedback": Operation(
-        effects.ActionFeedback, (Field("action", _name, True), Field("values", _anything))
-    ),
-    "action_result": Operation(
-        effects.ActionResult,
-        (
-            Field("action", _name, True),
-            Field("values", _anything),
-            Field("status", _status),
-            Field("result", _flag),
-        ),
-    ),
-    "auth": Operation(
-        effects.Auth,
-        (
-            Field("mac", _text, True),
-            Field("client", _text),
-            Field("dest", _text),
-            Field("rand", _text),
-            Field("t", _number),
-            Field("level", _text),
-            Field("end", _number),
-        ),
-    ),
-    "set_level": Operation(effects.SetLevel, (Field("level", _level, True),)),
+    op_of(kind): Operation(kind, _fields(kind))
+    for kind in (
+        Advertise,
+        Unadvertise,
+        Publish,
+        Subscribe,
+        Unsubscribe,
+        CallService,
+        AdvertiseService,
+        UnadvertiseService,
+        ServiceResponse,
+        SendActionGoal,
+        CancelActionGoal,
+        AdvertiseAction,
+        UnadvertiseAction,
+        ActionFeedback,
+        ActionResult,
+        Auth,
+        SetLevel,
+    )
 }
+_NULL_IS_A_VALUE = frozenset({"msg"})  # refused by its message type, with the sentence of that
+_APPENDED = {"call_service": "service", "send_action_goal": "action", "cancel_action_goal": "action"}
+"""Fields in which old clients write the id, too: `/rosapi/topics#33` is a call with the id 33."""
+
+
+def read_operation(op: str, message: dict[str, Any], text_length: int) -> Effect:
+    """The effect of one message whose `op` is in the table.
+
+    Raises:
+        FieldError: What is wrong with which field.
+    """
+    operation = OPERATIONS[op]
+    given: dict[str, Any] = {"id": read_id(message, text_length)}
+    for each in operation.fields:
+        value = message.get(each.name)
+        if value is None and each.name in _NULL_IS_A_VALUE and each.name in message:
+            given[each.name] = None
+        elif value is not None:
+            try:
+                given[each.name] = each.check(value, text_length)
+            except ValueError as error:
+                raise FieldError(f"field {each.name} is {_shown(value)}; expected {error}") from None
+        elif each.required:
+            raise FieldError(f"field {each.name} is missing; it is required")
+    if op in _APPENDED:
+        asked = given[_APPENDED[op]]
+        given[_APPENDED[op]], mark, appended = asked.partition("#")
+        if mark and given["id"] is None:
+            given["id"] = appended
+        if op != "cancel_action_goal":
+            given["asked"] = asked
+    return operation.make(**given)
+
+
+def read_id(message: dict[str, Any], text_length: int) -> Id:
+    """The id of a message, None where it has none.
+
+    Raises:
+        FieldError: It is neither a text nor a whole number, or it is too long to be sent back.
+    """
+    value = message.get("id")
+    if value is None or (type(value) is int and abs(value) < 2**63):
+        return value
+    if isinstance(value, str) and len(value) <= text_length:
+        return value
+    raise FieldError(
+        f"field id is {_shown(value)}; expected a text of at most {text_length} characters or a whole number"
+    )
+
+
+def _shown(value: Any) -> str:
+    """A client's value for a sentence: short, and one line."""
+    if isinstance(value, (dict, list)):
+        return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
+    if isinstance(value, str):
+        cut = value if len(value) <= _SHOWN else f"{value[:_SHOWN]}..."
+        return f"'{printable(cut)}'"
+    if isinstance(value, bool) or value is None:
+        return {True: "true", False: "false", None: "null"}[value]
+    if isinstance(value, int) and value.bit_length() > 64:
+        return "a number of more than 64 bits"
+    return repr(value)

@@ -19,22 +19,20 @@ from typing import Protocol as Structural
 
 from rosproto.gateway.chunks import ChunkedMessage, chunked
 from rosproto.gateway.json_text import JsonError, JsonReader, is_short
-from rosproto.gateway.rosbridge.effects import (
+from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
+from rosproto.gateway.rosbridge.operations import (
+    OPERATIONS,
+    RECEIVED_PARTS,
     CallService,
     Close,
     Effect,
+    FieldError,
     Id,
     Payload,
     Reply,
     Rest,
     SendActionGoal,
     SetLevel,
-)
-from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
-from rosproto.gateway.rosbridge.operations import (
-    OPERATIONS,
-    RECEIVED_PARTS,
-    FieldError,
     read_id,
     read_operation,
 )

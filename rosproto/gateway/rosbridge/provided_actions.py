@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.rosbridge.actions import ActionStatus, action_type
 from rosproto.gateway.rosbridge.client_provided import GONE, ClientProvided, Request
-from rosproto.gateway.rosbridge.effects import (
+from rosproto.gateway.rosbridge.operations import (
     ActionFeedback,
     ActionResult,
     AdvertiseAction,

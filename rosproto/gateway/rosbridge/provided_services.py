@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import CodecError, ServiceError
 from rosproto.gateway.rosbridge.client_provided import GONE, ClientProvided, Request
-from rosproto.gateway.rosbridge.effects import AdvertiseService, ServiceResponse, UnadvertiseService
+from rosproto.gateway.rosbridge.operations import AdvertiseService, ServiceResponse, UnadvertiseService
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.values import from_values, to_json
 

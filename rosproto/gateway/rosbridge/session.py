@@ -19,12 +19,12 @@ from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.gateway.channel import Channel
 from rosproto.gateway.publications import Publication
-from rosproto.gateway.rosbridge import effects
+from rosproto.gateway.rosbridge import operations
 from rosproto.gateway.rosbridge.actions import definition_name
 from rosproto.gateway.rosbridge.authentication import Authentication
 from rosproto.gateway.rosbridge.calls import Calls
-from rosproto.gateway.rosbridge.effects import Effect, Id, Payload
 from rosproto.gateway.rosbridge.goals import Goals
+from rosproto.gateway.rosbridge.operations import Effect, Id, Payload, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.provided_actions import ProvidedActions
 from rosproto.gateway.rosbridge.provided_services import ProvidedServices
@@ -69,22 +69,22 @@ class RosbridgeSession:
         self._actions = ProvidedActions(shared, self)
         self._goals = Goals(shared, self)
         self._perform: dict[type, Callable[[Any], None]] = {
-            effects.Subscribe: self._subscribe,
-            effects.Unsubscribe: self._unsubscribe,
-            effects.Advertise: self._advertise,
-            effects.Unadvertise: self._unadvertise,
-            effects.Publish: self._publish,
-            effects.CallService: self._calls.call,
-            effects.AdvertiseService: self._services.advertise,
-            effects.UnadvertiseService: self._services.unadvertise,
-            effects.ServiceResponse: self._services.respond,
-            effects.SendActionGoal: self._goals.send,
-            effects.CancelActionGoal: self._goals.cancel,
-            effects.AdvertiseAction: self._actions.advertise,
-            effects.UnadvertiseAction: self._actions.unadvertise,
-            effects.ActionFeedback: self._actions.feedback,
-            effects.ActionResult: self._actions.result,
-            effects.Auth: self._authentication.check,
+            operations.Subscribe: self._subscribe,
+            operations.Unsubscribe: self._unsubscribe,
+            operations.Advertise: self._advertise,
+            operations.Unadvertise: self._unadvertise,
+            operations.Publish: self._publish,
+            operations.CallService: self._calls.call,
+            operations.AdvertiseService: self._services.advertise,
+            operations.UnadvertiseService: self._services.unadvertise,
+            operations.ServiceResponse: self._services.respond,
+            operations.SendActionGoal: self._goals.send,
+            operations.CancelActionGoal: self._goals.cancel,
+            operations.AdvertiseAction: self._actions.advertise,
+            operations.UnadvertiseAction: self._actions.unadvertise,
+            operations.ActionFeedback: self._actions.feedback,
+            operations.ActionResult: self._actions.result,
+            operations.Auth: self._authentication.check,
         }
 
     @property
@@ -117,28 +117,28 @@ class RosbridgeSession:
         for effect in asked:
             if self.channel.ending is not None or self.channel.lost:
                 return
-            if isinstance(effect, effects.Rest):
+            if isinstance(effect, operations.Rest):
                 async with self._shared.long_messages:
                     await self._carry_out_all(await self._shared.pool.run(effect.read), long=True)
             elif not self._authentication.done:
                 await self._shared.pool.run(partial(self._authenticate, effect))
-            elif isinstance(effect, effects.Reply):
+            elif isinstance(effect, operations.Reply):
                 self.channel.answer(effect.payloads)
-            elif isinstance(effect, effects.Close):
+            elif isinstance(effect, operations.Close):
                 self.channel.close(effect.code, effect.reason)
             elif not long and self._is_quick(effect):
                 self._carry_out(effect)
             else:
-                if isinstance(effect, (effects.CallService, effects.SendActionGoal)):
+                if isinstance(effect, (operations.CallService, operations.SendActionGoal)):
                     effect = replace(effect, long=long)
                 await self._shared.pool.run(partial(self._carry_out, effect))
 
     def _is_quick(self, effect: Effect) -> bool:
         """Whether carrying it out waits for nobody."""
-        if isinstance(effect, effects.Publish):
+        if isinstance(effect, operations.Publish):
             return effect.topic in self._publications
-        quick = (effects.ServiceResponse, effects.SetLevel, effects.Auth, effects.CallService)
-        return isinstance(effect, (*quick, effects.SendActionGoal, effects.ActionResult))
+        quick = (operations.ServiceResponse, operations.SetLevel, operations.Auth, operations.CallService)
+        return isinstance(effect, (*quick, operations.SendActionGoal, operations.ActionResult))
 
     def _carry_out(self, effect: Effect) -> None:
         perform = self._perform.get(type(effect))
@@ -147,11 +147,11 @@ class RosbridgeSession:
         try:
             perform(effect)
         except (Refused, RosError, ValueError) as error:
-            op = _op_of(effect)
+            op = op_of(type(effect))
             self.status("error", f"{op}: {error}", effect.id)  # type: ignore[union-attr]
             self._said.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
         except Exception as error:
-            self.status("error", f"{_op_of(effect)}: an error of the gateway ({type(error).__name__})")
+            self.status("error", f"{op_of(type(effect))}: an error of the gateway ({type(error).__name__})")
             self._said.error("session", "! rosbridge: %s of %s", effect, self.channel.peer, exc_info=error)
 
     # -- out ------------------------------------------------------------------------------------------------
@@ -177,7 +177,7 @@ class RosbridgeSession:
 
     # -- topics that are read -------------------------------------------------------------------------------
 
-    def _subscribe(self, asked: effects.Subscribe) -> None:
+    def _subscribe(self, asked: operations.Subscribe) -> None:
         name = self._shared.node.resolve_name(asked.topic)
         insist(self._shared.access.may_read("topic", name))
         subscription = self._subscriptions.get(asked.topic)
@@ -207,7 +207,7 @@ class RosbridgeSession:
     def _undecodable(self, topic: str, error: RosError) -> None:
         self.status("error", f"subscribe: {topic} cannot be decoded: {error}")
 
-    def _unsubscribe(self, asked: effects.Unsubscribe) -> None:
+    def _unsubscribe(self, asked: operations.Unsubscribe) -> None:
         subscription = self._subscriptions.get(asked.topic)
         if subscription is not None and subscription.remove(asked.id):
             del self._subscriptions[asked.topic]
@@ -215,7 +215,7 @@ class RosbridgeSession:
 
     # -- topics that are written ----------------------------------------------------------------------------
 
-    def _advertise(self, asked: effects.Advertise) -> None:
+    def _advertise(self, asked: operations.Advertise) -> None:
         self._open(asked.topic, definition_name(asked.type), latch=asked.latch, queue_size=asked.queue_size)
         ids = self._advertised.setdefault(asked.topic, set())
         if len(ids) < self._limits.advertised_per_client:
@@ -238,7 +238,7 @@ class RosbridgeSession:
         self._publications[topic] = opened
         return opened
 
-    def _unadvertise(self, asked: effects.Unadvertise) -> None:
+    def _unadvertise(self, asked: operations.Unadvertise) -> None:
         ids = self._advertised.get(asked.topic, set())
         ids.discard(asked.id)
         if asked.id is not None and ids:
@@ -248,7 +248,7 @@ class RosbridgeSession:
         if publication is not None:
             publication.close()
 
-    def _publish(self, asked: effects.Publish) -> None:
+    def _publish(self, asked: operations.Publish) -> None:
         publication = self._publications.get(asked.topic)
         if publication is None:
             name = self._shared.node.resolve_name(asked.topic)
@@ -269,7 +269,7 @@ class RosbridgeSession:
     def _authenticate(self, effect: Effect) -> None:
         """The first message: credentials that are accepted, or the end of the connection."""
         try:
-            if not isinstance(effect, effects.Auth):
+            if not isinstance(effect, operations.Auth):
                 raise Refused("send auth before anything else")
             self._authentication.check(effect)
         except (Refused, RosError) as problem:
@@ -296,9 +296,3 @@ class RosbridgeSession:
         self._calls.close()
         self._publications.clear()
         self._subscriptions.clear()
-
-
-def _op_of(effect: object) -> str:
-    """ "call_service" of CallService."""
-    name = type(effect).__name__
-    return "".join("_" + letter.lower() if letter.isupper() else letter for letter in name).lstrip("_")

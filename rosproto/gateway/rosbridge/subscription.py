@@ -20,7 +20,7 @@ from rosproto.gateway.channel import Channel, Payload
 from rosproto.gateway.chunks import ChunkedMessage
 from rosproto.gateway.message_event import MessageEvent
 from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_chunks
-from rosproto.gateway.rosbridge.effects import Compression, Id, Subscribe
+from rosproto.gateway.rosbridge.operations import Compression, Id, Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
 from rosproto.gateway.rosbridge.values import to_json, to_json_parts

@@ -9,7 +9,8 @@ import pytest
 
 from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge import png
-from rosproto.gateway.rosbridge.effects import (
+from rosproto.gateway.rosbridge.operations import (
+    OPERATIONS,
     ActionFeedback,
     ActionResult,
     Advertise,
@@ -32,7 +33,6 @@ from rosproto.gateway.rosbridge.effects import (
     UnadvertiseService,
     Unsubscribe,
 )
-from rosproto.gateway.rosbridge.operations import OPERATIONS
 from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.protocol import Protocol, publish_text
 from tests.test_layers import IMPURE_MODULES, ROOT, imports_of
@@ -464,7 +464,7 @@ def test_what_is_sent_in_fragments() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    "actions cbor effects fragments json_writer operations png protocol status values writer".split(),
+    "actions cbor fragments json_writer operations png protocol status values writer".split(),
 )
 def test_the_protocol_knows_no_sockets_threads_or_clocks(name: str) -> None:
     """Whoever drives it brings bytes and the time."""
