@@ -78,10 +78,10 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
     """
     hurry()
     from rosproto.gateway import Access
-    from rosproto.gateway.strangers import is_loopback_host
+    from rosproto.transport.address import is_loopback
 
     token = arguments.token
-    if token is None and not is_loopback_host(arguments.bind):
+    if token is None and not is_loopback(arguments.bind):
         import secrets
 
         token = secrets.token_urlsafe(18)

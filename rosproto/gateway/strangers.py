@@ -12,10 +12,11 @@ import hmac
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from http import HTTPStatus
-from ipaddress import ip_address
 from urllib.parse import parse_qs, urlsplit
 
-__all__ = ["Strangers", "Verdict", "is_loopback_host", "require_token_off_loopback"]
+from rosproto.transport.address import is_loopback
+
+__all__ = ["Strangers", "Verdict", "require_token_off_loopback"]
 
 _SHOWN = 200  # characters of a client's text in a sentence
 
@@ -96,17 +97,6 @@ def token_fits(given: str | None, expected: str | None) -> bool:
     return hmac.compare_digest((given or "").encode("utf-8", "replace"), expected.encode("utf-8"))
 
 
-def is_loopback_host(host: str) -> bool:
-    """Whether a host, as written in an address, is the loopback: 127.0.0.0/8, ::1 or localhost."""
-    host = host.strip("[]").lower()
-    if host == "localhost":
-        return True
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
 def require_token_off_loopback(host: str, token: str | None) -> None:
     """Make sure that a gateway which other computers can reach requires a token.
 
@@ -115,7 +105,7 @@ def require_token_off_loopback(host: str, token: str | None) -> None:
     """
     if token is not None and not token:
         raise ValueError("the token is empty; give a long random one")
-    if token is None and not is_loopback_host(host):
+    if token is None and not is_loopback(host):
         raise ValueError(
             f"{host or 'every address'} is reached from other computers, and who reaches a gateway sees the"
             f" robot: give a token (--token, in a program token=...), or listen on 127.0.0.1"
@@ -138,7 +128,7 @@ def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
         host = parts.hostname if parts.scheme in ("http", "https") else None
     except ValueError:
         host = None
-    if host is not None and is_loopback_host(host):
+    if host is not None and is_loopback(host):
         return None
     return (
         f"a page of {_shown(origin)!r} may not connect; open it with --origin {_shown(origin)}"
@@ -156,10 +146,10 @@ def foreign_host(host: str | None, bound: str) -> str | None:
         host: The Host header.
         bound: The address that the server listens on.
     """
-    if not is_loopback_host(bound) or host is None:
+    if not is_loopback(bound) or host is None:
         return None
     name = host.rpartition(":")[0] if host.rpartition(":")[2].isdigit() else host
-    if is_loopback_host(name):
+    if is_loopback(name):
         return None
     return f"this gateway serves this computer alone, and {_shown(host)!r} is not its name: use localhost"
 

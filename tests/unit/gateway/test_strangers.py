@@ -8,10 +8,10 @@ from rosproto.gateway.strangers import (
     Strangers,
     foreign_host,
     foreign_origin,
-    is_loopback_host,
     require_token_off_loopback,
     token_fits,
 )
+from rosproto.transport.address import is_loopback
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_token(given: str | None, expected: str | None, fits: bool) -> None:
 )
 def test_what_is_loopback(host: str, loopback: bool) -> None:
     """And what only looks so; off it, no token is no start."""
-    assert is_loopback_host(host) is loopback
+    assert is_loopback(host) is loopback
     if loopback:
         require_token_off_loopback(host, None)
     else:
