@@ -3,7 +3,6 @@
 `Rosapi` answers calls with JSON values; `provide` registers the same answers as ROS services.
 """
 
-from rosproto.gateway.rosbridge.rosapi.answers import Rosapi, RosapiError
-from rosproto.gateway.rosbridge.rosapi.provided import ProvidedRosapi, provide
+from rosproto.gateway.rosbridge.rosapi.answers import ProvidedRosapi, Rosapi, RosapiError, provide
 
 __all__ = ["ProvidedRosapi", "Rosapi", "RosapiError", "provide"]

@@ -1,4 +1,4 @@
-"""The services of /rosapi: a table of their names, types and answers.
+"""The services of /rosapi: a table of their names, types and answers, for web clients and for ROS programs.
 
 Requests and responses are the fields of their definitions (msgdefs/rosapi) as JSON values. Every request
 field of rosapi is a string.
@@ -7,22 +7,26 @@ field of rosapi is a string.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import RosError
-from rosproto.gateway.rosbridge.rosapi.definitions import Definitions
-from rosproto.gateway.rosbridge.rosapi.errors import RosapiError
-from rosproto.gateway.rosbridge.rosapi.graph import VisibleGraph
+from rosproto.codec import message_class, service_class
+from rosproto.errors import MasterError, RosError, ServiceError
+from rosproto.gateway.rosbridge.rosapi.graph import Asked, RosapiError, Visible, VisibleGraph
 from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
-from rosproto.gateway.rosbridge.rosapi.visible import Asked, Visible
+from rosproto.gateway.rosbridge.rosapi.types import Definitions
 from rosproto.msg import bundled
 from rosproto.records import NamedTuple
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.node import Node
+    from types import TracebackType
 
-__all__ = ["Rosapi", "RosapiError"]
+    from rosproto.node import Node
+    from rosproto.node.services.server import ServiceServer
+    from rosproto.time import Time
+
+__all__ = ["ProvidedRosapi", "Rosapi", "RosapiError", "provide"]
 
 NAMESPACE = "/rosapi"
 CALL_SECONDS = 10.0
@@ -219,3 +223,78 @@ def _given(type_name: str, names: list[str], args: object) -> Mapping[str, objec
     raise RosapiError(
         f"rosapi/{type_name}: the arguments are a {type(args).__name__}, expected an object or a list"
     )
+
+
+class ProvidedRosapi:
+    """The registered services of /rosapi; close this, or the node, to unregister them."""
+
+    def __init__(self, servers: list[ServiceServer]) -> None:
+        self._servers = servers
+
+    def __enter__(self) -> ProvidedRosapi:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Unregister them; may be called again."""
+        while self._servers:
+            self._servers.pop().close()
+
+
+def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
+    """Register all services of /rosapi; they are answered as for web clients.
+
+    Raises:
+        MasterError, ConnectionLost, RosTimeout: As `Node.service_server`.
+        ServiceError: Somebody provides /rosapi already; a second one would take over its services.
+    """
+    try:
+        node.master.lookup_service("/rosapi/topics")
+    except MasterError as error:
+        if error.code != -1:
+            raise
+    else:
+        raise ServiceError(
+            "/rosapi/topics", "another node provides it already; end that one, or leave /rosapi to it"
+        )
+    servers: list[ServiceServer] = []
+    try:
+        with node.registering():
+            for name, type_name in rosapi.services.items():
+                kind = service_class(type_name)
+                servers.append(node.service_server(name, kind, partial(_answer, rosapi, name, kind)))
+    except BaseException:
+        for server in servers:
+            server.close()
+        raise
+    return ProvidedRosapi(servers)
+
+
+def _answer(rosapi: Rosapi, name: str, kind: Any, request: Any) -> Any:
+    values = rosapi.call(name, {field: getattr(request, field) for field in kind.Request.__slots__})
+    return kind.Response(**{field: _as_message(field, value) for field, value in values.items()})
+
+
+def _as_message(field: str, value: Any) -> Any:
+    return _CONVERTED[field](value) if field in _CONVERTED else value
+
+
+def _typedefs(values: list[dict[str, object]]) -> list[Any]:
+    typedef = message_class("rosapi/TypeDef")
+    return [typedef(**value) for value in values]
+
+
+def _time(value: dict[str, int]) -> Time:
+    from rosproto.time import Time
+
+    return Time(value["secs"], value["nsecs"])
+
+
+_CONVERTED: dict[str, Callable[[Any], Any]] = {"typedefs": _typedefs, "time": _time}

@@ -1,22 +1,103 @@
-"""The graph for web clients: topics, nodes, services and action servers that are not hidden."""
+"""The graph for web clients: topics, nodes, services and action servers that `Access` does not hide.
+
+The types of services, which only their providers know, are asked for by a probe, and remembered for a while.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import time
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Protocol
 from urllib.parse import urlsplit
 
-from rosproto.errors import MasterError
-from rosproto.gateway.rosbridge.rosapi.service_types import ServiceTypes
+from rosproto.bounded_cache import BoundedCache
+from rosproto.errors import MasterError, RosError
+from rosproto.transport.address import parse_uri
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rosproto.gateway.rosbridge.rosapi.visible import Visible
+    from rosproto.gateway.access import Kind, Refusal
     from rosproto.node import Node
     from rosproto.node.graph.master_client import SystemState
 
-__all__ = ["ACTION_PARTS", "VisibleGraph", "action_servers"]
+__all__ = [
+    "ACTION_PARTS",
+    "Asked",
+    "RosapiError",
+    "ServiceTypes",
+    "Visible",
+    "VisibleGraph",
+    "action_servers",
+]
+
+
+class RosapiError(RosError):
+    """A call of /rosapi that is refused or cannot be answered; its text is a sentence for the client."""
+
+
+class Asked(Protocol):
+    """What is needed of an `Access` here."""
+
+    def may_read(self, kind: Kind, name: str) -> Refusal | None: ...
+
+    def may_write(self, kind: Kind, name: str, type: str = "") -> Refusal | None: ...
+
+
+class Visible:
+    """The decisions of an `Access`, as filters."""
+
+    def __init__(self, access: Asked) -> None:
+        self.access = access
+
+    def shows(self, kind: Kind, name: str) -> bool:
+        """True when clients may know about it."""
+        return self.access.may_read(kind, name) is None
+
+    def only(self, kind: Kind, names: Iterable[str]) -> list[str]:
+        """Those that clients may know about, sorted, each once."""
+        return sorted(name for name in set(names) if self.shows(kind, name))
+
+
+MOST_REMEMBERED = 2000
+PROBE_SECONDS = 2.0  # for one provider that does not answer
+AGAIN_AFTER = 10.0  # seconds until a provider that did not answer is asked again
+
+
+class ServiceTypes:
+    """Types by service name; safe from any thread.
+
+    A provider is identified by its address: when another one takes over the service, it is asked again.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._types: BoundedCache[tuple[str, str], str] = BoundedCache(MOST_REMEMBERED)
+        self._silent: BoundedCache[tuple[str, str], float] = BoundedCache(MOST_REMEMBERED)
+
+    def of(self, service: str, deadline: Deadline) -> str:
+        """Its type; "" when nobody provides it, or the provider does not say."""
+        try:
+            uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
+        except RosError:
+            return ""
+        known = self._types.get((service, uri))
+        if known is not None:
+            return known
+        if time.monotonic() - (self._silent.get((service, uri)) or -AGAIN_AFTER) < AGAIN_AFTER:
+            return ""
+        from rosproto.node.services.probe import probe
+
+        try:
+            header = probe(self._node, service, deadline.at_most(PROBE_SECONDS), address=parse_uri(uri))
+        except (RosError, ValueError, OSError):
+            self._silent.put((service, uri), time.monotonic())
+            return ""
+        type_name = header.get("type", "")
+        self._types.put((service, uri), type_name)
+        return type_name
+
 
 ACTION_PARTS = frozenset(("cancel", "feedback", "goal", "result", "status"))
 

@@ -11,11 +11,11 @@ import json
 import math
 from typing import TYPE_CHECKING
 
-from rosproto.gateway.rosbridge.rosapi.errors import RosapiError
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError
 
 if TYPE_CHECKING:
     from rosproto.gateway.access import Refusal
-    from rosproto.gateway.rosbridge.rosapi.visible import Visible
+    from rosproto.gateway.rosbridge.rosapi.graph import Visible
     from rosproto.node import Node
 
 __all__ = ["VisibleParameters"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rosproto.gateway.rosbridge.rosapi.type_details import MOST_TYPES, type_details
+from rosproto.gateway.rosbridge.rosapi.types import MOST_TYPES, type_details
 from rosproto.msg import Field, FieldType, MessageSpec, bundled, library_from_full_text
 
 

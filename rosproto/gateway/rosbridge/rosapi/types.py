@@ -1,0 +1,208 @@
+"""Definitions of types in the form of rosapi/TypeDef: one dict for a type and one for each type it uses.
+
+They come from the node, the bundled ones, or a publisher. Services have no definition on the wire, so theirs
+are the bundled ones and the user's.
+
+Fields are described as by rosapi's objectutils.py, which reads genpy's classes: builtin types by their name,
+examples as Python prints the default value, and constants sorted by name. Where the original fails (a field
+of type `char`), the description follows the definition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from rosproto.bounded_cache import BoundedCache
+from rosproto.errors import DefinitionError, RosError
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError
+from rosproto.msg import (
+    BUILTIN_TYPES,
+    Constant,
+    DefinitionLibrary,
+    Field,
+    FieldType,
+    MessageSpec,
+    ServiceSpec,
+    bundled,
+    library_from_full_text,
+)
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.gateway.rosbridge.rosapi.graph import Visible
+    from rosproto.node import Node
+
+__all__ = ["MOST_TYPES", "Definitions", "type_details"]
+
+MOST_TYPES = 300  # in one answer, and the greatest depth: definitions learned from robots cannot be trusted
+_TIMES = ("time", "duration")
+_EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}
+
+Typedef = dict[str, object]
+
+
+def type_details(spec: MessageSpec, find: Callable[[str], MessageSpec]) -> list[Typedef]:
+    """The typedefs of a message and of all it uses, in the order in which fields name them first.
+
+    Args:
+        spec: The message, or one half of a service.
+        find: Returns the definition of a type by its full name; its exceptions are passed on.
+    """
+    seen = {spec.name}
+    found: list[Typedef] = []
+
+    def visit(spec: MessageSpec) -> None:
+        found.append(_typedef(spec))
+        for field in spec.fields:
+            base = field.type.base
+            if base in seen or len(seen) >= MOST_TYPES:
+                continue
+            seen.add(base)
+            if base in _TIMES:
+                found.append(_time_typedef(base))
+            elif not field.type.is_builtin:
+                visit(find(base))
+
+    visit(spec)
+    return found
+
+
+def _typedef(spec: MessageSpec) -> Typedef:
+    constants = sorted(spec.constants, key=lambda constant: constant.name)
+    return {
+        "type": spec.name,
+        "fieldnames": [field.name for field in spec.fields],
+        "fieldtypes": [field.type.base for field in spec.fields],
+        "fieldarraylen": [_array_length(field.type) for field in spec.fields],
+        "examples": [_example(field.type) for field in spec.fields],
+        "constnames": [constant.name for constant in constants],
+        "constvalues": [_value(constant) for constant in constants],
+    }
+
+
+def _time_typedef(name: str) -> Typedef:
+    return {
+        "type": name,
+        "fieldnames": ["secs", "nsecs"],
+        "fieldtypes": ["int32", "int32"],
+        "fieldarraylen": [-1, -1],
+        "examples": ["0", "0"],
+        "constnames": [],
+        "constvalues": [],
+    }
+
+
+def _array_length(type_: FieldType) -> int:
+    if not type_.is_array:
+        return -1
+    return type_.array_length or 0
+
+
+def _example(type_: FieldType) -> str:
+    if type_.is_array:
+        return "[]"
+    if type_.base in _TIMES or not type_.is_builtin:
+        return "{}"
+    return _EXAMPLES.get(type_.base, "0")
+
+
+def _value(constant: Constant) -> str:
+    return str(constant.value)
+
+
+MOST_LEARNED = 256
+MOST_CHARACTERS = 4 << 20
+MOST_ASKED = 3  # publishers of one type
+ASK_SECONDS = 3.0
+
+
+class Definitions:
+    """Definitions by type name, for one node; safe from any thread."""
+
+    def __init__(self, node: Node, visible: Visible) -> None:
+        self._node = node
+        self._visible = visible
+        self._learned: BoundedCache[str, DefinitionLibrary] = BoundedCache(MOST_LEARNED, MOST_CHARACTERS)
+
+    def message_details(self, name: str) -> list[Typedef]:
+        """Typedefs of a message type; none for a builtin type, as in the original."""
+        if name in BUILTIN_TYPES:
+            alone = MessageSpec("", (Field("", FieldType(name)),), (), "")
+            return type_details(alone, bundled().message)[1:]
+        name = self._full_name(name)
+        library = self._library(name)
+        return self._guard(name, lambda: type_details(library.message(name), library.message))
+
+    def service_details(self, name: str, half: str) -> list[Typedef]:
+        """Typedefs of the "request" or "response" of a service type."""
+        name = self._full_name(name)
+        library = self._node.revisions.library_for(name, "srv") or bundled()
+
+        def details() -> list[Typedef]:
+            service: ServiceSpec = library.service(name)
+            return type_details(getattr(service, half), library.message)
+
+        return self._guard(name, details)
+
+    def full_text(self, name: str, deadline: Deadline | None = None) -> str:
+        """The definition with all types it uses, as in a connection header; "" if nobody knows it."""
+        try:
+            return self._library(self._full_name(name), deadline).full_text(name, kind="msg")
+        except (RosapiError, DefinitionError):
+            return ""
+
+    @staticmethod
+    def _full_name(name: str) -> str:
+        parts = [part for part in name.split("/") if part]
+        if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):  # as ROS 2 writes it
+            del parts[1]
+        if len(parts) != 2:
+            raise RosapiError(f'"{name}" is no type; expected package/Type, such as std_msgs/String')
+        return "/".join(parts)
+
+    @staticmethod
+    def _guard(name: str, details: Callable[[], list[Typedef]]) -> list[Typedef]:
+        try:
+            return details()
+        except DefinitionError as error:
+            raise RosapiError(f"{name}: its definition is not known here: {error}") from error
+
+    def _library(self, name: str, deadline: Deadline | None = None) -> DefinitionLibrary:
+        library = self._node.revisions.library_for(name)
+        if library is not None:
+            return library
+        if bundled().has("msg", name):
+            return bundled()
+        learned = self._learned.get(name) or self._ask(name, deadline or Deadline(ASK_SECONDS))
+        if learned is None:
+            raise RosapiError(
+                f"the definition of {name} is not known here, and no publisher of a visible topic told it;"
+                " give the gateway a folder of .msg files (msg_path)"
+            )
+        return learned
+
+    def _ask(self, name: str, deadline: Deadline) -> DefinitionLibrary | None:
+        """Ask its publishers: their connection headers contain the definition."""
+        from rosproto.node import probe_topic
+
+        node = self._node
+        try:
+            types = node.master.get_topic_types(timeout=deadline.remaining())
+            publishers = node.master.get_system_state(timeout=deadline.remaining()).publishers
+        except (RosError, OSError):
+            return None
+        topics = [topic for topic, kind in types.items() if kind == name and topic in publishers]
+        places = [(topic, node_name) for topic in topics for node_name in publishers[topic]]
+        shown = [(topic, who) for topic, who in places if self._visible.shows("topic", topic)]
+        for topic, publisher in shown[:MOST_ASKED]:
+            try:
+                reply = probe_topic(node, topic, publisher, deadline)
+                if reply.type_name != name:
+                    continue
+                library = library_from_full_text(name, reply.message_definition)
+            except (RosError, OSError):
+                continue  # the next one may know
+            self._learned.put(name, library, len(reply.message_definition))
+            return library
+        return None
