@@ -2,13 +2,12 @@
 
 The protocol (`protocol.py`) reads messages; this file does what they say, one after the other. What may take
 time (the master is asked) happens in a thread of the pool while the client's next message waits; calls and
-goals, which wait for other programs, have threads of their own (`calls.py`, `goals.py`). What a client may
+goals, which wait for other programs, have threads of their own (`requests.py`). What a client may
 not do, or what fails, is answered with a sentence; nothing that a client sends raises here.
 """
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,15 +20,13 @@ from rosproto.gateway.channel import Channel
 from rosproto.gateway.publications import Publication
 from rosproto.gateway.rosbridge import operations
 from rosproto.gateway.rosbridge.actions import definition_name
+from rosproto.gateway.rosbridge.answers import Answers
 from rosproto.gateway.rosbridge.authentication import Authentication
-from rosproto.gateway.rosbridge.calls import Calls
-from rosproto.gateway.rosbridge.goals import Goals
 from rosproto.gateway.rosbridge.operations import Effect, Id, Payload, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.provided_actions import ProvidedActions
-from rosproto.gateway.rosbridge.provided_services import ProvidedServices
+from rosproto.gateway.rosbridge.provided import ProvidedActions, ProvidedServices
+from rosproto.gateway.rosbridge.requests import Calls, Goals
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
-from rosproto.gateway.rosbridge.status import Level
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
 from rosproto.gateway.rosbridge.values import from_values
 from rosproto.gateway.write_guard import is_velocity
@@ -57,17 +54,17 @@ class RosbridgeSession:
         self._limits = shared.limits
         self._said = said
         self._protocol = Protocol(shared.limits, shared.json)
-        self._out = threading.Lock()  # the protocol writes for one thread at a time
+        self._answers = Answers(self._protocol, channel)
         self._subscriptions: dict[str, TopicSubscription] = {}
         self._publications: dict[str, Publication] = {}
         self._advertised: dict[str, set[Id]] = {}
         self._authentication = Authentication(shared, required=shared.authenticate)
         if shared.authenticate:
             channel.later(shared.limits.handshake_seconds, self._authentication_timed_out)
-        self._calls = Calls(shared, self)
-        self._services = ProvidedServices(shared, self)
-        self._actions = ProvidedActions(shared, self)
-        self._goals = Goals(shared, self)
+        self._calls = Calls(shared, self._answers)
+        self._services = ProvidedServices(shared, self._answers)
+        self._actions = ProvidedActions(shared, self._answers)
+        self._goals = Goals(shared, self._answers)
         self._perform: dict[type, Callable[[Any], None]] = {
             operations.Subscribe: self._subscribe,
             operations.Unsubscribe: self._unsubscribe,
@@ -148,32 +145,13 @@ class RosbridgeSession:
             perform(effect)
         except (Refused, RosError, ValueError) as error:
             op = op_of(type(effect))
-            self.status("error", f"{op}: {error}", effect.id)  # type: ignore[union-attr]
+            self._answers.status("error", f"{op}: {error}", effect.id)  # type: ignore[union-attr]
             self._said.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
         except Exception as error:
-            self.status("error", f"{op_of(type(effect))}: an error of the gateway ({type(error).__name__})")
+            self._answers.status(
+                "error", f"{op_of(type(effect))}: an error of the gateway ({type(error).__name__})"
+            )
             self._said.error("session", "! rosbridge: %s of %s", effect, self.channel.peer, exc_info=error)
-
-    # -- out ------------------------------------------------------------------------------------------------
-
-    def status(self, level: Level, text: str, id: Id = None) -> None:
-        """Tell the client a sentence, if it wants such ones."""
-        self.channel.answer(self._protocol.status(level, text, id))
-
-    def answer(self, write: Callable[..., tuple[Payload, ...]], *args: Any, **more: Any) -> None:
-        """Send what a method of the protocol writes, called with these arguments."""
-        with self._out:
-            payloads = write(*args, **more)
-        self.channel.answer(payloads)
-
-    @property
-    def protocol(self) -> Protocol:
-        """Writes answers; see `answer`."""
-        return self._protocol
-
-    def _cut(self, text: str, size: int | None) -> tuple[Payload, ...]:
-        with self._out:
-            return self._protocol.publish(text, size)
 
     # -- topics that are read -------------------------------------------------------------------------------
 
@@ -190,7 +168,7 @@ class RosbridgeSession:
             raise Refused(f"{len(self._subscriptions)} topics are subscribed: the limit for a client")
         if asked.type:
             self._check_type(name, asked.type)
-        subscription = TopicSubscription(asked.topic, self.channel, self._cut, self._undecodable)
+        subscription = TopicSubscription(asked.topic, self.channel, self._answers.cut, self._undecodable)
         subscription.add(asked)
         self._subscriptions[asked.topic] = subscription
         try:
@@ -205,7 +183,7 @@ class RosbridgeSession:
             raise Refused(f"{topic} is of type {known}, not {asked}")
 
     def _undecodable(self, topic: str, error: RosError) -> None:
-        self.status("error", f"subscribe: {topic} cannot be decoded: {error}")
+        self._answers.status("error", f"subscribe: {topic} cannot be decoded: {error}")
 
     def _unsubscribe(self, asked: operations.Unsubscribe) -> None:
         subscription = self._subscriptions.get(asked.topic)

@@ -303,8 +303,8 @@ PUBLISHES = {
     ("foxglove/publish.py", "ClientTopics.publish"): 1,  # a `Publication`
     ("foxglove/advertised_topics.py", "AdvertisedTopics._publish"): 1,  # to the one above
     ("foxglove/session.py", "Session.message"): 1,  # to the one above
-    ("rosbridge/session.py", "RosbridgeSession._cut"): 1,  # the protocol's: text for a client
-    ("rosbridge/calls.py", "Calls._cancel_all"): 1,  # a goal's id
+    ("rosbridge/answers.py", "Answers.cut"): 1,  # the protocol's: text for a client
+    ("rosbridge/requests.py", "Calls._cancel_all"): 1,  # a goal's id
     ("rosbridge/tf_republisher.py", "TfRepublisher._serve_topic"): 1,  # transforms
 }
 """Every place below gateway/ that publishes something, and why no client's velocity passes the guard by there."""

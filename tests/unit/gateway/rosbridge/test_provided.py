@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.gateway.rosbridge.client_provided import GONE, ClientProvided, Request
+from rosproto.gateway.rosbridge.provided import GONE, ClientProvided, Request
 from rosproto.gateway.rosbridge.shared import Refused
 
 

@@ -1,0 +1,43 @@
+"""What one client is told: written by its protocol, for one thread at a time, and sent to it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from rosproto.gateway.channel import Channel
+from rosproto.gateway.rosbridge.operations import Id, Payload
+from rosproto.gateway.rosbridge.protocol import Protocol
+from rosproto.gateway.rosbridge.status import Level
+
+__all__ = ["Answers"]
+
+
+class Answers:
+    """The answers to one client; from any thread.
+
+    Args:
+        protocol: Writes them.
+        channel: The way to the client.
+    """
+
+    def __init__(self, protocol: Protocol, channel: Channel) -> None:
+        self.protocol = protocol
+        self._channel = channel
+        self._lock = threading.Lock()
+
+    def status(self, level: Level, text: str, id: Id = None) -> None:
+        """Tell the client a sentence, if it wants such ones."""
+        self._channel.answer(self.protocol.status(level, text, id))
+
+    def send(self, write: Callable[..., tuple[Payload, ...]], *args: Any, **more: Any) -> None:
+        """Send what a method of the protocol writes, called with these arguments."""
+        with self._lock:
+            payloads = write(*args, **more)
+        self._channel.answer(payloads)
+
+    def cut(self, text: str, size: int | None) -> tuple[Payload, ...]:
+        """A message in fragments of this size; see `Protocol.publish`."""
+        with self._lock:
+            return self.protocol.publish(text, size)

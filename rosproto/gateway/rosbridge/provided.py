@@ -1,0 +1,361 @@
+"""Services and actions that one client provides: ROS programs' calls and goals go to it, its answers back.
+
+A service and an action differ in what is asked and answered. What they share is `ClientProvided`: the server
+of each name that the client advertises, requests that wait for the client's answer by their id, and the end
+of both when the client stops providing a name or leaves.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from rosproto.errors import CodecError, RosError, ServiceError
+from rosproto.gateway.rosbridge.actions import ActionStatus, action_type
+from rosproto.gateway.rosbridge.answers import Answers
+from rosproto.gateway.rosbridge.operations import (
+    ActionFeedback,
+    ActionResult,
+    AdvertiseAction,
+    AdvertiseService,
+    ServiceResponse,
+    UnadvertiseAction,
+    UnadvertiseService,
+)
+from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
+from rosproto.gateway.rosbridge.tf_on_demand import is_tf_name
+from rosproto.gateway.rosbridge.values import from_values, to_json
+
+if TYPE_CHECKING:
+    from rosproto.action import ActionServer, ServerGoal
+    from rosproto.node import ServiceServer
+
+__all__ = ["GONE", "ClientProvided", "ProvidedActions", "ProvidedServices", "Request"]
+
+Server = TypeVar("Server")
+Answer = TypeVar("Answer")
+R = TypeVar("R", bound="Request")  # type: ignore[type-arg]
+
+GONE = "the client that provides it has gone"
+
+
+class Request(Generic[Answer]):
+    """What a ROS program has asked of the client.
+
+    Attributes:
+        name: As the client advertised it.
+        id: Given by `ClientProvided.begin`.
+        done: Set with the answer, or when there will be none.
+        answer: The client's answer; None if it has gone, or no longer provides the name.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.id = ""
+        self.done = threading.Event()
+        self.answer: Answer | None = None
+
+
+class ClientProvided(Generic[Server, R]):
+    """The servers of one client's names, and its open requests.
+
+    Args:
+        kind: What the ids of requests begin with.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self._kind = kind
+        self._lock = threading.Lock()
+        self._servers: dict[str, Server] = {}
+        self._requests: dict[str, R] = {}
+        self._numbers = itertools.count(1)
+        self._closed = False
+
+    def __len__(self) -> int:
+        """How many names the client provides."""
+        return len(self._servers)
+
+    def add(self, name: str, server: Server) -> bool:
+        """Keep the server of a name; False if the client has gone meanwhile."""
+        with self._lock:
+            if not self._closed:
+                self._servers[name] = server
+            return not self._closed
+
+    def server(self, name: str) -> Server | None:
+        """The server of a name; None if the client does not provide it."""
+        return self._servers.get(name)
+
+    def remove(self, name: str) -> Server | None:
+        """Take out the server of a name, for the caller to close; its requests end without an answer."""
+        with self._lock:
+            server = self._servers.pop(name, None)
+        if server is not None:
+            self._end_requests(name)
+        return server
+
+    def begin(self, request: R, most: int | None = None) -> str | None:
+        """Give a request its id and let it wait; None, or a sentence that says why it cannot.
+
+        Args:
+            request: What is asked.
+            most: How many may wait at a time.
+        """
+        with self._lock:
+            if self._closed or request.name not in self._servers:
+                return GONE
+            if most is not None and len(self._requests) >= most:
+                return "the client that provides it has too many calls to answer"
+            request.id = f"{self._kind}:{request.name}:{next(self._numbers)}"
+            self._requests[request.id] = request
+        return None
+
+    def waiting(self, id: object) -> R | None:
+        """The request with this id, if it still waits for an answer."""
+        with self._lock:
+            found = self._requests.get(str(id))
+        return None if found is None or found.done.is_set() else found
+
+    def answer(self, id: object, answer: object, what: str) -> None:
+        """The client answers the request with this id.
+
+        Raises:
+            Refused: None waits; `what` names it in the sentence.
+        """
+        with self._lock:
+            found = self._requests.get(str(id))
+            if found is None or found.done.is_set():
+                raise Refused(f"no {what} with the id {id!r} waits for an answer")
+            found.answer = answer
+            found.done.set()
+
+    def end(self, request: R) -> None:
+        """The request waits no longer."""
+        with self._lock:
+            self._requests.pop(request.id, None)
+
+    def _end_requests(self, name: str | None) -> None:
+        with self._lock:
+            ended = [request for request in self._requests.values() if name in (None, request.name)]
+        for request in ended:
+            request.done.set()
+
+    def close(self) -> list[Server]:
+        """The client has gone; returns its servers, for the caller to close. All requests end."""
+        with self._lock:
+            self._closed = True
+            servers, self._servers = list(self._servers.values()), {}
+        self._end_requests(None)
+        return servers
+
+
+class ProvidedServices:
+    """The services that one client provides."""
+
+    def __init__(self, shared: Shared, answers: Answers) -> None:
+        self._shared = shared
+        self._answers = answers
+        self._provided: ClientProvided[ServiceServer, Request[ServiceResponse]] = ClientProvided(
+            "service_request"
+        )
+
+    def advertise(self, asked: AdvertiseService) -> None:
+        """Provide a service; replaces the client's earlier one of that name.
+
+        Raises:
+            Refused, RosError: It cannot be provided.
+        """
+        name = self._shared.node.resolve_name(asked.service)
+        insist(self._shared.access.may_write("service", name))
+        if self._shared.rosapi is not None and self._shared.rosapi.answers(name):
+            raise Refused(f"{name} is answered by the gateway itself")
+        cls = self._shared.service_class(asked.type)
+        self.unadvertise(UnadvertiseService(None, asked.service))
+        if len(self._provided) >= self._shared.limits.advertised_per_client:
+            raise Refused(f"{len(self._provided)} services are provided, which is the limit for a client")
+        handler = partial(self._called, asked.service, name, cls)
+        server = self._shared.node.service_server(name, cls, handler)
+        if not self._provided.add(asked.service, server):
+            server.close()
+
+    def unadvertise(self, asked: UnadvertiseService) -> None:
+        """Stop providing a service; waiting calls fail."""
+        server = self._provided.remove(asked.service)
+        if server is not None:
+            server.close()
+
+    def respond(self, given: ServiceResponse) -> None:
+        """Pass on the client's answer to a call.
+
+        Raises:
+            Refused: No call waits for it.
+        """
+        self._provided.answer(given.id, given, "call")
+
+    def _called(self, service: str, name: str, cls: Any, request: Any) -> Any:
+        """Called in the thread of the caller's connection."""
+        limits = self._shared.limits
+        call: Request[ServiceResponse] = Request(service)
+        problem = self._provided.begin(call, limits.calls_per_client)
+        if problem is not None:
+            raise ServiceError(name, problem)
+        try:
+            self._answers.send(self._answers.protocol.call_service, call.id, service, to_json(request))
+            if not call.done.wait(limits.call_seconds):
+                raise ServiceError(
+                    name, f"the client that provides it has not answered within {limits.call_seconds:g} s"
+                )
+        finally:
+            self._provided.end(call)
+        answer = call.answer
+        if answer is None:
+            raise ServiceError(name, GONE)
+        if not answer.result:
+            raise ServiceError(name, str(answer.values)[:1000] if answer.values else "the client says no")
+        try:
+            return from_values(
+                cls._response_class,
+                {} if answer.values is None else answer.values,
+                now=self._shared.node.clock.now(),
+            )
+        except CodecError as error:
+            self._answers.status("error", f"service_response: {service}: {error}", answer.id)
+            raise ServiceError(name, f"the client's answer does not fit: {error}") from error
+
+    def close(self) -> None:
+        """The client has gone: stop providing its services; waiting calls fail."""
+        for server in self._provided.close():
+            server.close()
+
+
+ACTIONS = 16  # that one client may provide; each is five topics
+CANCEL_CHECK_SECONDS = 0.05  # between two checks whether a goal was cancelled
+
+
+class _Goal(Request[ActionResult]):
+    """A goal that the client works on."""
+
+    def __init__(self, action: str, goal: ServerGoal) -> None:
+        super().__init__(action)
+        self.goal = goal
+
+
+class ProvidedActions:
+    """Actions that one client provides, and their goals."""
+
+    def __init__(self, shared: Shared, answers: Answers) -> None:
+        self._shared = shared
+        self._answers = answers
+        self._provided: ClientProvided[ActionServer, _Goal] = ClientProvided("action_goal")
+
+    def advertise(self, asked: AdvertiseAction) -> None:
+        """Provide an action; replaces the client's earlier one of that name.
+
+        Raises:
+            Refused, RosError: It cannot be provided.
+        """
+        from rosproto.action import ActionServer
+
+        name = self._shared.node.resolve_name(asked.action)
+        insist(self._shared.access.may_write("action", name))
+        if is_tf_name(name):
+            raise Refused(f"{name} is provided by the gateway itself")
+        self.unadvertise(UnadvertiseAction(None, asked.action))
+        if len(self._provided) >= ACTIONS:
+            raise Refused(f"{ACTIONS} actions are provided, which is the limit for a client")
+        self._shared.take_action(name)
+        try:
+            server = ActionServer(
+                self._shared.node,
+                name,
+                action_type(asked.type),
+                partial(self._work, asked.action, asked.type),
+                concurrent=True,
+                most_goals=self._shared.limits.goals_per_client,
+            )
+        except BaseException:
+            self._shared.leave_action(name)
+            raise
+        if not self._provided.add(asked.action, server):
+            self._end(server)
+
+    def unadvertise(self, asked: UnadvertiseAction) -> None:
+        """Stop providing an action; its goals are aborted."""
+        server = self._provided.remove(asked.action)
+        if server is not None:
+            self._end(server)
+
+    def _end(self, server: ActionServer) -> None:
+        server.close()
+        self._shared.leave_action(server.name)
+
+    def feedback(self, given: ActionFeedback) -> None:
+        """The client reports progress of a goal.
+
+        Raises:
+            Refused, RosError: It works on no such goal, or the feedback does not fit.
+        """
+        found = self._provided.waiting(given.id)
+        if found is None:
+            raise Refused(f"no goal with the id {given.id!r} waits for an answer")
+        server = self._provided.server(found.name)
+        if server is not None:
+            now = self._shared.node.clock.now()
+            found.goal.publish_feedback(from_values(server.type.feedback, given.values, now=now))
+
+    def result(self, given: ActionResult) -> None:
+        """The client has ended a goal.
+
+        Raises:
+            Refused: It works on no such goal.
+        """
+        self._provided.answer(given.id, given, "goal")
+
+    def _work(self, action: str, type_name: str, goal: ServerGoal) -> None:
+        """Follows one goal to its end, in a thread of its own."""
+        mine = _Goal(action, goal)
+        problem = self._provided.begin(mine)
+        if problem is not None:
+            goal.abort(text=problem)
+            return
+        write = self._answers.protocol
+        try:
+            self._answers.send(write.send_action_goal, mine.id, action, type_name, to_json(goal.goal))
+            cancelled = False
+            while not mine.done.wait(None if cancelled else CANCEL_CHECK_SECONDS):
+                if goal.cancel_requested and not cancelled:
+                    cancelled = True
+                    self._answers.send(write.cancel_action_goal, mine.id, action)
+        finally:
+            self._provided.end(mine)
+        self._conclude(mine)
+
+    def _conclude(self, mine: _Goal) -> None:
+        """End the goal with the client's result."""
+        answer, goal = mine.answer, mine.goal
+        server = self._provided.server(mine.name)
+        if answer is None or server is None:
+            goal.abort(text=GONE)
+            return
+        if not answer.result:
+            goal.abort(text=answer.values[:1000] if isinstance(answer.values, str) else "the client says no")
+            return
+        try:
+            values = {} if answer.values is None else answer.values
+            result = from_values(server.type.result, values, now=self._shared.node.clock.now())
+        except CodecError as error:
+            self._answers.status("error", f"action_result: {mine.name}: {error}", answer.id)
+            goal.abort(text=f"the client's result does not fit: {error}")
+            return
+        ends = {ActionStatus.SUCCEEDED: goal.succeed, ActionStatus.CANCELED: goal.preempted}
+        ends.get(ActionStatus(answer.status), goal.abort)(result)
+
+    def close(self) -> None:
+        """The client has gone: stop providing its actions; their goals are aborted."""
+        for server in self._provided.close():
+            try:
+                self._end(server)
+            except RosError:
+                continue  # the others must end, too

@@ -1,0 +1,249 @@
+"""What one client asks of ROS programs: service calls and action goals, each in a thread of its own.
+
+A goal continues when its client leaves, as it does when a rospy program ends; to end it, cancel it.
+Everything else that was opened for this client is closed.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from contextlib import closing
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from rosproto.gateway.rosbridge.actions import action_status, action_type
+from rosproto.gateway.rosbridge.answers import Answers
+from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, Id, SendActionGoal
+from rosproto.gateway.rosbridge.rosapi import RosapiError
+from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
+from rosproto.gateway.rosbridge.tf_on_demand import ACTION_TYPE, is_tf_name
+from rosproto.gateway.rosbridge.values import from_arguments, to_json
+from rosproto.node.services.client import Cancellation
+from rosproto.node.services.probe import probe
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.action import ActionClient
+    from rosproto.action.goal_handle import GoalHandle
+
+__all__ = ["Calls", "Goals"]
+
+CANCEL_ALL = "/_action/cancel_goal"
+"""Behind an action's name: ROS 2's service that cancels its goals."""
+
+
+class Calls:
+    """The unanswered service calls of one client."""
+
+    def __init__(self, shared: Shared, answers: Answers) -> None:
+        self._shared = shared
+        self._answers = answers
+        self._lock = threading.Lock()
+        self._open: set[Cancellation] = set()
+        self._closed = False
+
+    def call(self, asked: CallService) -> None:
+        """Start a call; its answer comes later, even if it fails."""
+        cancellation = Cancellation()
+        with self._lock:
+            full = len(self._open) >= self._shared.limits.calls_per_client
+            if self._closed:
+                return
+            if not full:
+                self._open.add(cancellation)
+        if full:
+            text = f"{self._shared.limits.calls_per_client} calls have not been answered, which is the limit"
+            self._fail(asked, text)
+            return
+        self._shared.pool.spawn(partial(self._run, asked, cancellation))
+
+    def _run(self, asked: CallService, cancellation: Cancellation) -> None:
+        """Runs in a thread of its own; must not raise."""
+        try:
+            with self._shared.waiting(long=asked.long):
+                values = self._values(asked, cancellation)
+            self._answers.send(self._answers.protocol.service_response, asked, values)
+        except (Refused, RosapiError, RosError, ValueError) as error:
+            self._fail(asked, str(error))
+        except Exception as error:
+            self._fail(asked, f"an error of the gateway ({type(error).__name__})")
+            raise
+        finally:
+            with self._lock:
+                self._open.discard(cancellation)
+
+    def _values(self, asked: CallService, cancellation: Cancellation) -> str:
+        """The response's JSON text."""
+        shared = self._shared
+        if shared.rosapi is not None and shared.rosapi.answers(asked.service):
+            return json.dumps(shared.rosapi.call(asked.service, asked.args))
+        name = shared.node.resolve_name(asked.service)
+        if name.endswith(CANCEL_ALL):
+            return self._cancel_all(name[: -len(CANCEL_ALL)])
+        insist(shared.access.may_read("service", name))
+        is_tf = shared.tf.opens(name)
+        limit = shared.limits.call_seconds
+        deadline = Deadline(limit if asked.timeout is None else min(asked.timeout, limit))
+        header = probe(shared.node, name, deadline.at_most(limit))
+        type_name = header.get("type", "")
+        if not is_tf:
+            insist(shared.access.may_write("service", name, type_name))
+        cls = shared.service_class(type_name)
+        request = from_arguments(cls._request_class, asked.args, now=shared.node.clock.now())
+        with shared.node.service_client(name, cls) as client:
+            response = client.call_cancellable(cancellation, request, deadline.remaining())
+        return to_json(response)
+
+    def _cancel_all(self, action: str) -> str:
+        """What roslib's `Action.cancelAllGoals` calls in ROS 2, said on the action's topic of ROS 1."""
+        insist(self._shared.access.may_write("action", action))
+        publications, goal_id = self._shared.publications, self._shared.message_class("actionlib_msgs/GoalID")
+        cancel = publications.open(self._answers, f"{action}/cancel", goal_id, latch=False, queue_size=1)
+        with closing(cancel):
+            cancel.publish(goal_id())
+        return '{"return_code":0,"goals_canceling":[]}'
+
+    def _fail(self, asked: CallService, text: str) -> None:
+        self._answers.send(self._answers.protocol.service_failure, asked, text)
+
+    def close(self) -> None:
+        """Cancel the calls when the client has gone and nobody waits for the answers."""
+        with self._lock:
+            self._closed = True
+            waiting = list(self._open)
+        for cancellation in waiting:
+            cancellation.cancel()
+
+
+SERVER_SECONDS = 5.0
+ACTIONS = 16  # that one client may use at a time; each has five topics
+
+
+class Goals:
+    """Goals of one client that have not ended."""
+
+    def __init__(self, shared: Shared, answers: Answers) -> None:
+        self._shared = shared
+        self._answers = answers
+        self._lock = threading.Lock()
+        self._opening = threading.Lock()
+        self._clients: dict[tuple[str, str], ActionClient] = {}
+        self._goals: dict[tuple[str, Id], GoalHandle | None] = {}
+        self._cancelled: set[tuple[str, Id]] = set()
+        self._closed = False
+
+    def send(self, asked: SendActionGoal) -> None:
+        """Start a goal; its result comes later, even if it cannot be sent."""
+        try:
+            name = self._shared.node.resolve_name(asked.action)
+            if not is_tf_name(name):
+                insist(self._shared.access.may_write("action", name))
+            self._enter(name, asked)
+        except (Refused, ValueError) as error:
+            self._fail(asked, str(error))
+            return
+        self._shared.pool.spawn(partial(self._run, name, asked))
+
+    def _enter(self, name: str, asked: SendActionGoal) -> None:
+        with self._lock:
+            if self._closed:
+                raise Refused("the connection is over")
+            if len(self._goals) >= self._shared.limits.goals_per_client:
+                raise Refused(f"{len(self._goals)} goals have not ended, which is the limit for a client")
+            if (name, asked.id) in self._goals:
+                raise Refused(f"a goal of {name} with the id {asked.id!r} has not ended; give another id")
+            self._goals[name, asked.id] = None
+
+    def _run(self, name: str, asked: SendActionGoal) -> None:
+        """Runs in a thread of its own until the goal ends; must not raise."""
+        key = name, asked.id
+        try:
+            with self._shared.waiting(long=asked.long):
+                self._follow(key, asked)
+        except (Refused, RosError, ValueError) as error:
+            self._fail(asked, str(error))
+        except Exception as error:
+            self._fail(asked, f"an error of the gateway ({type(error).__name__})")
+            raise
+        finally:
+            with self._lock:
+                self._goals.pop(key, None)
+                self._cancelled.discard(key)
+
+    def _follow(self, key: tuple[str, Id], asked: SendActionGoal) -> None:
+        kind = asked.action_type
+        if self._shared.tf.opens(key[0]):
+            kind = ACTION_TYPE  # a page of ROS 2 has another package for it
+        else:
+            insist(self._shared.access.may_write("action", key[0]))
+        client = self._client(key[0], kind)
+        goal = from_arguments(client.type.goal, asked.args, now=self._shared.node.clock.now())
+        client.wait_for_server(SERVER_SECONDS)
+        with self._lock:
+            if key in self._cancelled:
+                raise Refused("it was cancelled before it was sent")
+        handle = client.send_goal(goal, feedback=partial(self._feedback, asked) if asked.feedback else None)
+        with self._lock:
+            self._goals[key] = handle
+            cancelled = key in self._cancelled
+        if cancelled:
+            handle.cancel()
+        result = handle.wait(None)
+        self._answers.send(
+            self._answers.protocol.action_result, asked, to_json(result), action_status(handle.status)
+        )
+
+    def _client(self, name: str, type_name: str) -> ActionClient:
+        from rosproto.action import ActionClient
+
+        kind = action_type(type_name)
+        with self._opening:
+            client = self._clients.get((name, kind))
+            if client is None:
+                if len(self._clients) >= ACTIONS:
+                    raise Refused(f"{ACTIONS} actions are in use, which is the limit for a client")
+                client = ActionClient(self._shared.node, name, kind)
+                with self._lock:
+                    closed = self._closed
+                    self._clients[name, kind] = client
+                if closed:
+                    client.close()
+                    raise Refused("the connection is over")
+            return client
+
+    def _feedback(self, asked: SendActionGoal, _: Any, feedback: Any) -> None:
+        self._answers.send(self._answers.protocol.action_feedback, asked, to_json(feedback))
+
+    def cancel(self, asked: CancelActionGoal) -> None:
+        """Ask the action server to cancel a goal; the goal's result says how it ended.
+
+        Raises:
+            Refused, RosError: The client may not, or there is no such goal.
+        """
+        name = self._shared.node.resolve_name(asked.action)
+        if not is_tf_name(name):
+            insist(self._shared.access.may_write("action", name))
+        key = name, asked.id
+        with self._lock:
+            if key not in self._goals:
+                raise Refused(f"no goal of {name} with the id {asked.id!r} is under way")
+            self._cancelled.add(key)
+            handle = self._goals[key]
+        if handle is not None:
+            handle.cancel()
+
+    def _fail(self, asked: SendActionGoal, text: str) -> None:
+        self._answers.send(self._answers.protocol.action_failure, asked, text)
+
+    def close(self) -> None:
+        """The client has gone: its goals continue, except those that only send it transforms."""
+        with self._lock:
+            self._closed = True
+            clients = list(self._clients.values())
+            for (name, _), handle in self._goals.items():
+                if handle is not None and is_tf_name(name):
+                    handle.cancel()
+        for client in clients:
+            client.close()
