@@ -200,28 +200,49 @@ class ActiveFaults:
     """
 
     def __init__(self) -> None:
-        self._active: dict[int, StatusCode] = {}
+        self._active: dict[int, tuple[StatusCode, frozenset[object]]] = {}
+        self._before: dict[int, StatusCode] = {}
 
-    def receive(self, code: int) -> StatusCode:
-        """Take in one code and return it decoded."""
+    def receive(self, code: int, links: frozenset[object] = frozenset()) -> StatusCode:
+        """Take in one code and return it decoded; `links` are those over which its end would be heard."""
         decoded = decode_status_code(code)
         if decoded.known and decoded.level is FaultLevel.NORMAL:
             self._clear(decoded.source)
         elif decoded.is_fault:
-            self._active[code] = decoded
+            self._active[code] = decoded, links
+            self._before.pop(code, None)
         return decoded
 
     def _clear(self, source: tuple[int, int, int, int]) -> None:
         # Submodule 00 speaks for its whole module (140200000000 "initialisation done" ends the 1402xx
         # failures).
         depth = 4 if source[3] else 3
-        self._active = {c: f for c, f in self._active.items() if f.source[:depth] != source[:depth]}
+        self._active = {c: f for c, f in self._active.items() if f[0].source[:depth] != source[:depth]}
+        self._before = {c: f for c, f in self._before.items() if f.source[:depth] != source[:depth]}
+
+    def keep_links(self, up: frozenset[object]) -> None:
+        """These links are up. A fault that was heard over another one is not known to be active any more: its
+        end may have been missed, or the robot was started again.
+        """
+        for code, (fault, links) in list(self._active.items()):
+            if not links <= up:
+                del self._active[code]
+                self._before[code] = fault
+
+    def forget_before(self) -> None:
+        """The robot tells that it is well: what was not known is over."""
+        self._before.clear()
+
+    @property
+    def before(self) -> tuple[StatusCode, ...]:
+        """Faults that may be over."""
+        return tuple(self._before.values())
 
     @property
     def active(self) -> tuple[StatusCode, ...]:
         """Active faults, the worst first, then in order of arrival."""
-        return tuple(sorted(self._active.values(), key=lambda fault: -fault.level))
+        return tuple(sorted((fault for fault, _ in self._active.values()), key=lambda fault: -fault.level))
 
     def has_source(self, department: Department, module: int, submodule: int) -> bool:
         """True when a fault of this submodule is active."""
-        return any(f.source[1:] == (department, module, submodule) for f in self._active.values())
+        return any(f.source[1:] == (department, module, submodule) for f in self.active)

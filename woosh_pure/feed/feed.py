@@ -293,6 +293,15 @@ class Feed(Generic[T]):
         return frozenset(link.address for link in links if link.connected)
 
     @property
+    def links(self) -> frozenset[tuple[str, str, int]]:
+        """The links that are up now: (node, address, times it was made again). One that was made again is
+        another one: a change in between was missed, or the node was started again.
+        """
+        subscriber = self._subscriber
+        stats = () if subscriber is None else subscriber.stats()
+        return frozenset((link.peer, link.address, link.reconnects) for link in stats if link.connected)
+
+    @property
     def unreachable(self) -> str:
         """Why none of its publishers is connected although the master lists some; "" otherwise."""
         subscriber = self._subscriber

@@ -14,7 +14,7 @@ The chassis is never probed, because every possible probe has side effects:
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from rosproto.text import printable
@@ -33,6 +33,7 @@ NOT_HEARD = (
     "before is not known"
 )
 LINK_LOST = "the link to who publishes /robot_status has broken since it was heard: what it said may be over"
+BEFORE = "{fault}; it was told before the link to who told it broke: it may be over"
 STATE_UNDEFINED = "the robot does not tell its state (robot_state 0)"
 KEY_TRIGGERED = (
     "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "
@@ -94,6 +95,7 @@ def assess(
     own_tasks: Collection[int] = (),
     other_goals: Iterable[tuple[str, str]] = (),
     *,
+    faults_before: Iterable[StatusCode] = (),
     keys: Collection[int] = (),
     refusals: Iterable[Reason] = (),
     link_lost: bool = False,
@@ -107,20 +109,25 @@ def assess(
         charging: What /battery says; None when it was not heard.
         own_tasks: Ids of the tasks that this client started.
         other_goals: Other clients with a running goal: (client, action).
+        faults_before: Faults heard over links that have broken since; they may be over.
         keys: Numbers of the chassis's keys that /IO_input shows as triggered.
         refusals: Refusals and failures that are not known to be over.
-        link_lost: The link of /robot_status has broken since its last message.
+        link_lost: The link of /robot_status has broken since its last message: what it said blocks no longer.
         has_moved: One of our motions has arrived, so nothing stopped the robot at that time, and every change
             since then was reported.
     """
     reasons: list[Reason] = []
     if status is not None:
-        reasons += _from_status(status, charging, own_tasks)
+        told_by_status = _from_status(status, charging, own_tasks)
+        reasons += [reason.doubted() for reason in told_by_status] if link_lost else told_by_status
     elif not has_moved:
         reasons.append(Reason(ReasonKey.UNKNOWN, NOT_HEARD, False, doubt=True))
     if link_lost:
         reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
     reasons += [_from_fault(fault) for fault in faults]
+    reasons += [
+        replace(_from_fault(fault), text=BEFORE.format(fault=fault)).doubted() for fault in faults_before
+    ]
     reasons += [
         _other_goal(*other)
         for other in other_goals

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Knowledge"]
 
+_STALE = 30.0  # seconds: what /battery said before that may be over
+
 
 class Knowledge:
     """Everything one `Chassis` has heard, as a `Readiness`.
@@ -45,6 +47,7 @@ class Knowledge:
         self._fault_lock = threading.Lock()
         self._watching = False
         self._has_moved = False
+        self._links: frozenset[object] = frozenset()  # of /robot_status, when it was looked at last
         self.other_goals = OtherGoals()
         self.refusals = Refusals()
 
@@ -59,16 +62,20 @@ class Knowledge:
             feed.connect()  # even if another thread was first
 
     def _on_status_code(self, code: StatusCode) -> None:
+        feed = self._feeds.get("status_code")
+        told = next((one for one in reversed(feed.known_history) if one.value is code), None)
+        header = {} if told is None else told.message._connection_header or {}
+        links = frozenset(link for link in feed.links if link[0] == header.get("callerid"))
         with self._fault_lock:
-            self._faults.receive(code.code)
+            self._faults.receive(code.code, links or feed.links)
         self.refusals.receive(code)
 
     def active_faults(self) -> Faults:
         """The active faults, as far as heard since this Chassis began to listen, and whether that is all."""
         self._listen("status", "status_code")
         status, outdated = self._status_known()
-        with self._fault_lock:
-            return Faults(self._faults.active, None if status is None or outdated else status.robot_state)
+        faults, _ = self._known_faults(status, outdated)
+        return Faults(faults, None if status is None or outdated else status.robot_state)
 
     def readiness(self) -> Readiness:
         """What is known against moving; the first call waits until its links are connected."""
@@ -80,11 +87,11 @@ class Knowledge:
 
     def known_readiness(self) -> Readiness:
         """As `readiness`, from what was heard so far. Never waits, so a drive may call it at any time."""
-        battery = self._known("battery")
-        charging = None if battery is None else battery.charging
+        feed = self._feeds.used("battery")
+        battery = None if feed is None else feed.known
+        charging = None if battery is None or battery.age > _STALE else battery.value.charging
         status, outdated = self._status_known()
-        with self._fault_lock:
-            faults = self._faults.active
+        faults, before = self._known_faults(status, outdated)
         ours = {goal.task_id for goal in self._running.goals if goal.task_id}
         return assess(
             status,
@@ -92,6 +99,7 @@ class Knowledge:
             charging,
             ours,
             self.other_goals.active(),
+            faults_before=before,
             keys=triggered_keys(self._known("inputs")),
             refusals=self.refusals.reasons(),
             link_lost=outdated,
@@ -101,12 +109,34 @@ class Knowledge:
     def _status_known(self) -> tuple[RobotStatus | None, bool]:
         """The last /robot_status, and whether it may be out of date; never waits."""
         feed = self._feeds.used("status")
-        reading = None if feed is None else feed.known
-        if feed is None or reading is None:
+        if feed is None:
+            return None, False
+        self._look_at_links(feed.links)
+        reading = feed.known
+        if reading is None:
             return None, False
         if status_shows_fitness(reading.value):
             self.refusals.end_before(reading.received)
         return reading.value, feed.outdated
+
+    def _look_at_links(self, up: frozenset[object]) -> None:
+        """What was learned by moving is of before, if the robot may have been started again since."""
+        before, self._links = self._links, up or self._links
+        if not before <= up:
+            self._has_moved = False
+            self.refusals.doubt()
+
+    def _known_faults(
+        self, status: RobotStatus | None, outdated: bool
+    ) -> tuple[tuple[StatusCode, ...], tuple[StatusCode, ...]]:
+        """Active faults, and those of which it is not known whether they are over; never waits."""
+        feed = self._feeds.used("status_code")
+        with self._fault_lock:
+            if feed is not None:
+                self._faults.keep_links(feed.links)
+            if status is not None and not outdated and status_shows_fitness(status):
+                self._faults.forget_before()
+            return self._faults.active, self._faults.before
 
     def note_outcome(self, outcome: Outcome, *, drives: bool, told: bool) -> None:
         """Remember how a goal ended, for `readiness`.

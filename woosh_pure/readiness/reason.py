@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 __all__ = ["Ready", "Reason", "ReasonKey"]
@@ -74,3 +74,7 @@ class Reason:
     text: str
     blocking: bool = True
     doubt: bool = False
+
+    def doubted(self) -> Reason:
+        """The same, when it may be over: what blocked no longer does, and the answer is not known."""
+        return replace(self, blocking=False, doubt=self.blocking or self.doubt)

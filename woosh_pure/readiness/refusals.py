@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from woosh_pure.enums import RobotState
 from woosh_pure.faults.codes import FaultLevel, StatusCode, decode_status_code
@@ -61,6 +61,12 @@ class Refusals:
         with self._lock:
             if self._last is not None and self._last.at < moment:
                 self._last = None
+
+    def doubt(self) -> None:
+        """Its cause may be over: the robot may have been started again."""
+        with self._lock:
+            if self._last is not None:
+                self._last = replace(self._last, reason=self._last.reason.doubted())
 
     def receive(self, code: StatusCode) -> None:
         """Take in a status code; one that ends a fault also ends the refusal because of it."""

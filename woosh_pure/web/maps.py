@@ -94,6 +94,7 @@ class MapCache:
         self._lock = threading.Lock()
         self._known: KnownMap | None = None
         self._asked = -FRESH
+        self._robot: frozenset[str] = frozenset()
         self._error: Exception | None = None
 
     @property
@@ -108,7 +109,9 @@ class MapCache:
             RosError, ValueError: It cannot be fetched, and has never been.
         """
         with self._lock:
-            if time.monotonic() - self._asked > (fresh if self._known is not None else 2.0):
+            robot = self._chassis.feed("status").sources  # another process after the robot was started again
+            if robot != self._robot or time.monotonic() - self._asked > (fresh if self._known else 2.0):
+                self._robot = robot
                 self._fetch()
             if self._known is not None:
                 return self._known

@@ -73,7 +73,7 @@ class Hub:
         self._costmap = Costmap(robot)
         self._seen: dict[str, float] = {}
         self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=60)
-        self._mounting: tuple[str, robot_state.Mounting] | None = None
+        self._mounting: tuple[tuple[str, int], robot_state.Mounting] | None = None
 
     # -- viewers ---------------------------------------------------------------------------------------------
 
@@ -216,11 +216,12 @@ class Hub:
             return
         self._seen["scan"] = scan.received
         value = scan.value
-        if self._mounting is None or self._mounting[0] != value.frame:
+        mounted_by = (value.frame, self.robot.feed("tf_static").count)
+        if self._mounting is None or self._mounting[0] != mounted_by:
             mounted = await self._in_thread(partial(robot_state.laser_mounting, self.robot, value))
             if mounted is None:
                 return
-            self._mounting = (value.frame, mounted)
+            self._mounting = (mounted_by, mounted)
         mounting = self._mounting[1]
         limits = (value.range_min, value.range_max)
         self.put(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import struct
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +15,12 @@ from rosproto.errors import ConnectionLost, RosTimeout, ServiceError
 from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleState
 from woosh_pure.geometry import Pose2D
 from woosh_pure.lease import LeaseState
+from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.readiness.assessment import Readiness, Reason
 from woosh_pure.web.clients import MOST_SESSIONS, Clients
 from woosh_pure.web.journal import Journal
 from woosh_pure.web.live.frames import MOST_RANGES, camera_frame, costmap_frame, scan_frame
+from woosh_pure.web.maps import MapCache
 from woosh_pure.web.problems import Problem, problem_of
 from woosh_pure.web.snapshot import lease_part, plain, readiness_part, state_parts
 
@@ -189,3 +193,20 @@ def test_a_refusal_carries_its_reasons() -> None:
 
 def test_a_problem_is_one_line() -> None:
     assert "\n" not in Problem(400, "two\nlines").document("/")["detail"]
+
+
+def test_the_map_of_a_robot_that_was_started_again_is_fetched_at_once() -> None:
+    """It may have another one; before, the old one was shown for up to half a minute."""
+    asked, sources = [], [frozenset({"robot:4000"})]
+
+    def get_map() -> GridMap:
+        asked.append(len(asked))
+        return GridMap(np.full((2, 2), len(asked), np.int8), 0.05, Pose2D(0.0, 0.0))
+
+    chassis: Any = SimpleNamespace(get_map=get_map, feed=lambda _: SimpleNamespace(sources=sources[0]))
+    cache = MapCache(chassis)
+    first = cache.get().version
+    assert cache.get().version == first
+    sources[0] = frozenset({"robot:5000"})
+    assert cache.get().version != first
+    assert len(asked) == 2
