@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from rosproto.sentence import shown
 from rosproto.text import printable
 
 __all__ = [
@@ -38,7 +39,7 @@ class RosError(Exception):
     """
 
     def __str__(self) -> str:
-        return printable(super().__str__(), keep="\n\t")
+        return shown(super().__str__(), keep="\n\t")
 
     def __reduce__(self) -> tuple[object, ...]:
         """Copies and pickles of the finished error; without this they would be made of its text alone.

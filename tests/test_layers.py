@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LAYERS = [
     "rosproto.late",
     "rosproto.text",
+    "rosproto.sentence",
     "rosproto.errors",
     "rosproto.files",
     "rosproto.bounded_cache",
@@ -52,6 +53,7 @@ PURE = [
     "rosproto.late",
     "rosproto.msg",
     "rosproto.text",
+    "rosproto.sentence",
     "rosproto.errors",
     "rosproto.typed_values",
     "rosproto.numbers",

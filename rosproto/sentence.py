@@ -1,0 +1,104 @@
+"""A sentence for people: English as text, and the template and the values that it was made of.
+
+Whoever has something to say makes it once, here: `say("{topic}: nothing came within {seconds:g} s", ...)`. It
+is a `str`, so an error, a log and a document have their English text. A command looks the template up in the
+table of its language, and fills the same values in: nobody reads a sentence to find out what it says.
+
+What becomes a plain `str` on the way (an f-string around it, `"; ".join`, a slice) is English, correct, and
+not translated. `both` and `led` keep.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+from rosproto.text import printable
+
+__all__ = ["Sentence", "both", "led", "say", "sentence_of", "shown"]
+
+
+class Sentence(str):
+    """A text and what it was made of; equal to its text. Make it with `say`.
+
+    Attributes:
+        template: With `{name}` for each value, as `str.format` has it.
+        values: What is filled in. A `Sentence`, an error with one, and a list of these are translated
+            themselves; every other value is data, and the same in each language.
+    """
+
+    __slots__ = ("template", "values")
+    template: str
+    values: Mapping[str, Any]
+
+    def __str__(self) -> str:
+        return self
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _made, (self.template, dict(self.values))
+
+    def escaped(self, keep: str = "") -> str:
+        """Fit for a terminal: the values are, see `rosproto.text`."""
+        if printable(self, keep=keep) == self:
+            return self
+        made = _made(self.template, {name: _escaped(value, keep) for name, value in self.values.items()})
+        return made if printable(made, keep=keep) == made else printable(made, keep=keep)
+
+
+def say(template: str, /, **values: Any) -> Sentence:
+    """A sentence; the template is its key in the tables of other languages.
+
+    Args:
+        template: `{name}`, `{name!r}`, `{name:.2f}`; a list or tuple is joined by commas.
+        values: For each name.
+    """
+    return _made(template, values)
+
+
+def _made(template: str, values: Mapping[str, Any]) -> Sentence:
+    sentence = Sentence(
+        template.format_map({n: _listed(v) for n, v in values.items()}) if values else template
+    )
+    sentence.template = template
+    sentence.values = values
+    return sentence
+
+
+def _listed(value: Any) -> Any:
+    return ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
+
+
+def both(first: str, *more: str) -> Sentence:
+    """Sentences in a row: `first; second`."""
+    joined = functools.reduce(lambda a, b: say("{first}; {second}", first=a, second=b), more, first)
+    return joined if isinstance(joined, Sentence) else say("{first}", first=first)
+
+
+def led(head: str, tail: str) -> Sentence:
+    """A sentence behind what it is about: `head: tail`. A head that is no `Sentence` is a name or a place."""
+    if isinstance(head, Sentence):
+        return say("{head}: {tail}", head=head, tail=tail)
+    return say("{place}: {tail}", place=head, tail=tail)
+
+
+def sentence_of(error: BaseException) -> str:
+    """What an error says, as a `Sentence` if it was made of one."""
+    if isinstance(error, KeyError) and error.args:
+        return str(error.args[0])  # a KeyError quotes it
+    return str(error)
+
+
+def shown(text: str, keep: str = "") -> str:
+    """Fit for a terminal, see `rosproto.text.printable`; a `Sentence` stays one."""
+    return text.escaped(keep) if isinstance(text, Sentence) else printable(text, keep=keep)
+
+
+def _escaped(value: Any, keep: str) -> Any:
+    if isinstance(value, BaseException):
+        value = sentence_of(value)
+    if isinstance(value, str):
+        return shown(value, keep)
+    if isinstance(value, (list, tuple)):
+        return [_escaped(each, keep) for each in value]
+    return value

@@ -1,0 +1,100 @@
+"""A sentence is its English text everywhere, and keeps what it was made of."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+
+import pytest
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.sentence import Sentence, both, led, say, sentence_of
+
+TEMPLATE = "{topic}: nothing came within {seconds:g} s"
+
+
+def made() -> Sentence:
+    return say(TEMPLATE, topic="/odom", seconds=2.0)
+
+
+def kept(text: str) -> Sentence:
+    assert isinstance(text, Sentence)
+    return text
+
+
+def test_it_is_its_english_text() -> None:
+    sentence = made()
+    assert sentence == "/odom: nothing came within 2 s"
+    assert hash(sentence) == hash("/odom: nothing came within 2 s")
+    assert json.dumps([sentence]) == '["/odom: nothing came within 2 s"]'
+    assert (sentence.template, sentence.values) == (TEMPLATE, {"topic": "/odom", "seconds": 2.0})
+
+
+def test_a_text_alone_is_its_own_template() -> None:
+    """Its braces, too."""
+    assert say("{not a place}") == "{not a place}"
+
+
+@pytest.mark.parametrize("error", [RosTimeout, ConnectionLost, RosError, ValueError, KeyError])
+def test_an_error_keeps_it(error: type[Exception]) -> None:
+    assert kept(sentence_of(error(made()))).values["topic"] == "/odom"
+
+
+def test_copies_and_pickles_keep_it() -> None:
+    for error in (RosTimeout(made(), what="/odom"), ConnectionLost(both(made(), made()), peer="x")):
+        for again in (copy.copy(error), copy.deepcopy(error), pickle.loads(pickle.dumps(error))):
+            assert str(again) == str(error)
+            assert kept(str(again)).template == kept(str(error)).template
+
+
+def test_what_keeps_it() -> None:
+    sentence = made()
+    for same in (str(sentence), f"{sentence}", copy.deepcopy(sentence)):
+        assert kept(same).template == TEMPLATE
+
+
+def test_what_does_not_is_plain_english() -> None:
+    sentence = made()
+    for plain in (
+        f"x {sentence}",
+        "; ".join([sentence, sentence]),
+        sentence[:5],
+        sentence.strip(),
+    ):
+        assert type(plain) is str
+
+
+def test_sentences_in_a_row_and_behind_what_they_are_about() -> None:
+    assert both("a", "b", "c") == "a; b; c"
+    assert both(made()).template == TEMPLATE
+    assert kept(both(made(), "b").values["first"]).template == TEMPLATE
+    assert led("/odom", made()) == "/odom: /odom: nothing came within 2 s"
+    assert led("/odom", "b").template == "{place}: {tail}"
+    assert led(say("ready"), "b").template == "{head}: {tail}"
+
+
+def test_lists_are_joined_by_commas() -> None:
+    assert say("cancelled {what}", what=["a", say("mark {name}", name="B")]) == "cancelled a, mark B"
+
+
+def test_values_are_data() -> None:
+    """Braces and controls of a peer do nothing, and are escaped in an error."""
+    hostile = "{seconds} {0.__class__} %s \x1b[2J\n"
+    sentence = say("refused: {text}", text=hostile)
+    assert sentence == f"refused: {hostile}"
+    shown = str(RosError(say("{why}; {list}", why=sentence, list=[hostile])))
+    assert "\x1b" not in shown
+    assert shown == str(RosError(f"{sentence}; {hostile}"))
+    again = kept(shown)
+    assert again.template == "{why}; {list}"
+    assert kept(again.values["why"]).template == "refused: {text}"
+
+
+def test_an_error_as_a_value_is_what_it_says() -> None:
+    assert say("{error}; try again", error=RosTimeout(made())) == f"{made()}; try again"
+
+
+def test_a_place_without_a_value_is_a_mistake_of_the_program() -> None:
+    with pytest.raises(KeyError):
+        say("{topic} {seconds}", topic="/odom")
