@@ -1,9 +1,12 @@
 """English sentences, looked up in a table and said in another language.
 
 The table is text: an English sentence, below it the translation, then an empty line; `#` begins a
-comment. `{name}` stands for what is filled in, and has the same name in both: it matches anything but
-the "; " that joins sentences; `{name+}` matches that, too. What is filled in is translated itself where
-the table has it, but for `{name=}`: a name that somebody has given.
+comment. `{name}` stands for what is filled in, and has the same name in both.
+
+A `rosproto.sentence.Sentence` is found by its template, and its values are filled in. Other texts are
+matched with the English sentences (the rooms that still say those are listed in `test_complete.py`):
+`{name}` matches anything but the "; " that joins sentences, `{name+}` matches that, too. What is filled in is
+translated itself where the table has it, but for `{name=}`: a name that somebody has given.
 
     the name {name} does not resolve: {error}
     名称 {name} 无法解析：{error}
@@ -15,11 +18,14 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from importlib import resources
+from string import Formatter
+from typing import Any
 
 from rosproto.records import NamedTuple
+from rosproto.sentence import Sentence, sentence_of
 from rosproto.text import padded, width
 
-__all__ = ["Sentence", "Words", "read_table", "words_for"]
+__all__ = ["Row", "Words", "read_table", "words_for"]
 
 _PLACE = re.compile(r"\{(\w+)([+=]?)\}")
 _COLUMNS = re.compile(r"( {2,})")
@@ -30,7 +36,7 @@ _MOST = 6  # sentences that one row of the table has, and colons before the sent
 _ENGLISH = re.compile(r"[A-Za-z]{2,} [a-z]{2,}")
 
 
-class Sentence(NamedTuple):
+class Row(NamedTuple):
     """A row of the table.
 
     Attributes:
@@ -42,25 +48,35 @@ class Sentence(NamedTuple):
     translated: str
 
 
+_JOINTS = (
+    Row("{first}; {second}", "{first}；{second}"),
+    Row("{head}: {tail}", "{head}：{tail}"),
+    Row("{place}: {tail}", "{place}: {tail}"),
+    Row("{first}", "{first}"),
+)
+"""How sentences are joined: `rosproto.sentence.both` and `led`."""
+
+
 class Words:
     """Says English sentences in another language; without sentences, as they are.
 
     Args:
-        sentences: The table.
+        rows: The table.
         rule: Asked for what the table does not have: a translation, or None.
     """
 
-    def __init__(
-        self, sentences: Iterable[Sentence] = (), rule: Callable[[str], str | None] | None = None
-    ) -> None:
+    def __init__(self, rows: Iterable[Row] = (), rule: Callable[[str], str | None] | None = None) -> None:
         self._exact: dict[str, str] = {}
         self._patterns: list[_Pattern] = []
         self._rule = rule
-        for sentence in sentences:
-            if _PLACE.search(sentence.english):
-                self._patterns.append(_Pattern(sentence))
+        self._templates: dict[str, _Template] = {row.english: _Template(row) for row in _JOINTS}
+        for row in rows:
+            if _PLACE.search(row.english):
+                self._patterns.append(_Pattern(row))
+                template = _Template(row)
+                self._templates[template.key] = template
             else:
-                self._exact[sentence.english] = sentence.translated
+                self._exact[row.english] = row.translated
         # The pattern with the most fixed text is tried first.
         self._patterns.sort(key=lambda pattern: -pattern.weight)
         # The end of a text is looked up again and again.
@@ -74,7 +90,43 @@ class Words:
         """A text for people, also of several lines, columns and colours; what is not known stays English."""
         if not self or text.isspace():
             return text
+        if isinstance(text, Sentence) and (said := self._filled(text)) is not None:
+            return said
         return "\n".join(map(self._line, text.split("\n")))
+
+    def _filled(self, sentence: Sentence) -> str | None:
+        """The translated template with the values; None when the table does not have it."""
+        if not sentence.values:
+            return self._exact.get(sentence.template)
+        places = _places(sentence.template)
+        template = self._templates.get(
+            "".join(f"{text}{{{name}}}" if name else text for text, name, _ in places)
+        )
+        if template is None:
+            return None
+        values = sentence.values
+        said = {
+            name: self._value(values[name], form, name in template.names) for _, name, form in places if name
+        }
+        return re.sub("(?<=[？！。])；", "", _PLACE.sub(lambda place: said[place[1]], template.translated))
+
+    def _value(self, value: Any, form: str, given: bool) -> str:
+        """What is filled in: a sentence in this language, data as it is.
+
+        Args:
+            value: Of a sentence.
+            form: How its template has it: `{:.2f}`.
+            given: It is a name that somebody has given.
+        """
+        if isinstance(value, (list, tuple)):
+            sentences = any(isinstance(each, (Sentence, BaseException)) for each in value)
+            return ("、" if sentences else ", ").join(self._value(each, "{}", given) for each in value)
+        if isinstance(value, BaseException):
+            value = sentence_of(value)
+        if isinstance(value, Sentence):
+            return self.say(value)
+        text = form.format(value)
+        return text if given or isinstance(value, (int, float)) else self._fact(text)
 
     def _line(self, line: str) -> str:
         coloured: list[str] = []
@@ -176,10 +228,34 @@ class Words:
         return self._sentence(text) if "; " in text or ": " in text else text
 
 
+class _Template:
+    """A row of the table, found by its English template.
+
+    Attributes:
+        key: The template, its places as `{name}`.
+        translated: With the same places.
+        names: Those of places that somebody has given a name.
+    """
+
+    def __init__(self, row: Row) -> None:
+        self.key = _PLACE.sub(lambda place: f"{{{place[1]}}}", row.english)
+        self.translated = _PLACE.sub(lambda place: f"{{{place[1]}}}", row.translated)
+        self.names = {place[1] for place in _PLACE.finditer(row.english) if place[2] == "="}
+
+
+@lru_cache(maxsize=512)
+def _places(template: str) -> list[tuple[str, str, str]]:
+    """Text, name of the place behind it, how that is formatted; the last text has no place."""
+    return [
+        (text, name or "", f"{{{'!' + how if how else ''}{':' + form if form else ''}}}")
+        for text, name, form, how in Formatter().parse(template)
+    ]
+
+
 class _Pattern:
     """A sentence with places to fill; compiled when its longest fixed part is first seen."""
 
-    def __init__(self, sentence: Sentence) -> None:
+    def __init__(self, sentence: Row) -> None:
         self._sentence = sentence
         fixed = _PLACE.split(sentence.english)[::3]
         self._mark = max(fixed, key=len)
@@ -209,7 +285,7 @@ class _Pattern:
         return _PLACE.sub(lambda place: facts[place[1]], self._sentence.translated)
 
 
-def read_table(text: str, name: str = "table") -> Iterator[Sentence]:
+def read_table(text: str, name: str = "table") -> Iterator[Row]:
     """The rows of a table.
 
     Raises:
@@ -223,7 +299,7 @@ def read_table(text: str, name: str = "table") -> Iterator[Sentence]:
             raise ValueError(
                 f"{name}: {lines[0]!r}: expected a sentence and its translation, got {len(lines)} lines"
             )
-        sentence = Sentence(*lines)
+        sentence = Row(*lines)
         there, here = (sorted(place[1] for place in _PLACE.finditer(side)) for side in sentence)
         if sorted(set(there)) != sorted(set(here)) or len(there) != len(set(there)):
             raise ValueError(

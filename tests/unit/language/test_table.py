@@ -6,9 +6,11 @@ import random
 
 import pytest
 
+from rosproto.errors import RosError
+from rosproto.sentence import both, led, say
 from rosproto.text import width
 from woosh_pure.faults.codes import all_codes
-from woosh_pure.language.table import Sentence, Words, read_table, words_for
+from woosh_pure.language.table import Row, Words, read_table, words_for
 
 TABLE = """
 # a comment
@@ -69,6 +71,29 @@ def test_sentences(words: Words, english: str, chinese: str) -> None:
     assert words.say(chinese) == chinese  # said once is said
 
 
+@pytest.mark.parametrize(
+    ("sentence", "chinese"),
+    [
+        (say("the robot stands still"), "机器人已停稳"),
+        (say("{goal}: {kind} after {seconds:.1f} s", goal=say("mark {name}", name="ready"), kind="arrived", seconds=3.21),
+         "标记点 ready：已到达，用时 3.2 秒"),
+        (say("cancelled {what}", what=[say("mark {name}", name="A1"), say("mark {name}", name="B1")]),
+         "已取消 标记点 A1、标记点 B1"),
+        (both("the robot stands still", say("mark {name}", name="the; ready")), "机器人已停稳；标记点 the; ready"),
+        (both("is it up?", "ready"), "它开机了吗？就绪"),
+        (led("/odom", say("ready")), "/odom: 就绪"),
+        (led(say("ready"), "is it up?"), "就绪：它开机了吗？"),
+        (say("the drive is over: {why}; nothing resumes", why=RosError(both("ready", "is it up?"))),
+         "已结束：就绪；它开机了吗？不会恢复"),
+        (say("nobody knows {this}", this="ready"), "nobody knows ready"),
+        (say("cancelled {what}", what="{what} %s {0}"), "已取消 {what} %s {0}"),
+    ],
+)  # fmt: skip
+def test_a_sentence_is_found_by_its_template(words: Words, sentence: str, chinese: str) -> None:
+    """Nobody reads its text: a name that looks like words, or has the marks of a sentence, stays as it is."""
+    assert words.say(sentence) == chinese
+
+
 def test_columns_stay_where_they_were(words: Words) -> None:
     """By the width of a terminal: a Chinese character takes two."""
     for english in ("ready       3.2 V  the robot stands still", "ready    x", "ready  x"):
@@ -108,7 +133,7 @@ def test_status_codes_have_the_words_of_the_vendor() -> None:
 def test_english_is_said_as_it_is() -> None:
     assert not words_for("en")
     assert words_for("en").say("the robot stands still") == "the robot stands still"
-    assert bool(Words([Sentence("a", "b")]))
+    assert bool(Words([Row("a", "b")]))
 
 
 def test_any_text_is_said_in_bounded_time() -> None:
