@@ -53,7 +53,7 @@ def graph() -> Iterator[SimpleNamespace]:
 
 @pytest.fixture
 def bags(tmp_path: Path) -> Path:
-    """a.bag and b.bag with /t and /u, cut.bag without an end, packed.bag in bz2."""
+    """a.bag and b.bag with /t and /u, cut.bag and part.bag without an end, packed.bag in bz2."""
     for name, compression in (("a", "none"), ("b", "none"), ("packed", "bz2")):
         with BagWriter(tmp_path / f"{name}.bag", compression=compression) as bag:
             for number in range(4):
@@ -61,6 +61,7 @@ def bags(tmp_path: Path) -> Path:
                 bag.write("/u", Float64(data=float(number)), Time(10, number * 50_000_000 + 1))
     data = (tmp_path / "a.bag").read_bytes()
     (tmp_path / "cut.bag").write_bytes(data[: len(data) * 3 // 4])
+    (tmp_path / "part.bag").write_bytes(data[:-1])
     (tmp_path / "out").mkdir()
     return tmp_path
 
@@ -104,6 +105,13 @@ TABLE = [
     Case("echo {d}/a.bag /u/data --plot --clear --offset", has("/u/data")),
     Case("echo {d}/a.bag /u/data /u/data --plot --seconds 5", has("/u/data")),
     Case("echo {d}/a.bag /u -w 6 --timeout 1 --bag {d}/b.bag", has("data: 3.0000")),
+    Case("echo {d}/part.bag /t --allow-damaged", has('data: "a 0"')),
+    Case("filter {d}/part.bag {d}/o.bag --allow-damaged", wrote("o.bag")),
+    Case("merge {d}/o.bag {d}/part.bag {d}/b.bag --allow-damaged", wrote("o.bag")),
+    Case("compress {d}/part.bag --allow-damaged", files("part.orig.bag")),
+    Case("decompress {d}/part.bag --allow-damaged", files("part.orig.bag")),
+    Case("convert {d}/part.bag {d}/o.bag --allow-damaged", wrote("o.bag")),
+    Case("export {d}/part.bag csv -o {d}/csv --allow-damaged", files("csv/*", 2)),
     Case("filter {d}/a.bag {d}/o.bag 'm.data == \"a 1\"' --topics /t --lz4", wrote("o.bag", "/t")),
     Case("filter {d}/a.bag {d}/o.bag --exclude /u --start 0 --duration 5 --bz2 --print topic", wrote("o.bag", "/t")),
     Case("merge {d}/o.bag {d}/a.bag {d}/b.bag --lz4", wrote("o.bag")),
@@ -146,6 +154,7 @@ PLAY = [
     Case("play {d}/a.bag --rate 2 --start 0.01 --duration 1 --queue 10 --quiet --delay 0.1 --topics /t"),
     Case("play --bags {d}/a.bag --clock --hz 50 --immediate --skip-empty 1"),
     Case("play {d}/a.bag --topics /t --prefix /w --wait-for-subscribers", lambda r, p: True),
+    Case("play {d}/part.bag --immediate --allow-damaged"),
     Case("play {d}/a.bag --rate-control-topic /words --rate-control-max-delay 1"),
 ]
 ENDLESS = [

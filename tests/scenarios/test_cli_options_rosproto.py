@@ -88,6 +88,7 @@ def _files(folder: Path) -> None:
         for index in range(3):
             bag.write("/t", _string(f"word {index}"), Time(10 + index, 0))
         bag.write("/u", _string("other"), Time(13, 0))
+    (folder / "part.bag").write_bytes((folder / "t.bag").read_bytes()[:-1])
 
 
 def _string(text: str) -> object:
@@ -121,6 +122,7 @@ TOPIC = [
     Case("topic list --host", has("Host [127.0.0.1]:\n  /")),
     Case("topic list --host --json", is_json(lambda d: "/scan" in d["127.0.0.1"])),
     Case("topic list --bag {folder}/t.bag", lines("/t", "/u")),
+    Case("topic list --bag {folder}/part.bag --allow-damaged", lines("/t", "/u")),
     Case("topic list /t --bag {folder}/t.bag", has("3 message(s) from ")),
     Case("topic list --verbose", has("Subscribed topics:")),
     Case("topic info scan", has("Type: sensor_msgs/LaserScan\n", " * /a (http://")),
@@ -142,6 +144,7 @@ TOPIC = [
     Case("topic echo /name -n 1 --nostr", lines('data: "<string length: 9>"', "---")),
     Case("topic echo /warm/header/stamp -n 1 --offset --json", is_json(lambda d: d["secs"] > 1e9)),
     Case("topic echo /t --bag {folder}/t.bag", has("word 0", "word 2")),
+    Case("topic echo /t --bag {folder}/part.bag --allow-damaged", has("word 0", "word 2")),
     Case("topic echo / --bag {folder}/t.bag --all --json", lambda r: len(r.out.splitlines()) == 4),
     Case(
         "topic echo /level/data /warm/temperature --plot --seconds 5 -n 20",
@@ -270,6 +273,11 @@ DEFINITIONS = [
     Case("msg show /t --bag {folder}/t.bag", lambda r: "it has: std_msgs/String" in r.err, code=1),
     Case("msg show std_msgs/String --bag {folder}/t.bag", lines("string data", "")),
     Case("msg info std_msgs/String --bag {folder}/t.bag --raw", has("string data")),
+    *(Case(f"msg {verb} std_msgs/String --bag {{folder}}/part.bag --allow-damaged", has("string data"))
+      for verb in ("show", "info")),
+    *(Case(f"{kind} {verb} x/Y --bag {{folder}}/part.bag --allow-damaged",
+           lambda r: "messages only" in r.err, code=2)
+      for kind in ("srv", "action") for verb in ("show", "info")),
     *(Case(f"{kind} {verb} x/Y --bag {{folder}}/t.bag", lambda r: "messages only" in r.err, code=2)
       for kind in ("srv", "action") for verb in ("show", "info")),
     Case("msg show pkg/Depth --msg-path {folder}/pkg", lines("float64 depth", "string unit", "")),
