@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -151,6 +152,10 @@ class BagFile:
         elif isinstance(file, (str, os.PathLike)):
             self.path = os.fspath(file)
             try:
+                if stat.S_ISFIFO(os.stat(file).st_mode):  # opening it would wait until somebody writes
+                    raise BagError(
+                        "this is a pipe; a bag is read by position: save it as a file", path=self.path
+                    )
                 # Unbuffered: chunks are read whole, a buffer would only copy them once more.
                 self._file = open(file, "rb", buffering=0)  # noqa: SIM115
             except OSError as problem:

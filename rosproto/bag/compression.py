@@ -144,8 +144,8 @@ def keep_freed_memory(chunk_bytes: int) -> None:
     glibc returns large blocks to the system whenever they are freed, and faults new ones in page by page for
     the next chunk. It stops doing so for sizes up to the largest block it has seen freed, and keeps up to
     twice that much (mallopt(3), M_MMAP_THRESHOLD). The block freed here is never touched, so it costs
-    nothing. Other C libraries are not affected. Without it, writing LZ4 takes twice the time, and so does
-    reading pictures of 6 MB from LZ4.
+    nothing. Other C libraries are not affected. Without it, reading LZ4 takes 1.7 to 2 times the processor
+    time, and writing it twice the time.
     """
     _free_once(_LARGE_BLOCK if chunk_bytes > _SMALL_CHUNK else _SMALL_BLOCK)
 

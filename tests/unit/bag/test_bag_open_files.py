@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from rosproto.bag import BagWriter
+from rosproto.bag import BagWriter, open_bag
 from rosproto.codec import message_class
+from rosproto.errors import BagError
 
 pytest.importorskip("resource", reason="this system has no limit of open files")
 
@@ -80,3 +82,11 @@ def test_no_file_left_is_an_error_of_ours(verb: str, loaded: str, spare: int, tm
     assert "not ours" not in done.stdout, done.stderr
     if spare == 0:
         assert "Too many open files" in done.stdout
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+    """Opening it would wait for a writer, perhaps for ever."""
+    os.mkfifo(tmp_path / "pipe.bag")
+    with pytest.raises(BagError, match="this is a pipe"):
+        open_bag(tmp_path / "pipe.bag")
