@@ -103,8 +103,22 @@ HELD_BY = {
     "the program was stopped for more than a second": (
         "test_safety.py::test_a_drive_does_not_go_on_after_its_program_was_stopped",
     ),
-    "**the process is killed": (
+    "kill -9 (or a crash, or no memory left) of `woosh web`": (
+        "test_watchdog.py::test_after_kill_9_the_robot_stands_and_nobody_is_left",
+        "test_watchdog.py::test_goals_that_are_left_running_are_left_by_the_watchdog_too",
+    ),
+    "kill -9 of `rosproto bridge`": (
+        "test_watchdog.py::test_after_kill_9_the_robot_stands_and_nobody_is_left",
+    ),
+    "one of these is stopped": (
+        "test_watchdog.py::test_a_program_that_is_stopped_or_hangs_is_taken_for_gone",
+    ),
+    "the watchdog itself is killed": (
+        "test_watchdog.py::test_a_killed_watchdog_is_replaced_and_the_next_one_does_the_same",
+    ),
+    "**the program and its watchdog are killed at once": (
         "test_motion.py::test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour",
+        "test_watchdog.py::test_without_a_watchdog_it_drives_on",
     ),
     "a hand that drives from the page": (
         "test_web_dead_man.py::test_zero_follows_within_half_a_second",

@@ -136,6 +136,12 @@ HOLDS = {
         "unit/tf/test_buffer.py::test_names_of_frames_are_bounded_in_number_and_length",
         "unit/rospy/test_rospy_modules.py::test_frames_of_a_peer_are_bounded",
     ],
+    "It sends only what it was told before the motion, and only when its program is gone": [
+        "unit/watchdog/test_process.py::test_what_was_dropped_is_off_the_graph_and_gets_nothing",
+        "unit/watchdog/test_watchdog.py::test_what_stands_is_not_sent_a_zero",
+        "unit/watchdog/test_watchdog.py::test_an_orderly_end_takes_the_watchdog_along_and_sends_nothing",
+        "unit/watchdog/test_watchdog.py::test_one_that_was_never_needed_ends_with_its_program",
+    ],
     "gives what others send to one that is read alike, or leaves it out and says so": [
         "unit/recording/test_recorder.py::test_headers_of_publishers_are_bounded",
     ],

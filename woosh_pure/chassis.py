@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     import rosproto
+    from rosproto.watchdog import Watchdog
     from woosh_pure import aio, values
 
 __all__ = ["Chassis", "core_of"]
@@ -75,6 +76,9 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         learned: Use also what `woosh learn` has kept for this user.
         resolve: Host name -> address, for names of the robot that this computer does not know. One that is
             not given and cannot be resolved is taken for the master's host; the log tells.
+        watchdog: True starts a small process beside this one (20 MB), which sends zero and cancels what this
+            object has begun when the program is killed, or does not run for 0.8 s; with `leave_running` goals
+            go on. A `rosproto.watchdog.Watchdog` is shared by several. It is no emergency stop.
 
     Raises:
         ValueError: No address, or one that cannot be read; `timeout` or `resolve` makes no sense.
@@ -92,6 +96,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         msg_path: Iterable[str | os.PathLike[str]] = (),
         learned: bool = True,
         resolve: Mapping[str, str] | None = None,
+        watchdog: bool | Watchdog = False,
     ) -> None:
         self.master_uri = master_uri_of(address)
         timeout = as_float(timeout)
@@ -108,11 +113,13 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             leave_running=leave_running,
             msg_path=[*msg_path, *(learned_paths() if learned else ())],
             resolve=HostNames(resolve).given,
+            watchdog=watchdog,
         )
 
     def __enter__(self) -> Chassis:
         self._core.connection.open_node()  # an unreachable master is told here, not at the first verb
         self._core.in_block = True
+        self._core.start_watchdog()
         return self
 
     def __exit__(

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 from rosproto.logs import get_logger
+from rosproto.watchdog import Watchdog
 from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.readiness.knowledge import Knowledge
 from woosh_pure.stopping.elsewhere import say_elsewhere
 from woosh_pure.stopping.running import Running
+from woosh_pure.stopping.watched import Watched
 from woosh_pure.velocity.topics import VelocityTopics
 
 __all__ = ["Core"]
@@ -29,6 +33,7 @@ class Core:
         knowledge: What is known about whether it may move.
         running: What was started and still runs.
         velocity: The velocity topics.
+        watched: What the watchdog ends when this program is gone.
         in_block: Whether the Chassis is in its own `with` block, which will close it.
     """
 
@@ -42,6 +47,7 @@ class Core:
         leave_running: bool = False,
         msg_path: Sequence[str | os.PathLike[str]] = (),
         resolve: Mapping[str, str] | None = None,
+        watchdog: bool | Watchdog = False,
     ) -> None:
         self.connection = Connection(
             master_uri,
@@ -55,13 +61,26 @@ class Core:
         self.in_block = False
         self.clients = Clients(self.connection)
         self.feeds = Feeds(self.connection)
-        self.velocity = VelocityTopics(self.connection, self._heard_since)
+        self._watchdog, self._own_watchdog = _watchdog(watchdog), watchdog is True
+        self.watched = Watched(self.connection, self._watchdog, leave=leave_running)
+        self.velocity = VelocityTopics(self.connection, self._heard_since, unused=self.watched.over)
+        if self._watchdog is not None:
+            self._watchdog.on_sent(self._stopped_by_watchdog)
         self.running = Running(
             leave=leave_running,
             zeros_due=lambda: self.velocity.zeros_due,
             send_zeros=self.velocity.send_due_zeros,
         )
         self.knowledge = Knowledge(self.connection, self.feeds, self.running)
+
+    def start_watchdog(self) -> None:
+        """Have it ready for the first motion; returns at once."""
+        if self._watchdog is not None:
+            self._watchdog.start()
+
+    def _stopped_by_watchdog(self, why: str) -> None:
+        """Whatever it has stopped is over for us, too. In a thread: the watchdog's own has more to hear."""
+        threading.Thread(target=partial(self.running.end_all, why), name="woosh:stop", daemon=True).start()
 
     def _before_close(self, reason: str) -> None:
         words = self.velocity.last_words
@@ -86,3 +105,11 @@ class Core:
         self.running.close()
         self.feeds.close()
         self.connection.close()
+        if self._own_watchdog and self._watchdog is not None:
+            self._watchdog.close()
+
+
+def _watchdog(given: bool | Watchdog) -> Watchdog | None:
+    if isinstance(given, Watchdog):
+        return given
+    return Watchdog() if given else None

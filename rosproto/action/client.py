@@ -171,6 +171,7 @@ class ActionClient:
         *,
         feedback: Callable[[GoalHandle, Any], object] | None = None,
         transition: Callable[[GoalHandle], object] | None = None,
+        goal_id: str = "",
     ) -> GoalHandle:
         """Send a goal and follow it.
 
@@ -180,6 +181,7 @@ class ActionClient:
             transition: Called with the handle for each communication state the goal passes. Both are called
                 in the client's own thread, one at a time and in order; what they raise is logged. They may
                 be called before `send_goal` returns.
+            goal_id: What `new_goal_id` has given; "" makes a new one.
 
         Raises:
             ConnectionLost: No server is connected: call `wait_for_server` first.
@@ -194,7 +196,7 @@ class ActionClient:
                 peer=self._goal.topic,
             )
         stamp = self._node.clock.now()
-        goal_id = f"{self._node.name}-{next(_counter)}-{stamp.secs}.{stamp.nsecs:09d}"
+        goal_id = goal_id or self.new_goal_id()
         receivers = frozenset(self._goal.subscribers)
         sent = SentGoal(goal_id, goal, stamp, self._clock.monotonic(), receivers)
         # Encoded now: a cancel may be needed when no module can be imported any more.
@@ -212,6 +214,11 @@ class ActionClient:
             self._goals.forget(sent)
             raise
         return handle
+
+    def new_goal_id(self) -> str:
+        """An id for `send_goal`, where somebody has to know it before the goal is sent."""
+        stamp = self._node.clock.now()
+        return f"{self._node.name}-{next(_counter)}-{stamp.secs}.{stamp.nsecs:09d}"
 
     def cancel_all(self) -> None:
         """Ask the server to cancel every goal it has, also those of other clients.

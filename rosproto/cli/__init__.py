@@ -45,7 +45,7 @@ if TYPE_CHECKING:
         serve,
         server_options,
     )
-    from rosproto.cli.gateway_options import until_interrupted
+    from rosproto.cli.gateway_options import gateway_watchdog, until_interrupted
     from rosproto.cli.json_output import json_text
     from rosproto.cli.keys import Keys, open_keys
     from rosproto.cli.option_types import (
@@ -93,6 +93,7 @@ __all__ = [
     "finite",
     "folder_exists",
     "follow_recording",
+    "gateway_watchdog",
     "give_examples",
     "guarded",
     "host",
@@ -202,6 +203,7 @@ __getattr__ = late_names(
         "whole": "option_types",
         "serve": "foxglove",
         "server_options": "foxglove",
+        "gateway_watchdog": "gateway_options",
         "until_interrupted": "gateway_options",
     },
 )

@@ -14,7 +14,7 @@ from rosproto.transport.open_files import allow_open_files
 from .bag_signals import interrupt_on_signals
 from .connection import add_graph_options, open_node
 from .failure import CommandError, cannot_listen
-from .gateway_options import add_gateway_options, gateway_options, opened, until_interrupted
+from .gateway_options import add_gateway_options, gateway_options, gateway_watchdog, opened, until_interrupted
 
 if TYPE_CHECKING:
     from rosproto.gateway import Rosbridge
@@ -42,8 +42,9 @@ def run(arguments: argparse.Namespace) -> int:
         # A thread that waits for the interpreter gets it after 5 ms by default, and a message passes several.
         stack.callback(sys.setswitchinterval, sys.getswitchinterval())
         sys.setswitchinterval(0.0005)
+        watchdog = stack.enter_context(gateway_watchdog(arguments, options["access"]))
         node = stack.enter_context(open_node(arguments, "rosbridge"))
-        server = stack.enter_context(_serving(node, options))
+        server = stack.enter_context(_serving(node, {**options, "watchdog": watchdog}))
         token = options["token"]
         url = server.url + (f"/?token={quote(token, safe='')}" if token is not None else "")
         print(f"Serving rosbridge at {url} ({opened(options['access'])})", flush=True)

@@ -15,7 +15,7 @@ from rosproto.errors import ConnectionLost
 from .bag_signals import interrupt_on_signals
 from .connection import add_graph_options, open_node
 from .failure import CommandError, cannot_listen
-from .gateway_options import add_gateway_options, gateway_options, opened, until_interrupted
+from .gateway_options import add_gateway_options, gateway_options, gateway_watchdog, opened, until_interrupted
 
 if TYPE_CHECKING:
     from rosproto.gateway import Foxglove
@@ -112,8 +112,9 @@ def run(arguments: argparse.Namespace) -> int:
     options = server_options(arguments)
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
+        watchdog = stack.enter_context(gateway_watchdog(arguments, options["access"]))
         node = stack.enter_context(open_node(arguments, "foxglove"))
-        server = stack.enter_context(serve(node, options))
+        server = stack.enter_context(serve(node, options, watchdog=watchdog))
         for line in announced(server, options):
             print(line, flush=True)
         try:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +18,9 @@ if TYPE_CHECKING:
 
     from rosproto.gateway import Access, GatewayLimits
     from rosproto.node import Node
+    from rosproto.watchdog import Watchdog
 
-__all__ = ["add_gateway_options", "gateway_options", "opened", "until_interrupted"]
+__all__ = ["add_gateway_options", "gateway_options", "gateway_watchdog", "opened", "until_interrupted"]
 
 STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
 
@@ -60,6 +62,11 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
         type=count,
         metavar="N",
         help="longest message of a client (default: 1048576); one value or key is taken for every ten bytes",
+    )
+    parser.add_argument(
+        "--no-watchdog",
+        action="store_true",
+        help="no process beside this one that sends zero where a client drives when this one is killed",
     )
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
@@ -108,6 +115,18 @@ def _limits(message_bytes: int) -> GatewayLimits:
     return usual._replace(
         message_bytes=message_bytes, message_values=max(usual.message_values, message_bytes // 10)
     )
+
+
+@contextmanager
+def gateway_watchdog(arguments: argparse.Namespace, access: Access) -> Iterator[Watchdog | None]:
+    """The process that sends zero when this one is gone; none where nobody may drive, or nobody wants it."""
+    if arguments.no_watchdog or not access.writes_anything:
+        yield None
+        return
+    from rosproto.watchdog import Watchdog
+
+    with Watchdog() as watchdog:
+        yield watchdog
 
 
 def _tls(arguments: argparse.Namespace) -> ssl.SSLContext | None:

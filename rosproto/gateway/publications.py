@@ -16,9 +16,11 @@ from rosproto.codec import Message, encode
 from rosproto.errors import LocalProtocolError
 from rosproto.gateway.write_guard import WriteGuard, is_velocity
 from rosproto.logs import get_logger
+from rosproto.watchdog import LastMessage, place_beside
 
 if TYPE_CHECKING:
     from rosproto.node import Node, Publisher
+    from rosproto.watchdog import Watchdog
 
 __all__ = ["Publication", "Publications"]
 
@@ -124,10 +126,21 @@ class Publications:
         node: The node that publishes.
         guard: Watches velocities.
         linger: Seconds that a publisher stays after its handle was closed.
+        watchdog: Sends zero where a client drives when this process is gone; None for none.
     """
 
-    def __init__(self, node: Node, guard: WriteGuard, *, linger: float = LINGER) -> None:
+    def __init__(
+        self,
+        node: Node,
+        guard: WriteGuard,
+        *,
+        linger: float = LINGER,
+        watchdog: Watchdog | None = None,
+    ) -> None:
         self.guard = guard
+        self._watchdog = watchdog
+        self._watching = threading.Lock()
+        self._watched: set[str] = set()
         self._node = node
         self._linger = linger
         self._lock = threading.Lock()
@@ -167,11 +180,25 @@ class Publications:
         if early is not None:
             early.publisher = publisher
         with self._lock:
-            if not self._closed:
+            closed = self._closed
+            if not closed:
                 self._open.add(publisher)
-                return Publication(self, client, publisher, early)
-        publisher.close()
-        raise LocalProtocolError(f"{topic}: the gateway is closed")
+        if closed:
+            publisher.close()
+            raise LocalProtocolError(f"{topic}: the gateway is closed")
+        if velocity and self._watchdog is not None:
+            self._watch(self._watchdog, publisher)
+        return Publication(self, client, publisher, early)
+
+    def _watch(self, watchdog: Watchdog, publisher: Publisher) -> None:
+        """Wait until the watchdog could send zero there: before the first velocity."""
+        kind, topic = publisher.message_class, publisher.topic
+        with self._watching:
+            if topic in self._watched:
+                return
+            self._watched.add(topic)
+            zero = LastMessage(topic, kind._type, kind._full_text, encode(kind()))
+            self.guard.watch(topic, watchdog.watch(place_beside(self._node), messages=[zero], armed=False))
 
     def closed(self, publication: Publication, publisher: Publisher) -> None:
         """Take note of a closed handle."""
@@ -189,6 +216,11 @@ class Publications:
         with self._lock:
             self._leaving.pop(publisher, None)
             self._open.discard(publisher)
+            last = publisher.topic not in {each.topic for each in self._open}
+        if last and publisher.topic in self._watched:
+            with self._watching:
+                self._watched.discard(publisher.topic)
+                self.guard.unwatch(publisher.topic)
         try:
             publisher.close()
         except Exception as error:  # the master is away: there is nobody to tell

@@ -6,7 +6,8 @@ came by: robots differ in what they make of it, and some drive on. It is no sign
 Most robots keep driving at the last velocity they were given. So this watches every velocity topic that a
 client of a gateway publishes: when its last velocity was not zero and it leaves, or sends nothing for half a
 second, zero is published there several times, unless another client drives on that topic. This helps against
-closed pages and lost networks. It is not an emergency stop, and does not help when this process is killed.
+closed pages and lost networks. It is not an emergency stop. When this process is killed, its watchdog
+(`rosproto.watchdog`) does the same, if there is one: it is told here what moves.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ import threading
 import time
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from rosproto.codec import Message, decode
+from rosproto.codec import Message, decode, encode
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
+
+if TYPE_CHECKING:
+    from rosproto.watchdog import Watch
 
 __all__ = ["VELOCITY_TYPES", "DriveTable", "Publishes", "WriteGuard", "is_velocity", "moves"]
 
@@ -208,6 +212,7 @@ class WriteGuard:
         self._changed = threading.Condition()
         self._publishers: dict[str, Publishes] = {}
         self._frames: dict[str, str] = {}
+        self._watches: dict[str, Watch] = {}
         self._thread: threading.Thread | None = None
         self._closed = False
         self.zeros = 0
@@ -218,6 +223,18 @@ class WriteGuard:
         """Topics that a client drives now, or on which zeros are still to come."""
         with self._changed:
             return self._table.driven
+
+    def watch(self, topic: str, watch: Watch) -> None:
+        """Tell a watchdog from now on when somebody drives on a topic."""
+        with self._changed:
+            self._watches[topic] = watch
+
+    def unwatch(self, topic: str) -> None:
+        """Nobody publishes there any more."""
+        with self._changed:
+            watch = self._watches.pop(topic, None)
+        if watch is not None:
+            watch.drop()
 
     def publish(self, client: Hashable, publisher: Publishes, message: Any) -> None:
         """Publish a client's message; a velocity is watched from now on.
@@ -242,12 +259,14 @@ class WriteGuard:
             topic = publisher.topic
             if moving and self._closed:
                 return  # nobody would stop it
-            publisher.publish(message)
             if moving:
                 self._publishers[topic] = publisher
                 header = getattr(message, "header", None)
                 self._frames[topic] = getattr(header, "frame_id", "")
+                self._arm(topic, publisher)
+            publisher.publish(message)
             self._table.note(client, topic, time.monotonic(), moving=moving)
+            self._disarm()
             if moving and self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="rosproto:write guard", daemon=True)
                 self._thread.start()
@@ -270,6 +289,19 @@ class WriteGuard:
         if thread is not None and thread is not threading.current_thread():
             thread.join(2 * OVER + 1.0)
 
+    def _arm(self, topic: str, publisher: Publishes) -> None:
+        """Called with the lock held, before what moves is sent."""
+        watch = self._watches.get(topic)
+        if watch is not None and not watch.armed:
+            watch.arm(encode(self._zero(topic, publisher)))
+
+    def _disarm(self) -> None:
+        """Called with the lock held."""
+        driven = self._table.driven
+        for topic, watch in self._watches.items():
+            if watch.armed and topic not in driven:
+                watch.disarm()
+
     def _run(self) -> None:
         with self._changed:
             while (look := self._table.next_look()) is not None:
@@ -290,6 +322,7 @@ class WriteGuard:
                 self.zeros += 1
             except Exception as error:  # the node is closed, so zero cannot be sent any more
                 _log.warning("! %s: zero could not be published after its client: %s", topic, error)
+        self._disarm()
 
     def _zero(self, topic: str, publisher: Publishes) -> Any:
         zero: Any = publisher.message_class()

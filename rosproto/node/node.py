@@ -401,6 +401,11 @@ class Node:
         return self._context.uri
 
     @property
+    def host_given(self) -> str | None:
+        """Our address as the program gave it; None where it is found from the route to the master."""
+        return self._context.host_given
+
+    @property
     def tcpros_address(self) -> tuple[str, int]:
         """Host and port where subscribers and clients of services connect."""
         return self._context.endpoints.host, self._context.endpoints.tcpros.port

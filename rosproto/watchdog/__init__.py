@@ -10,6 +10,6 @@ When the pipe ends, or nothing came for 0.8 s, the process sends what it was tol
 """
 
 from rosproto.watchdog.protocol import LastCall, LastMessage, Place, is_watchdog_name
-from rosproto.watchdog.watchdog import Watch, Watchdog
+from rosproto.watchdog.watchdog import Watch, Watchdog, place_beside
 
-__all__ = ["LastCall", "LastMessage", "Place", "Watch", "Watchdog", "is_watchdog_name"]
+__all__ = ["LastCall", "LastMessage", "Place", "Watch", "Watchdog", "is_watchdog_name", "place_beside"]

@@ -38,7 +38,9 @@ from rosproto.watchdog.protocol import (
 if TYPE_CHECKING:
     from types import TracebackType
 
-__all__ = ["Watch", "Watchdog"]
+    from rosproto.node import Node
+
+__all__ = ["Watch", "Watchdog", "place_beside"]
 
 _log = get_logger("rosproto.watchdog")
 
@@ -47,6 +49,17 @@ FIRST = 10.0  # seconds more for the first one: the process is still starting
 END = 3.0  # seconds for the process to end by itself
 STARTS, WITHIN = 3, 30.0  # more ends of the process within so many seconds, and it is given up
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
+
+
+def place_beside(node: Node, msg_path: Sequence[str | os.PathLike[str]] = ()) -> Place:
+    """Where a watchdog stands beside a node.
+
+    Args:
+        node: Ours.
+        msg_path: Folders with further definitions that the node was given.
+    """
+    folders = tuple(os.path.abspath(folder) for folder in msg_path)
+    return Place(node.master_uri, node.name, node.host_given, dict(node.hosts.given), folders)
 
 
 class Watch:
@@ -95,13 +108,17 @@ class Watch:
 
     # -- for the watchdog
 
-    def again(self) -> tuple[Line, ...]:
-        """What a new process has to be told; it is not ready yet."""
-        self._problem = None
-        self._told.clear()
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """What a new process has to be told."""
         line = self._line
         prepare = Prepare(line.key, line.place, line.messages, line.calls, armed=False)
         return (prepare, Arm(line.key, self._data)) if self.armed else (prepare,)
+
+    def forgotten(self) -> None:
+        """The process has ended, and the next one does not know of it yet."""
+        self._problem = None
+        self._told.clear()
 
     def answered(self, problem: str) -> None:
         """The process has answered, or cannot any more."""
@@ -292,6 +309,8 @@ class Watchdog:
         now = time.monotonic()
         self._ends = [*(end for end in self._ends if now - end < WITHIN), now]
         how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
+        for watch in list(self._watches.values()):
+            watch.forgotten()
         with self._lock:
             if self._closed:
                 return False
@@ -307,7 +326,7 @@ class Watchdog:
             _close_pipes(old)
         _log.warning("! the watchdog process has ended (%s), and was started again", how)
         for watch in list(self._watches.values()):
-            for line in watch.again():
+            for line in watch.lines:
                 self.tell(line)
         return True
 

@@ -203,7 +203,9 @@ ALONE = [
     Case("sim --port 0 --firmware 1.1.0 --latch-status --status-code-once --stops-on-silence --at 0=estop --for 0.3",
          has("those of firmware 1.1.0", "now: estop")),
 ]  # fmt: skip
-DRIVE = ("--linear 0.15 --angular 20 --direct --feedback-timeout 2 --share --acknowledged").split()
+DRIVE = (
+    "--linear 0.15 --angular 20 --direct --feedback-timeout 2 --share --acknowledged --no-watchdog"
+).split()
 TABLE = [*READING, *MOVING, *TELLING, *RECORDING]
 ALL = [*TABLE, *ALONE]
 NEEDS_A_TERMINAL = {"woosh drive"}

@@ -23,6 +23,7 @@ __all__ = [
     "add_pose",
     "add_timeout",
     "add_wait",
+    "add_watchdog",
     "corners",
     "count",
     "each_chassis",
@@ -105,6 +106,15 @@ def add_pose(parser: ArgumentParser) -> None:
     parser.add_argument("x", type=number, metavar="X", help="m, in the map")
     parser.add_argument("y", type=number, metavar="Y", help="m, in the map")
     parser.add_argument("degrees", type=number, metavar="DEGREES", help="heading, counter-clockwise from x")
+
+
+def add_watchdog(parser: ArgumentParser) -> None:
+    """--no-watchdog, of commands that drive for long."""
+    parser.add_argument(
+        "--no-watchdog",
+        action="store_true",
+        help="no process beside this one that stops the robot when this one is killed",
+    )
 
 
 def add_wait(parser: ArgumentParser, default: float = 5.0) -> None:

@@ -18,12 +18,23 @@ from woosh_pure.cli.console import is_terminal
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
+    from rosproto.watchdog import Watchdog
     from woosh_pure.chassis import Chassis
     from woosh_pure.cli.drive_line import DriveLine
     from woosh_pure.motion.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = ["chosen", "connect", "connect_to", "follow", "names", "reaching", "report", "stop_and_tell"]
+__all__ = [
+    "chosen",
+    "connect",
+    "connect_to",
+    "follow",
+    "names",
+    "reaching",
+    "report",
+    "stop_and_tell",
+    "watchdog_of",
+]
 
 _LIVE, _PLAIN = 0.25, 2.0
 """Seconds between two looks at a motion: on a terminal, and where lines are kept."""
@@ -60,7 +71,21 @@ def names(args: Namespace) -> dict[str, str]:
 
 
 @contextmanager
-def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator[Chassis]:
+def watchdog_of(args: Namespace) -> Iterator[Watchdog | None]:
+    """The process that stops the robot when this one is killed; a simulated one ends with this process."""
+    if args.no_watchdog or args.sim:
+        yield None
+        return
+    from rosproto.watchdog import Watchdog
+
+    with Watchdog() as watchdog:
+        yield watchdog
+
+
+@contextmanager
+def connect(
+    args: Namespace, out: Output, *, sim_speed: float = 1.0, watchdog: Watchdog | None = None
+) -> Iterator[Chassis]:
     """The chassis that the common options name."""
     with ExitStack() as stack:
         address: str | None
@@ -70,11 +95,18 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
             raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
         else:
             address, host = chosen(args)
-        yield stack.enter_context(connect_to(address, host, args, out))
+        yield stack.enter_context(connect_to(address, host, args, out, watchdog=watchdog))
 
 
 @contextmanager
-def connect_to(address: str | None, host: str | None, args: Namespace, out: Output) -> Iterator[Chassis]:
+def connect_to(
+    address: str | None,
+    host: str | None,
+    args: Namespace,
+    out: Output,
+    *,
+    watchdog: Watchdog | None = None,
+) -> Iterator[Chassis]:
     """A chassis at an address, with what else the common options say."""
     from rosproto.msg import environment_paths
     from woosh_pure.chassis import Chassis
@@ -85,7 +117,14 @@ def connect_to(address: str | None, host: str | None, args: Namespace, out: Outp
             learned = not args.no_learned
             with reaching():
                 chassis = stack.enter_context(
-                    Chassis(address, host=host, msg_path=paths, learned=learned, resolve=names(args))
+                    Chassis(
+                        address,
+                        host=host,
+                        msg_path=paths,
+                        learned=learned,
+                        resolve=names(args),
+                        watchdog=watchdog or False,
+                    )
                 )
         try:
             yield chassis

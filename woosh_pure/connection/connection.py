@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import rosproto
 from rosproto.errors import ConnectionLost
+from rosproto.watchdog import Place, place_beside
 
 __all__ = ["Connection"]
 
@@ -84,6 +85,11 @@ class Connection:
             msg_path=self._msg_path,
             resolve=self._resolve,
         )
+
+    @property
+    def place(self) -> Place:
+        """Where a watchdog stands beside our node."""
+        return place_beside(self.open_node(), self._msg_path)
 
     @property
     def state(self) -> str:

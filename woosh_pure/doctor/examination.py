@@ -15,6 +15,7 @@ from collections.abc import Generator, Iterator, Mapping
 import rosproto
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport import Deadline, HostNames, hosts_advice, parse_uri
+from rosproto.watchdog import is_watchdog_name
 from woosh_pure import interface
 from woosh_pure.doctor.definitions import check_definitions
 from woosh_pure.doctor.finding import Finding, Level
@@ -173,7 +174,8 @@ def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
     topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}
     for topic, name in topics.items():
         for node in set(state.publishers.get(topic, [])) - interface.ROBOT_NODES:
-            others.setdefault(node, []).append(name)
+            if not is_watchdog_name(node):
+                others.setdefault(node, []).append(name)
     for node, names in sorted(others.items()):
         advice = "end that program, or agree who drives: two clients interrupt each other"
         yield Finding("competitor", Level.WARNING, f"{node} also commands {', '.join(names)}", advice)

@@ -86,9 +86,10 @@ class ActionHandle(GoalHandle[Any]):
         require_goal(client, message)
         letting_go = self._letting_go()
         let_go = partial(running.keeper.put, letting_go)
+        goal_id = self._new_goal_id(client)
         try:
             running.add_goal(self, since, check=check, replace=replace)
-            self._send_shielded(lambda: self._send_to(client, message))
+            self._send_shielded(lambda: self._send_to(client, message, goal_id))
         except Exception as error:
             self._finish(OutcomeKind.CANCELLED, f"not sent: {error}")
             running.forget_replacing(self)
@@ -98,10 +99,18 @@ class ActionHandle(GoalHandle[Any]):
             running.keeper.hold(letting_go)
             raise
 
-    def _send_to(self, client: rosproto.ActionClient, message: Any) -> None:
+    def _new_goal_id(self, client: rosproto.ActionClient) -> str:
+        """What the goal will be called; the watchdog knows it before it is sent."""
+        goal_id = client.new_goal_id()
+        self._core.watched.goal(self, self._name, goal_id)
+        return goal_id
+
+    def _send_to(self, client: rosproto.ActionClient, message: Any, goal_id: str) -> None:
         if self._cancelled_by_us:
             raise MotionRefused(f"{self.description}: it was stopped before it was sent; nothing was sent")
-        self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
+        self._goal = client.send_goal(
+            message, feedback=self._on_feedback, transition=self._on_transition, goal_id=goal_id
+        )
         if self._cancelled_by_us:  # in the meantime, by a thread that could not see this goal yet
             self._goal.cancel()
 
@@ -372,7 +381,8 @@ class StepHandle(ActionHandle):
         self._place = (0, 0.0)
         goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
         client = self._core.clients.action(self._name)
-        self._send_shielded(lambda: self._send_to(client, goal))
+        goal_id = self._new_goal_id(client)
+        self._send_shielded(lambda: self._send_to(client, goal, goal_id))
         self._paused = False
 
     def _check(self) -> None:

@@ -231,6 +231,8 @@ class GoalHandle(OwnGoal, Generic[P]):
         ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
         self._outcome = outcome = Outcome(kind, self.description, text, code, stopped, seconds, ours)
         self._over.set()
+        if not self._may_go_on:
+            self._core.watched.over(self)
         self._core.knowledge.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
 
     def _see_end(self) -> None:
@@ -238,6 +240,7 @@ class GoalHandle(OwnGoal, Generic[P]):
         if not self._may_go_on:
             return
         self._may_go_on = False
+        self._core.watched.over(self)
         outcome = self._outcome
         if outcome is not None and outcome.text == NOT_CONFIRMED:
             self._outcome = replace(outcome, text="")

@@ -300,10 +300,12 @@ def start_task(
     try:
         try:
             handle.prepare_cancel()
+            core.watched.task(handle, tracker.task_id)
             core.running.add_goal(handle, since, check=check, replace=replace)
         except Exception:
             handle._off()
             handle.drop_prepared()
+            core.watched.over(handle)
             raise
         _send(core, handle, order)
     except Exception:

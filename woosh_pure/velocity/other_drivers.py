@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node import NodeClient
 from rosproto.transport import parse_uri
+from rosproto.watchdog import is_watchdog_name
 from woosh_pure.interface.table import ROBOT_NODES, topics
 
 if TYPE_CHECKING:
@@ -75,6 +76,8 @@ class OtherDriver:
 def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDriver, ...]:
     """Other nodes that can send velocities; the robot's own ones (`interface.ROBOT_NODES`) are left out.
 
+    So are the watchdogs of programs (`rosproto.watchdog`), which send only when their program is gone.
+
     A node whose process has died stays registered at the master, so each is asked, and dead ones left out.
 
     Args:
@@ -88,7 +91,7 @@ def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDrive
     found: dict[str, list[str]] = {}
     for row in topics("write"):
         for name in state.publishers.get(row.name, ()) if row.bypasses_protection else ():
-            if name not in ROBOT_NODES and name != node.name:
+            if name not in ROBOT_NODES and name != node.name and not is_watchdog_name(name):
                 found.setdefault(name, []).append(row.name)
     if not found:
         return ()

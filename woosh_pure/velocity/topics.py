@@ -40,11 +40,17 @@ class VelocityTopics:
     Args:
         connection: Where they are made.
         heard_since: Whether the robot was heard after a moment of the monotonic clock.
+        unused: Called with a topic when nobody drives there any more, and no zero is due.
     """
 
     def __init__(
-        self, connection: Connection, heard_since: Callable[[float], bool] = lambda moment: True
+        self,
+        connection: Connection,
+        heard_since: Callable[[float], bool] = lambda moment: True,
+        *,
+        unused: Callable[[str], object] = lambda topic: None,
     ) -> None:
+        self._unused = unused
         self._heard_since = heard_since
         self._asked: dict[str, float] = {}  # when a zero that is due was sent first
         self._connection = connection
@@ -106,6 +112,7 @@ class VelocityTopics:
             publisher = self._publishers.pop(topic, None)
         if publisher is None:
             return
+        self._unused(topic)
         try:
             threading.Thread(target=_close, args=(publisher,), name="woosh:release", daemon=True).start()
         except RuntimeError:  # the interpreter ends: closing the node takes it back

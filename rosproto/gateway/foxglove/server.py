@@ -25,6 +25,7 @@ from rosproto.records import NamedTuple
 if TYPE_CHECKING:
     from rosproto.gateway.foxglove.session import Session
     from rosproto.node import Node
+    from rosproto.watchdog import Watchdog
 
 __all__ = ["ClientFacts", "Foxglove", "FoxgloveStats"]
 
@@ -91,6 +92,7 @@ class Foxglove:
         name: The server's name, as viewers show it.
         topics: Topics of this program, which only the viewers see.
         assets: Folders with packages, for `package://` addresses of meshes and textures.
+        watchdog: Sends zero where a client drives when this process is killed or hangs.
 
     Raises:
         ImportError: foxglove-sdk is not installed.
@@ -112,6 +114,7 @@ class Foxglove:
         name: str | None = None,
         topics: Iterable[LocalTopic] = (),
         assets: Iterable[str | os.PathLike[str]] = (),
+        watchdog: Watchdog | None = None,
     ) -> None:
         sdk()
         require_token_off_loopback(host, token)
@@ -131,6 +134,7 @@ class Foxglove:
             limits=self.limits,
             topics=topics,
             assets=Assets(assets),
+            watchdog=watchdog,
         )
         try:
             self._proxy = Proxy(

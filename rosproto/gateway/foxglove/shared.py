@@ -28,6 +28,7 @@ from rosproto.logs import get_logger
 if TYPE_CHECKING:
     from rosproto.gateway.message_event import MessageEvent, TopicDescription
     from rosproto.node import Node
+    from rosproto.watchdog import Watchdog
 
 __all__ = ["Shared"]
 
@@ -47,6 +48,7 @@ class Shared:
         limits: What a client may cost.
         topics: Topics of this program.
         assets: Files for viewers.
+        watchdog: Sends zero where a client drives when this process is gone.
     """
 
     def __init__(
@@ -58,6 +60,7 @@ class Shared:
         limits: GatewayLimits,
         topics: Iterable[LocalTopic],
         assets: Assets,
+        watchdog: Watchdog | None = None,
     ) -> None:
         self.node, self.name, self.access, self.limits, self.assets = node, name, access, limits, assets
         self.session_id = uuid.uuid4().hex
@@ -66,7 +69,7 @@ class Shared:
         self.later: Callable[[float, Callable[[], None]], None] = lambda seconds, call: None
         self.taps = Taps(node, limits)
         self.guard = WriteGuard(node.clock.now)
-        self.publications = Publications(node, self.guard)
+        self.publications = Publications(node, self.guard, watchdog=watchdog)
         self.client_topics = ClientTopics(node, access, limits, self.publications)
         self.parameters = ParameterView(node, access, limits)
         self.services = ServiceTypes(node, access)

@@ -22,6 +22,7 @@ from rosproto.gateway.write_guard import WriteGuard
 
 if TYPE_CHECKING:
     from rosproto.node import Node
+    from rosproto.watchdog import Watchdog
 
 __all__ = ["Rosbridge", "RosbridgeClient", "RosbridgeStats"]
 
@@ -89,6 +90,7 @@ class Rosbridge:
         rosapi: Answer the services of /rosapi here.
         authenticate: Serve a client only after the service `authenticate` (rosauth/Authentication) has
             accepted the credentials of its `auth`.
+        watchdog: Sends zero where a client drives when this process is killed or hangs.
 
     Raises:
         LocalProtocolError: The package `websockets` is missing.
@@ -109,13 +111,14 @@ class Rosbridge:
         token: str | None = None,
         rosapi: bool = True,
         authenticate: bool = False,
+        watchdog: Watchdog | None = None,
     ) -> None:
         self.access = access or Access()
         self.limits = limits or GatewayLimits()
         self._node = node
         self._guard = WriteGuard(node.clock.now)
         self._taps = Taps(node, self.limits)
-        self._publications = Publications(node, self._guard)
+        self._publications = Publications(node, self._guard, watchdog=watchdog)
         self._sessions: WeakValueDictionary[Channel, RosbridgeSession] = WeakValueDictionary()
         self._lock = threading.Lock()
         self._closed = False

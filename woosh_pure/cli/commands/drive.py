@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from rosproto.cli import hurry, own
 from rosproto.errors import RosTimeout
 from rosproto.text import cut, padded
-from woosh_pure.cli.arguments import positive
-from woosh_pure.cli.connection import connect, stop_and_tell
+from woosh_pure.cli.arguments import add_watchdog, positive
+from woosh_pure.cli.connection import connect, stop_and_tell, watchdog_of
 from woosh_pure.cli.console import is_terminal, terminal_size
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import MotionRefused
@@ -56,6 +56,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--acknowledged", action="store_true", help="do not ask: you know that this bypasses the protection"
     )
+    add_watchdog(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
@@ -64,7 +65,7 @@ def run(args: Namespace, out: Output) -> int:
         raise ValueError("--json: there is nothing to print for programs; use Chassis.velocity in Python")
     if not (is_terminal(sys.stdin) and is_terminal(sys.stdout)):
         raise ValueError("drive needs a terminal for its keys; from a script use Chassis.velocity in Python")
-    with connect(args, out) as chassis:
+    with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
         chassis.readiness()
         if not args.acknowledged:
             _ask(out)

@@ -41,7 +41,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    from rosproto.cli import announced, interrupt_on_signals, serve, server_options, until_interrupted
+    from rosproto.cli import (
+        announced,
+        gateway_watchdog,
+        interrupt_on_signals,
+        serve,
+        server_options,
+        until_interrupted,
+    )
     from woosh_pure.foxglove import ChassisTopics, write_layout
     from woosh_pure.interface.table import driving_patterns
 
@@ -56,9 +63,12 @@ def run(args: Namespace, out: Output) -> int:
     marks = _Marks(args.marks or config.mark_file())
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
+        watchdog = stack.enter_context(gateway_watchdog(args, options["access"]))
         chassis = stack.enter_context(connect(args, out))
         topics = stack.enter_context(ChassisTopics(chassis, marks, out.language))
-        server = stack.enter_context(serve(chassis.node, options, topics=topics.all, name="Woosh chassis"))
+        server = stack.enter_context(
+            serve(chassis.node, options, topics=topics.all, name="Woosh chassis", watchdog=watchdog)
+        )
         for line in announced(server, options):
             out.line(line)
         out.result({"url": server.url, "token": options["token"], "write": list(options["access"].write)})

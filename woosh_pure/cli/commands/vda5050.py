@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.cli import CommandError, hurry
-from woosh_pure.cli.arguments import corners, number, positive, seconds
-from woosh_pure.cli.connection import chosen, names, reaching, simulated
+from woosh_pure.cli.arguments import add_watchdog, corners, number, positive, seconds
+from woosh_pure.cli.connection import chosen, names, reaching, simulated, watchdog_of
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--config", type=Path, metavar="FILE", help="a fleet.toml: several chassis in one process")
     add("--state", type=Path, metavar="FOLDER", help="where orders are kept for a restart")
     add("--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds")
+    add_watchdog(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
@@ -92,6 +93,7 @@ def run(args: Namespace, out: Output) -> int:
     config = _config(args)
     folder = args.state or config.folder or default_folder()
     with ExitStack() as stack:
+        watchdog = stack.enter_context(watchdog_of(args))
         for each in config.vehicles:
             vehicle = each
             if args.sim:
@@ -100,7 +102,9 @@ def run(args: Namespace, out: Output) -> int:
             if address is None:
                 address, host = chosen(args)
             with reaching():
-                chassis = stack.enter_context(Chassis(address, host=host, resolve=names(args)))
+                chassis = stack.enter_context(
+                    Chassis(address, host=host, resolve=names(args), watchdog=watchdog or False)
+                )
             store = Store(folder, vehicle.manufacturer, vehicle.serial)
             stack.enter_context(Vehicle(chassis, vehicle, config.broker, store))
             out.line(f"{vehicle.prefix}: {chassis.master_uri} under {config.broker.url}; Ctrl-C ends it")

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from rosproto.cli import CommandError, host, hurry
-from woosh_pure.cli.arguments import each_chassis, named_host, port
-from woosh_pure.cli.connection import connect, connect_to
+from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, port
+from woosh_pure.cli.connection import connect, connect_to, watchdog_of
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--recordings", type=Path, metavar="FOLDER", help="where bags are kept (a temporary one)"
     )
+    add_watchdog(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
@@ -69,11 +70,13 @@ def run(args: Namespace, out: Output) -> int:
         raise CommandError(str(missing)) from missing
     more = _further(args)
     with ExitStack() as stack:
-        robots: dict[str, Chassis] = {_first(args, alone=not more): stack.enter_context(connect(args, out))}
+        watchdog = stack.enter_context(watchdog_of(args))
+        first = stack.enter_context(connect(args, out, watchdog=watchdog))
+        robots: dict[str, Chassis] = {_first(args, alone=not more): first}
         for name, address in more:
             if name in robots:
                 raise ValueError(f"two robots are called {name}; give names, as --chassis hall2=192.168.1.20")
-            robots[name] = stack.enter_context(connect_to(address, args.host, args, out))
+            robots[name] = stack.enter_context(connect_to(address, args.host, args, out, watchdog=watchdog))
         app = web.app(
             robots,
             token=args.token,

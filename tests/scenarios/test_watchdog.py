@@ -1,0 +1,155 @@
+"""Whoever drives is killed with kill -9, stopped or hung: the watchdog beside it stops the robot."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+if os.name != "posix":
+    pytest.skip("needs SIGKILL and SIGSTOP", allow_module_level=True)
+
+from rosproto.errors import RosError
+from rosproto.node import Node, NodeClient
+from tests.support.driving_commands import COMMANDS, children, driving, is_alive, moving
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.velocity.other_drivers import other_drivers
+
+STANDS = 3.0
+"""Seconds in which the robot has stopped, its own ramp and an overloaded computer included; the benchmark measures."""
+NEEDS = {"woosh web": "uvicorn", "woosh vda5050": "paho", "rosproto bridge": "websockets"}
+NEEDS |= {"rosproto foxglove": "websockets", "woosh foxglove": "websockets"}
+
+
+@pytest.fixture(autouse=True)
+def in_real_time(real_time):
+    """What is seen while it moves."""
+
+
+@pytest.fixture(params=sorted(COMMANDS))
+def command(request) -> str:
+    if request.param in NEEDS:
+        pytest.importorskip(NEEDS[request.param])
+    return request.param
+
+
+def stands(sim: SimulatedChassis, seconds: float = STANDS) -> bool:
+    end = time.monotonic() + seconds
+    while moving(sim):
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
+    time.sleep(0.3)
+    return not moving(sim)  # and it does not go on
+
+
+def gone(pid: int) -> bool:
+    end = time.monotonic() + 20.0
+    while is_alive(pid):
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def test_after_kill_9_the_robot_stands_and_nobody_is_left(command: str, sim, tmp_path: Path) -> None:
+    with driving(command, sim, tmp_path) as pid:
+        (watchdog,) = children(pid)
+        os.kill(pid, signal.SIGKILL)
+        assert stands(sim)
+        assert gone(watchdog)
+
+
+def test_without_a_watchdog_it_drives_on(sim, tmp_path: Path) -> None:
+    with driving("rosproto bridge", sim, tmp_path, "--no-watchdog") as pid:
+        assert children(pid) == []
+        os.kill(pid, signal.SIGKILL)
+        assert not stands(sim)
+    Chassis(sim.master_uri).stop()
+
+
+@pytest.mark.parametrize("command", ["woosh web", "Chassis, goal", "Chassis, task"])
+def test_a_program_that_is_stopped_or_hangs_is_taken_for_gone(command: str, sim, tmp_path: Path) -> None:
+    if command in NEEDS:
+        pytest.importorskip(NEEDS[command])
+    with driving(command, sim, tmp_path) as pid:
+        (watchdog,) = children(pid)
+        os.kill(pid, signal.SIGSTOP)
+        assert stands(sim)
+        assert is_alive(watchdog)
+        os.kill(pid, signal.SIGCONT)
+        assert stands(sim, 1.0), "nothing resumes"
+
+
+def is_ready(node: Node) -> bool:
+    """Whether the watchdog of the velocity topic is connected with the robot, by its own account."""
+    for name in node.master.get_system_state().publishers["/smooth_cmd_vel"]:
+        if name.endswith("_rosproto_watchdog"):
+            try:
+                with NodeClient(node.master.lookup_node(name), node.name) as slave:
+                    ((_, _, links),) = slave.get_bus_stats()[0]
+                    return bool(links)
+            except (RosError, ValueError):
+                return False  # the one before
+    return False
+
+
+def test_a_killed_watchdog_is_replaced_and_the_next_one_does_the_same(sim, tmp_path: Path) -> None:
+    with driving("Chassis, velocity", sim, tmp_path) as pid:
+        (first,) = children(pid)
+        os.kill(first, signal.SIGKILL)
+        end = time.monotonic() + 20.0
+        while children(pid) in ([], [first]):
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        (second,) = children(pid)
+        with Node("/looks", master_uri=sim.master_uri, rosout=False) as node:
+            while not is_ready(node):
+                assert time.monotonic() < end
+                time.sleep(0.02)
+        assert moving(sim)
+        os.kill(pid, signal.SIGKILL)
+        assert stands(sim)
+        assert gone(second)
+
+
+def test_a_watchdog_is_nobody_who_drives(sim) -> None:
+    """Not for its own program, nor for others: they look for publishers of the velocity topics."""
+    with (
+        Chassis(sim.master_uri, watchdog=True) as chassis,
+        Node("/other", master_uri=sim.master_uri, rosout=False) as other,
+        chassis.velocity(bypasses_protection=True) as drive,
+    ):
+        drive.hold(0.1, seconds=3.0)
+        publishers = other.master.get_system_state().publishers["/smooth_cmd_vel"]
+        assert any(name.endswith("_rosproto_watchdog") for name in publishers)
+        assert drive.others == ()
+        assert [driver.node for driver in other_drivers(other)] == [chassis.node.name]
+
+
+def test_it_is_on_the_velocity_topic_only_while_somebody_drives(sim, until) -> None:
+    def there() -> bool:
+        publishers = chassis.node.master.get_system_state().publishers.get("/smooth_cmd_vel", [])
+        return any(name.endswith("_rosproto_watchdog") for name in publishers)
+
+    with Chassis(sim.master_uri, watchdog=True) as chassis:
+        assert not there()
+        with chassis.velocity(bypasses_protection=True) as drive:
+            drive.set(0.0)
+            assert there()
+        until(lambda: not there())
+
+
+def test_goals_that_are_left_running_are_left_by_the_watchdog_too(sim, until) -> None:
+    chassis = Chassis(sim.master_uri, watchdog=True, leave_running=True)
+    with chassis:
+        chassis.go_to(2.0, 0.0)
+        until(lambda: moving(sim))
+        publishers = chassis.node.master.get_system_state().publishers["/move_base/cancel"]
+        assert not any(name.endswith("_rosproto_watchdog") for name in publishers)
+    chassis = Chassis(sim.master_uri)
+    chassis.stop(everything=True)
+    chassis.close()
