@@ -14,6 +14,7 @@ from rosproto.gateway.rosbridge.operations import (
     Effect,
     Publish,
     Reply,
+    Rest,
     SendActionGoal,
     SetLevel,
 )
@@ -36,8 +37,12 @@ NOW = Time(7, 8)
 
 
 def rosbridge(data: bytes) -> str:
-    """Any message gives effects with bounded fields; as text, as bytes and behind another one the same."""
+    """Any message gives effects with bounded fields; as text, as bytes, in two steps, behind another the same."""
     effects = Protocol(LIMITS).receive(data)
+    steps: list[Effect] = []
+    for effect in Protocol(LIMITS).receive(data, at_once=True):
+        steps += effect.read() if isinstance(effect, Rest) else [effect]
+    assert repr(steps) == repr(effects)
     text = data.decode("utf-8", "replace")
     if text.encode() == data and len(text) == len(data):
         assert repr(Protocol(LIMITS).receive(text)) == repr(effects)

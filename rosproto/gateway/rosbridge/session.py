@@ -116,6 +116,8 @@ class RosbridgeSession:
                 return
             if isinstance(effect, operations.Rest):
                 async with self._shared.long_messages:
+                    if self.channel.lost:
+                        return
                     await self._carry_out_all(await self._shared.pool.run(effect.read), long=True)
             elif not self._authentication.done:
                 await self._shared.pool.run(partial(self._authenticate, effect))
