@@ -8,7 +8,9 @@ from types import TracebackType
 
 __all__ = ["StuckBroker"]
 
-CONNACK = b"\x20\x02\x00"
+CONNACK = b"\x20\x03\x00%c\x00"  # MQTT 5, without properties
+OLD_CONNACK = b"\x20\x02\x00%c"  # MQTT 3.1.1
+LEVEL = 8  # place of the protocol level in a CONNECT that is shorter than 128 bytes; 9 in a longer one
 
 
 class StuckBroker:
@@ -16,14 +18,15 @@ class StuckBroker:
 
     Args:
         answer: The code of its CONNACK, 0 to take the client; None never answers.
+        old: It only speaks MQTT 3.1.1.
 
     Attributes:
         accepted: How many connections it has had.
         reading: Set while it reads; what it reads is thrown away.
     """
 
-    def __init__(self, answer: int | None = 0) -> None:
-        self.answer = answer
+    def __init__(self, answer: int | None = 0, *, old: bool = False) -> None:
+        self.answer, self.old = answer, old
         self.accepted = 0
         self.reading = threading.Event()
         self.came = threading.Condition()
@@ -74,9 +77,12 @@ class StuckBroker:
 
     def _talk(self, client: socket.socket) -> None:
         try:
-            client.recv(4096)
-            if self.answer is not None:
-                client.sendall(CONNACK + bytes([self.answer]))
+            found = client.recv(4096)
+            if found and self.answer is not None:
+                level = found[LEVEL + (found[1] >= 0x80)]
+                client.sendall(
+                    OLD_CONNACK % (1 if level == 5 else self.answer) if self.old else CONNACK % self.answer
+                )
             while not self._closing.is_set():
                 self.reading.wait()
                 if not client.recv(65536):

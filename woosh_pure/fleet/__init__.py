@@ -10,8 +10,8 @@ from rosproto.late import late_names
 TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
 if TYPE_CHECKING:
     from woosh_pure.fleet.actions.task import Task
+    from woosh_pure.fleet.broker import Broker
     from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config
-    from woosh_pure.fleet.mqtt.broker import Broker
     from woosh_pure.fleet.store import Store
     from woosh_pure.fleet.vehicle import Vehicle
 
@@ -20,7 +20,7 @@ __all__ = ["Broker", "FleetConfig", "Store", "Task", "Vehicle", "VehicleConfig",
 __getattr__ = late_names(
     __name__,
     {
-        "Broker": "mqtt.broker",
+        "Broker": "broker",
         "FleetConfig": "config",
         "Store": "store",
         "Task": "actions.task",

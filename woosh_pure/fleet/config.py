@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.files import read_text
-from woosh_pure.fleet.mqtt.broker import Broker
+from woosh_pure.fleet.broker import Broker
 from woosh_pure.geometry import Footprint
 
-__all__ = ["VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]
+__all__ = ["MOST_VEHICLES", "VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]
 
 VERSIONS = ("2.0.0", "2.1.0")
+MOST_VEHICLES = 25
+"""Whole chassis of one process: see `link.py` for why."""
 _ALLOWED = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:-")
 _SECRETS = ("WOOSH_MQTT_USER", "WOOSH_MQTT_PASSWORD")
 
@@ -215,6 +217,12 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
     _require_known(given, ("url", "ca_file", "cert_file", "key_file"), "[broker]")
     if "url" not in given:
         raise ValueError("[broker] has no url")
+    if len(vehicles) > MOST_VEHICLES:
+        raise ValueError(
+            f"{len(vehicles)} vehicles are too many for one process, which takes {MOST_VEHICLES}: each needs "
+            "some 30 open files, and MQTT takes no more than 1024; write several files, and start `woosh "
+            "vda5050` once for each"
+        )
     known = [each.name for each in fields(VehicleConfig)]
     for raw in vehicles:
         _require_known(raw, known, "[[vehicle]]")

@@ -7,10 +7,10 @@ Messages wait in lanes, each with a room of its own, so that no flood takes the 
     STOP        cancelOrder, startPause                     64   one whose kind comes again later makes room
     INSTANT     other instant actions                       32   the new one is dropped
     ORDER       orders and updates                           8   the new one is dropped
-    MALFORMED   what does not fit                            4   the new one is dropped
+    MALFORMED   what does not fit                            8   the new one is dropped
 
 A lane is about room, not about rank: messages are read in the order in which they came, so that a cancel
-never overtakes the order that it is for. At most 44 others stand before a stop. What is dropped is counted.
+never overtakes the order that it is for. At most 48 others stand before a stop. What is dropped is counted.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Lane(Enum):
     MALFORMED = "messages that do not fit"
 
 
-ROOM = {Lane.STOP: 64, Lane.INSTANT: 32, Lane.ORDER: 8, Lane.MALFORMED: 4}
+ROOM = {Lane.STOP: 64, Lane.INSTANT: 32, Lane.ORDER: 8, Lane.MALFORMED: 8}
 """Messages that wait in each lane."""
 MOST_MESSAGES = sum(ROOM.values())
 """Messages of a fleet manager that wait."""

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.version import __version__
 from woosh_pure.fleet.actions.log_report import Journal
+from woosh_pure.fleet.broker import Broker
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.factsheet import Body, factsheet_message
+from woosh_pure.fleet.link import BrokerConnection
 from woosh_pure.fleet.messages.header import Headers
-from woosh_pure.fleet.mqtt.broker import Broker
-from woosh_pure.fleet.mqtt.connection import BrokerConnection
 from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.order.order_state import OrderState
 from woosh_pure.fleet.state import Facts, state_message, visualization_message
@@ -62,6 +62,7 @@ class Publisher:
 
     def send_state(self, order: OrderState, facts: Facts) -> None:
         """The state as it is now; nothing while there is no broker."""
+        self.connection.revive()
         if not self.connection.connected.is_set():
             return
         message = state_message(order, facts, self._header("state"), self._config.version)

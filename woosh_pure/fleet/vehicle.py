@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.logs import get_logger
 from rosproto.version import __version__
 from woosh_pure.fleet.action_runner import ActionRunner
+from woosh_pure.fleet.broker import Broker
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
 from woosh_pure.fleet.driving_lease import DrivingLease
@@ -31,7 +32,6 @@ from woosh_pure.fleet.messages.header import check_header
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
-from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry, StopAll
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem

@@ -41,8 +41,7 @@ def test_a_vehicle_behind_a_bridge_is_driven_as_one_in_front_of_it(tmp_path: Pat
         master.until(lambda s: s["operatingMode"] == "AUTOMATIC" and s["agvPosition"]["positionInitialized"])
         master.send("order", order_over("one", "n1 n2 n3"))
         master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"])
-        sock = ours._mqtt._client.socket()
-        ours._mqtt._loop.call(lambda: sock.shutdown(2))  # type: ignore[union-attr]
+        ours._mqtt._client.socket().shutdown(2)
         master.until(lambda _: came_back(master), topic="connection")
         with Master(central.port) as late:
             assert late.until(lambda c: True, topic="connection")["connectionState"] == "ONLINE"

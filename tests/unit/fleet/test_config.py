@@ -12,8 +12,8 @@ import pytest
 
 from woosh_pure import Chassis
 from woosh_pure.fleet.actions.abilities import abilities_of
+from woosh_pure.fleet.broker import Broker
 from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config, secrets
-from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.fleet.vehicle import Vehicle
 
 TOML = """
@@ -126,7 +126,7 @@ def test_secrets_are_in_the_environment(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_without_the_library_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     """And what to type."""
-    from woosh_pure.fleet.mqtt.client import paho
+    from woosh_pure.fleet.link import paho
 
     for name in [name for name in sys.modules if name.partition(".")[0] == "paho"]:
         monkeypatch.setitem(sys.modules, name, None)
@@ -136,6 +136,8 @@ def test_without_the_library_the_error_names_the_extra(monkeypatch: pytest.Monke
 
 
 WRONG = {
+    '[broker]\nurl = "mqtt://h"\n'
+    + 26 * '[[vehicle]]\nmanufacturer = "W"\nserial = "1"\n': r"26 vehicles are too many for one",
     'broker = "mqtt://h"': r"broker: expected a table",
     "[broker]\nurl = 3": r"url 3: expected a text",
     '[broker]\nurl = "mqtt://h:x"': r"expected mqtt://HOST:PORT",

@@ -6,10 +6,10 @@ import pytest
 
 from tests.support.fleet import order_json
 from woosh_pure import Chassis
+from woosh_pure.fleet.broker import Broker
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.inbox import Inbox
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.fleet.order.deviation import AgvPosition
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")

@@ -83,7 +83,7 @@ def run(args: Namespace, out: Output) -> int:
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis
     from woosh_pure.fleet import Store, Vehicle
-    from woosh_pure.fleet.mqtt.client import paho
+    from woosh_pure.fleet.link import paho
     from woosh_pure.fleet.store import default_folder
 
     try:
@@ -116,8 +116,8 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _config(args: Namespace) -> FleetConfig:
+    from woosh_pure.fleet.broker import Broker
     from woosh_pure.fleet.config import FleetConfig, load_config, secrets
-    from woosh_pure.fleet.mqtt.broker import Broker
 
     if args.config is not None:
         if args.broker or args.serial:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import ssl
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
-__all__ = ["Broker", "tls_context"]
+__all__ = ["Broker", "load_certificates", "tls_context"]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -69,25 +68,30 @@ def _without_secrets(url: str) -> str:
     return url.rpartition("@")[2]
 
 
-@functools.lru_cache(maxsize=4)
-def _tls(broker: Broker, files: tuple[int, ...]) -> ssl.SSLContext:
-    """Shared by all connections, because loading the system's authorities takes 20 ms. `files` holds the
-    modification times, so that a renewed certificate makes a new one."""
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    if broker.ca_file is None:
-        context.load_default_certs()
-    else:
-        context.load_verify_locations(broker.ca_file)
-    if broker.cert_file is not None:
-        context.load_cert_chain(broker.cert_file, broker.key_file)
-    return context
+def load_certificates(context: ssl.SSLContext, broker: Broker) -> None:
+    """Load what is in the broker's files now.
+
+    Raises:
+        OSError: A file cannot be read.
+        ValueError: What is in it is no certificate, or the key of another.
+    """
+    for name in (broker.ca_file, broker.cert_file, broker.key_file):
+        if name:
+            os.stat(name)  # its error names the file, and that of the context does not
+    try:
+        if broker.ca_file is not None:
+            context.load_verify_locations(broker.ca_file)
+        if broker.cert_file is not None:
+            context.load_cert_chain(broker.cert_file, broker.key_file)
+    except ssl.SSLError as error:
+        files = ", ".join(name for name in (broker.ca_file, broker.cert_file, broker.key_file) if name)
+        raise ValueError(f"the certificates in {files} cannot be used: {error}") from error
 
 
 def tls_context(broker: Broker) -> ssl.SSLContext:
-    """The certificates as they are now: renewing them needs no restart.
-
-    Raises:
-        OSError: A file cannot be read, or is none of certificates.
-    """
-    names = (broker.ca_file, broker.cert_file, broker.key_file)
-    return _tls(broker, tuple(os.stat(name).st_mtime_ns for name in names if name))
+    """A context with these certificates, or those of the system's authorities; raises what they raise."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    if broker.ca_file is None:
+        context.load_default_certs()
+    load_certificates(context, broker)
+    return context

@@ -1,4 +1,4 @@
-"""The lines to the broker: one thread for all, bounded queues, waits that grow. Brokers here are none."""
+"""The connections with the broker: bounded queues, waits that grow. Brokers here are none."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from typing import Any
 import pytest
 
 from tests.support.stuck_broker import StuckBroker
-from woosh_pure.fleet.mqtt import connection as mqtt
-from woosh_pure.fleet.mqtt.broker import Broker
-from woosh_pure.fleet.mqtt.connection import BrokerConnection
-from woosh_pure.fleet.mqtt.outbox import MOST_WAITING
+from woosh_pure.fleet import link as mqtt
+from woosh_pure.fleet.broker import Broker
+from woosh_pure.fleet.link import MOST_WAITING, BrokerConnection
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 STATE = {"text": "x" * 2600}  # as long as a state with 18 nodes ahead
@@ -65,7 +64,7 @@ def test_a_broker_that_does_not_read_costs_a_bounded_amount(opened: Any) -> None
             dropped = 0 if heard.line.send("state", STATE) else dropped + 1
             pause.wait(0.001 if dropped else 0.0)
         assert heard.line.dropped >= 100
-        assert len(heard.line._outbox) <= MOST_WAITING
+        assert heard.line.waiting <= MOST_WAITING
         told = len(heard.told)
         broker.reading.set()
         heard.until(lambda: len(heard.told) > told)
@@ -101,7 +100,7 @@ def test_who_is_refused_knocks_ever_more_rarely(
 ) -> None:
     """A wrong password must not lock the account."""
     monkeypatch.setattr(mqtt, "_SENT_AWAY", (0.05, 4.0, 30.0, 0.0))
-    with StuckBroker(answer=5) as broker:
+    with StuckBroker(answer=0x87) as broker:
         began = time.monotonic()
         heard = opened(broker.url)
         with broker.came:
@@ -111,20 +110,54 @@ def test_who_is_refused_knocks_ever_more_rarely(
     assert caplog.text.count("refused us") == 1
 
 
-def test_fifty_lines_have_one_thread(opened: Any) -> None:
-    """It ends with the last of them."""
+def test_a_broker_of_before_mqtt_5_is_spoken_to_in_its_version(
+    opened: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It refuses the version once; that is said, and the next connection stands."""
+    with StuckBroker(old=True) as broker:
+        heard = opened(broker.url)
+        heard.until(lambda: heard.told == [True])
+        assert broker.accepted == 2
+    assert caplog.text.count("3.1.1 is used") == 1
+
+
+def test_a_failure_of_our_own_does_not_end_the_connection(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It is logged, and what comes next is heard."""
     with StuckBroker() as broker:
-        broker.reading.set()
-        many = [opened(broker.url, f"{n}") for n in range(50)]
-        for heard in many:
-            heard.until(lambda heard=heard: heard.told == [True])
-        ours = [thread for thread in threading.enumerate() if thread.name == "woosh:mqtt"]
-        assert len(ours) == 1
-        for heard in many:
-            heard.line._gone.set()
-            heard.line.close(0.0)
-        ours[0].join(5.0)
-        assert not ours[0].is_alive()
+        heard = Heard(broker.url)
+        told: list[bool] = []
+
+        def fails(stands: bool) -> None:
+            told.append(stands)
+            raise RuntimeError("ours")
+
+        monkeypatch.setattr(heard.line, "_changed", fails)
+        heard.line.open()
+        try:
+            deadline = time.monotonic() + 10.0
+            while told != [True]:
+                assert time.monotonic() < deadline
+                time.sleep(0.01)
+            broker.hang_up()
+            while told[:3] != [True, False, True]:
+                assert time.monotonic() < deadline + 10.0
+                time.sleep(0.01)
+        finally:
+            heard.line.close(0.1)
+    assert "ours" in caplog.text
+
+
+def test_a_file_number_that_select_does_not_take_is_told(
+    opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The sentence says how many vehicles a process may have."""
+    monkeypatch.setattr(mqtt, "_MOST_FILES", 0)
+    with StuckBroker() as broker:
+        heard = opened(broker.url)
+        heard.until(lambda: heard.told == [True])
+    assert "25 whole chassis" in caplog.text
 
 
 def test_a_broker_that_hangs_up_at_once_is_not_stormed(
@@ -137,9 +170,8 @@ def test_a_broker_that_hangs_up_at_once_is_not_stormed(
         heard.until(lambda: heard.told == [True])
         broker.hang_up()
         heard.until(lambda: heard.told == [True, False])
-        assert heard.line._loop is not None
-        assert heard.line._loop.attempts(heard.line).begin(time.monotonic() + 4.0) == []
-        assert broker.accepted == 1
+        with broker.came:
+            assert not broker.came.wait_for(lambda: broker.accepted > 1, 1.5), "the usual wait is 1 s"
     assert "does another process say" in caplog.text
 
 
