@@ -20,7 +20,7 @@ from typing import Any, BinaryIO
 
 from rosproto.codec import decode, define, service_class
 from rosproto.errors import RosError
-from rosproto.node import Node
+from rosproto.node import Node, PreparedCall
 from rosproto.watchdog.protocol import (
     ROUNDS,
     Arm,
@@ -50,23 +50,35 @@ ASLEEP = 0.2  # seconds: woken later than that, this process did not run itself
 
 
 class _LastCall:
-    """A service that is called once, however often it is asked for, unless the call failed."""
+    """A service that is called once, however often it is asked for, unless the call failed.
+
+    The request is encoded and its connection open before, so that nothing is waited for at the end. Where the
+    provider has closed it meanwhile, it is called in the usual way.
+    """
 
     def __init__(self, node: Node, call: LastCall) -> None:
         kind: Any = service_class(call.type, node.revisions.library_for(call.type, "srv"))
         self._client = node.service_client(call.service, kind)
         self._request = decode(kind._request_class, call.data)
+        self._prepared: PreparedCall | None = self._client.prepare(self._request, CONNECT)
         self._busy = threading.Lock()
         self.done = False
 
     def send(self) -> None:
-        """Call it, in a thread."""
-        if not self.done and self._busy.acquire(blocking=False):
-            threading.Thread(target=self._call, name="rosproto:last call", daemon=True).start()
+        """Call it; the answer is waited for in a thread."""
+        if self.done or not self._busy.acquire(blocking=False):
+            return
+        prepared, self._prepared = self._prepared, None
+        sent = prepared if prepared is not None and prepared.send() else None
+        work = partial(self._finish, sent)
+        threading.Thread(target=work, name="rosproto:last call", daemon=True).start()
 
-    def _call(self) -> None:
+    def _finish(self, sent: PreparedCall | None) -> None:
         try:
-            self._client.call(self._request, timeout=CALL)
+            if sent is not None:
+                sent.answer(CALL)
+            else:
+                self._client.call(self._request, timeout=CALL)
             self.done = True
         except RosError:
             pass  # called again in the next round
