@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 import pytest
 
-from woosh_pure.cli.canvas import GOAL, Picture
-from woosh_pure.cli.chart import BOTTOM, LEFT, RIGHT, TOP, step_of
+from tests.support.png import read_png
 from woosh_pure.cli.commands.scan import _word, free_ways, nearest_of
-from woosh_pure.cli.letters import _GLYPHS, can_draw, put_text, text_mask
-from woosh_pure.cli.picture import PATH, chart_of
+from woosh_pure.cli.output import Output
+from woosh_pure.cli.picture import BOTTOM, LEFT, LINES, MARK, PATH, RIGHT, TOP, chart_of, chart_png, step_of
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
 
-GRID = (206, 218, 232)
+pytest.importorskip("PIL", reason="needs the extra `cli`")
 
 
 @pytest.fixture
@@ -36,9 +36,9 @@ def test_a_chart_has_lines_at_whole_metres(hall: GridMap) -> None:
     pixels, notes = chart_of(hall)
     inner = pixels[TOP:-BOTTOM, LEFT:-RIGHT]
     assert notes == []
-    metre = round(Picture(hall).pixels_per_metre)
+    metre = 40  # two pixels for each cell: 200 cells become at least 400 pixels
     assert inner.shape[:2] == (5 * metre, 10 * metre)
-    lines = np.flatnonzero((inner[7] == GRID).all(axis=1))
+    lines = np.flatnonzero((inner[7] == LINES).all(axis=1))
     assert (lines % metre == 0).all()
     assert len(lines) == 9
     assert (pixels[-BOTTOM + 5 :] < 100).any(), "numbers and the scale below it"
@@ -53,7 +53,7 @@ def test_walls_hide_the_grid() -> None:
 def test_a_turned_map_has_a_turned_grid() -> None:
     turned = GridMap(np.zeros((100, 100), np.int8), 0.05, Pose2D(0.0, 0.0, math.pi / 4))
     inner = chart_of(turned)[0][TOP:-BOTTOM, LEFT:-RIGHT]
-    line = (inner == GRID).all(axis=2)
+    line = (inner == LINES).all(axis=2)
     assert 0.02 < line.mean() < 0.15
     assert not line.all(axis=0).any(), "no line is upright"
 
@@ -67,27 +67,18 @@ def test_marks_are_drawn_and_those_without_letters_numbered(hall: GridMap) -> No
     ]
     pixels, notes = chart_of(hall, marks=marks, path=[Pose2D(0.0, 0.0), Pose2D(2.0, 0.0)])
     assert notes == ["#1 in the picture: 仓库"]
-    assert (pixels == GOAL).all(axis=2).any()
+    assert (pixels == MARK).all(axis=2).any()
     assert (pixels == PATH).all(axis=2).any()
-    assert (chart_of(hall)[0] != GOAL).any(axis=2).all()
+    assert (chart_of(hall)[0] != MARK).any(axis=2).all()
 
 
-def test_letters() -> None:
-    """Each is five dots high and of one width; small ones are capitals; what is missing is a question mark."""
-    assert all(len(rows) == 5 and len({len(row) for row in rows}) == 1 for rows in _GLYPHS.values())
-    assert len({"/".join(rows) for rows in _GLYPHS.values()}) == len(_GLYPHS)
-    assert (text_mask("a1") == text_mask("A1")).all()
-    assert (text_mask("库") == text_mask("?")).all()
-    assert text_mask("10 m", 3).shape[0] == 15
-    assert can_draw("Dock-3 (a/b)")
-    assert not can_draw("仓库")
-
-
-def test_text_is_cut_at_the_edges() -> None:
-    pixels = np.full((8, 8, 3), 255, np.uint8)
-    for left, top in ((-3, -3), (5, 5), (50, 50), (-50, -50)):
-        put_text(pixels, "M8", left, top, on_paper=True)
-    assert (pixels < 255).any()
+def test_without_pillow_there_is_the_plain_map_and_a_sentence(
+    hall: GridMap, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    pixels = read_png(chart_png(hall, Output(as_json=False), marks=False, pose=Pose2D(0.0, 0.0)))
+    assert pixels.shape[:2] == (200, 400)
+    assert 'pip install ".[cli]"' in capsys.readouterr().out
 
 
 # -- scan ----------------------------------------------------------------------------------------------------

@@ -18,10 +18,9 @@ from rosproto.errors import ConnectionLost
 from rosproto.text import width
 from tests.support.png import read_png
 from woosh_pure.cli import config, entry
-from woosh_pure.cli.canvas import ROBOT
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.output import Output, plain
-from woosh_pure.cli.picture import SCAN, blank_around, picture_of
+from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
 from woosh_pure.cli.png import encode_png, image_png
 from woosh_pure.cli.scene import Scene
 from woosh_pure.cli.screen import Screen
@@ -185,7 +184,8 @@ def test_cameras_of_other_encodings() -> None:
 def test_the_robot_is_drawn_where_it_is_on_a_turned_map() -> None:
     """The map's corner is at (1, 2) and its x axis looks along the map frame's y."""
     grid = GridMap(np.zeros((20, 40), np.int8), 0.5, Pose2D(1.0, 2.0, math.pi / 2))
-    pixels = picture_of(grid, scan=np.array([[-3.9, 6.1]]))
+    pytest.importorskip("PIL", reason="needs the extra `cli`")
+    pixels = chart_of(grid, scan=np.array([[-3.9, 6.1]]))[0][TOP:-BOTTOM, LEFT:-RIGHT]
     rows, columns = np.nonzero((pixels == SCAN).all(axis=2))
     scale = pixels.shape[1] / 40
     assert columns.mean() / scale == pytest.approx(4.1 / 0.5, abs=0.3)  # y - 2 along the columns
@@ -195,8 +195,9 @@ def test_the_robot_is_drawn_where_it_is_on_a_turned_map() -> None:
 
 def test_points_off_the_map_are_left_out_and_a_huge_map_is_thinned() -> None:
     grid = GridMap(np.zeros((4, 9000), np.int8), 0.05)
-    pixels = picture_of(grid, pose=Pose2D(1e6, 1e6), scan=np.array([[-1e9, 0.0], [np.float64(1e9), 5.0]]))
-    assert pixels.shape[1] <= 4000
+    pytest.importorskip("PIL", reason="needs the extra `cli`")
+    pixels, _ = chart_of(grid, pose=Pose2D(1e6, 1e6), scan=np.array([[-1e9, 0.0], [np.float64(1e9), 5.0]]))
+    assert pixels.shape[1] <= 4000 + LEFT + RIGHT
     around = blank_around(np.array([[3.0, -2.0]]))
     assert around.contains(3.0, -2.0)
     assert around.contains(0.0, 0.0)

@@ -93,7 +93,7 @@ def _save(args: Namespace, out: Output) -> int:
 
 
 def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
-    from woosh_pure.cli.charting import chart_png
+    from woosh_pure.cli.picture import chart_png
     from woosh_pure.feed.frames import scan_in_map
 
     pose = scan = None

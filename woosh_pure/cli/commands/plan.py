@@ -33,7 +33,7 @@ def run(args: Namespace, out: Output) -> int:
         with out.working("planning"):
             path = chassis.plan(pose((args.x, args.y, args.degrees)), start, tolerance=args.tolerance)
         if args.png:
-            from woosh_pure.cli.charting import chart_png
+            from woosh_pure.cli.picture import chart_png
 
             with out.working("fetching the map"):
                 grid = chassis.get_map()

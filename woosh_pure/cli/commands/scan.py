@@ -113,8 +113,7 @@ def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
 
 
 def _draw(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) -> bytes:
-    from woosh_pure.cli.charting import chart_png
-    from woosh_pure.cli.picture import blank_around
+    from woosh_pure.cli.picture import blank_around, chart_png
     from woosh_pure.feed.frames import scan_in_base, scan_in_map
     from woosh_pure.geometry import Pose2D
 
