@@ -10,8 +10,7 @@ roscpp refuses. What others have in their graph must be reachable, so `resolve` 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-
-from rosproto.records import NamedTuple
+from typing import NamedTuple
 
 __all__ = [
     "Arguments",

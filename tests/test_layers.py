@@ -18,7 +18,6 @@ LAYERS = [
     "rosproto.files",
     "rosproto.bounded_cache",
     "rosproto.logs",
-    "rosproto.records",
     "rosproto.version",
     "rosproto.typed_values",
     "rosproto.numbers",

@@ -8,11 +8,10 @@ import stat
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from rosproto.bag.remote import is_remote, open_remote
 from rosproto.errors import BagError, RosError
-from rosproto.records import NamedTuple
 
 __all__ = ["MOST_CONNECTIONS", "BagFile", "BagLimits", "Budget", "Scanning", "Unreachable", "system_errors"]
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.source import Source, merge_codes
-from rosproto.records import NamedTuple
 
 __all__ = ["AtOnceWriter", "fits_at_once", "fits_in_fours"]
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from rosproto.msg.spec import Field, MessageSpec
-from rosproto.records import NamedTuple
 
 __all__ = ["Difference", "differences", "side_by_side"]
 

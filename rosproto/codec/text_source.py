@@ -8,11 +8,12 @@ apart. Nothing is guessed that is not compared.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from rosproto.codec.array_source import MAX_STATEMENTS, ArrayWriter
 from rosproto.codec.guesses import sizes, strings_inside, structs
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.source import merge_codes
-from rosproto.records import NamedTuple
 
 __all__ = ["TextWriter", "key_of"]
 

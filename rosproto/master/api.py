@@ -14,9 +14,9 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from rosproto.logs import PeerLog, get_logger
-from rosproto.records import NamedTuple
 
 from . import validation as v
 from .notifications import Notification

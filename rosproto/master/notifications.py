@@ -6,7 +6,7 @@ the same `topic` of conversation (`key`) replace each other: only the newest sti
 
 from __future__ import annotations
 
-from rosproto.records import NamedTuple
+from typing import NamedTuple
 
 __all__ = ["Notification", "ParamUpdate", "PublisherUpdate", "Shutdown"]
 

@@ -19,8 +19,7 @@ Where this differs from rosmaster, on purpose:
 from __future__ import annotations
 
 from collections.abc import Iterable
-
-from rosproto.records import NamedTuple
+from typing import NamedTuple
 
 from .notifications import Notification, PublisherUpdate, Shutdown
 

@@ -6,10 +6,10 @@ A peer's full text becomes classes and generated code, so it is measured before 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from rosproto.errors import DefinitionError
 from rosproto.msg.spec import FieldType, MessageSpec
-from rosproto.records import NamedTuple
 
 __all__ = ["DefinitionLimits", "check_length", "check_limits"]
 

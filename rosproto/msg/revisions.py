@@ -14,11 +14,10 @@ is a whole library: what differs, over what it is a change of.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import DefinitionError
 from rosproto.msg.sources import DefinitionSource, Folder
-from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from rosproto.msg.library import DefinitionLibrary

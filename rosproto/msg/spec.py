@@ -8,7 +8,7 @@ import time.
 
 from __future__ import annotations
 
-from rosproto.records import NamedTuple
+from typing import NamedTuple
 
 __all__ = ["BUILTIN_TYPES", "ActionSpec", "Constant", "Field", "FieldType", "MessageSpec", "ServiceSpec"]
 

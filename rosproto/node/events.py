@@ -6,10 +6,10 @@ import enum
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
 from rosproto.logs import get_logger
 from rosproto.node.interrupts import is_interrupt
-from rosproto.records import NamedTuple
 
 __all__ = ["Event", "EventKind", "Events", "without_frames"]
 

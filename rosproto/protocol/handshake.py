@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, Md5sumMismatch, RemoteProtocolError
-from rosproto.records import NamedTuple
 from rosproto.text import printable
 
 __all__ = [

@@ -9,9 +9,10 @@ bodies, `Expect: 100-continue`, lines that end in a bare newline, pipelined requ
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol.limits import Limits
-from rosproto.records import NamedTuple
 
 __all__ = [
     "CONTINUE",

@@ -17,10 +17,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from struct import Struct
+from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol.header import decode_header, encode_header
-from rosproto.records import NamedTuple
 
 __all__ = ["DATAGRAM_BYTES", "UDPROS", "DatagramAnswer", "DatagramRequest", "Reassembly", "datagrams"]
 

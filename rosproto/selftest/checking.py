@@ -6,8 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
-
-from rosproto.records import NamedTuple
+from typing import NamedTuple
 
 __all__ = ["LIMIT", "Check", "CheckFailed", "NotHere", "Outcome", "State", "run"]
 

@@ -19,9 +19,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from importlib import resources
 from string import Formatter
-from typing import Any
+from typing import Any, NamedTuple
 
-from rosproto.records import NamedTuple
 from rosproto.sentence import Sentence, sentence_of
 from rosproto.text import padded, width
 

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.logs import get_logger
 from rosproto.node.graph.master_client import SystemState
-from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from typing import Any

@@ -10,10 +10,10 @@ A client names the subprotocols it speaks. The SDK accepts `foxglove.sdk.v1` onl
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 from urllib.parse import parse_qs, urlsplit
 
 from rosproto.gateway.strangers import foreign_host, foreign_origin, token_fits
-from rosproto.records import NamedTuple
 
 __all__ = [
     "HEAD_END",

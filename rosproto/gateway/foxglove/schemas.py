@@ -10,13 +10,12 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.codec import message_class
 from rosproto.errors import DefinitionError, RosError
 from rosproto.logs import get_logger
 from rosproto.node.revisions.topic_probe import probe_topic
-from rosproto.records import NamedTuple
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:

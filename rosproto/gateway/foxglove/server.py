@@ -6,7 +6,7 @@ import os
 import ssl
 import time
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
 from rosproto.errors import RosTimeout
@@ -20,7 +20,6 @@ from rosproto.gateway.foxglove.shared import Shared
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.strangers import require_token_off_loopback
 from rosproto.logs import get_logger
-from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from rosproto.gateway.foxglove.session import Session

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node.graph import replies
 from rosproto.node.graph.endpoints import Endpoints, listening_address
-from rosproto.records import NamedTuple
 from rosproto.transport.address import resolve
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ Source: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Parameter%20Server%20API.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
 from rosproto.node.graph import replies
 from rosproto.node.graph.api_client import ApiClient
-from rosproto.records import NamedTuple
 from rosproto.transport import unpack
 
 __all__ = ["MasterClient", "SystemState"]

@@ -6,9 +6,7 @@ Source: wiki.ros.org/ROS/Master_API.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
-
-from rosproto.records import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient

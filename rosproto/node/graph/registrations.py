@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import (
     ConnectionLost,
@@ -25,7 +25,6 @@ from rosproto.errors import (
 )
 from rosproto.logs import get_logger
 from rosproto.node.graph import replies
-from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from rosproto.node.graph import replies
 from rosproto.node.graph.api_client import ApiClient
 from rosproto.protocol.limits import Limits
-from rosproto.records import NamedTuple
 from rosproto.transport import HostNames, XmlRpcClient, unpack
 
 __all__ = ["BusConnection", "NodeClient"]

@@ -15,9 +15,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterable
-from typing import Any
-
-from rosproto.records import NamedTuple
+from typing import Any, NamedTuple
 
 __all__ = ["ABSENT", "Absent", "Change", "ParameterCache", "canonical_key", "same_value"]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.codec import define, message_class, service_class
@@ -21,7 +21,6 @@ from rosproto.msg.user_folder import is_learned
 from rosproto.node.revisions.definition_lookup import DefinitionLookup, Learn
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import is_md5sum
-from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from rosproto.codec import Message

@@ -12,11 +12,10 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
-from rosproto.records import NamedTuple
 from rosproto.time import Duration, Time
 from rosproto.transport.waiting import wait_event
 

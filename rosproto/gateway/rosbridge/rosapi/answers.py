@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.codec import message_class, service_class
 from rosproto.errors import MasterError, RosError, ServiceError
@@ -16,7 +16,6 @@ from rosproto.gateway.rosbridge.rosapi.graph import Asked, RosapiError, Visible,
 from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
 from rosproto.gateway.rosbridge.rosapi.types import Definitions
 from rosproto.msg import bundled
-from rosproto.records import NamedTuple
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
