@@ -17,8 +17,6 @@ The shape of what comes out, for geometry_msgs/Vector3Stamped:
 Nested messages are flattened into the same function, and a fixed array in a run is skipped with pad
 bytes. Nothing is checked per field: a wrong length ends in struct.error, numpy's ValueError, or the
 comparison at the end; only counts of Python objects are compared with the bytes left beforehand.
-
-Types of fixed fields and strings begin with a shorter way, for messages like the last: text_source.py.
 """
 
 from __future__ import annotations
@@ -28,9 +26,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
-from rosproto.codec.array_source import MAX_STATEMENTS
+from rosproto.codec.array_source import MAX_STATEMENTS, ArrayWriter
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.text_source import TextWriter, key_of
 
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
@@ -68,7 +65,7 @@ def decode_function(
     return writer.src.compile("decode", layout.spec.name)
 
 
-class _DecodeWriter(TextWriter):
+class _DecodeWriter(ArrayWriter):
     # -- the frame ---------------------------------------------------------------------------
 
     def write(
@@ -87,7 +84,6 @@ class _DecodeWriter(TextWriter):
             src.line(f"b = {src.constant(arrays.read_only)}(b)")
         if self.whole and not self.exact:
             src.line("e = len(b)")
-        learn = "" if partial or self.general else self.like_the_last()
         top = src.fresh("m")
         src.line(f"{top} = {self.create(self.layout.spec.name)}()")
         if not partial:
@@ -99,8 +95,6 @@ class _DecodeWriter(TextWriter):
             return
         if not self.exact:
             src.line(f"if {self.at()} != e: raise ValueError")
-        if learn:
-            src.line(f"{learn}({self.total}, {key_of(self.lengths)})")
         src.line(f"return {top}")
         src.dedent()
         src.indent(f"except {src.constant(ERRORS)} as x:")

@@ -1,25 +1,21 @@
-"""Guesses about string lengths, with which many strings are read by one struct.
+"""A guess about string lengths, with which an array of messages is read by one struct.
 
-Messages of a type mostly have strings of the lengths that the last ones had: frame ids do not change. The
-decoder guesses so, reads everything at once, and compares; where a guess is wrong it decodes in steps.
+In a Path, and in nearly every TFMessage, the strings of all elements are as long as those of the first. The
+decoder guesses so, reads everything at once, and compares; where the guess is wrong it decodes in steps.
+Without it a Path of 200 poses takes 2.2 times as long, one of 1000 poses and a TFMessage of 10 transforms
+1.5 times (processor time, CPython 3.11).
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from itertools import repeat
 from typing import Any
 
 from rosproto.codec.layout import Layout
 from rosproto.codec.source import quickest
 
-__all__ = ["flat_codes", "length_offsets", "sizes", "strings_inside", "structs"]
-
-LEARN_SIZES = 2048
-"""Bytes of a message up to which the struct for its size is remembered."""
-SIZES_KEPT = 256
-"""Sizes remembered for a type: at most half a megabyte of texts."""
+__all__ = ["flat_codes", "length_offsets", "strings_inside", "structs"]
 
 
 def flat_codes(layout: Layout) -> list[str]:
@@ -46,21 +42,16 @@ def length_offsets(codes: list[str]) -> list[int]:
     return offsets
 
 
-def strings_inside(layout: Layout, *, views: bool = False) -> int | None:
-    """How many strings a message of numbers, times and strings has; None when it holds an array.
-
-    With `views`, arrays of numbers of fixed length are no hindrance.
-    """
+def strings_inside(layout: Layout) -> int | None:
+    """How many strings a message of numbers, times and strings has; None when it holds an array."""
     total = 0
     for field in layout.fields:
-        if field.is_array and views and field.kind == "number" and field.length:
-            continue
         if field.is_array:
             return None
         if field.kind == "string":
             total += 1
         elif field.layout is not None:
-            inner = strings_inside(field.layout, views=views)
+            inner = strings_inside(field.layout)
             if inner is None:
                 return None
             total += inner
@@ -80,22 +71,3 @@ def structs(form: str, method: str) -> Callable[[Any], Any]:
         return found
 
     return chosen
-
-
-def sizes(
-    form: str, fixed: int, values: int, split: Callable[[Any], Any]
-) -> tuple[dict[int, tuple[Any, ...]], Callable[[int, Any], None]]:
-    """What is remembered of messages by their sizes, and the function to tell a size to.
-
-    For a size: the `unpack_from` that reads such a message with the run of bytes that holds its strings; that
-    run of the last message, and the values in it, all None at first; None; and what `split` gave for the
-    lengths of its strings. `form` has one place for the size of the run; `fixed` bytes are around it.
-    """
-    known: dict[int, tuple[Any, ...]] = {}
-
-    def learn(size: int, lengths: Any) -> None:
-        if size <= LEARN_SIZES and len(known) < SIZES_KEPT:
-            unpack = struct.Struct(quickest(form % (size - fixed), packs=False)).unpack_from
-            known[size] = (unpack, None, *repeat(None, values), None, split(lengths))
-
-    return known, learn

@@ -1,8 +1,9 @@
 """Keeping the cyclic garbage collector away while one large message is built.
 
-Decoding a Path of 1000 poses makes 6000 objects that all survive; the collector runs nine times
-in vain and doubles the time. The collector is process-wide, so this is counted under a lock: the
-first decoder in switches it off, the last one out switches it on again, and only if it was on.
+Decoding a Path of 1000 poses makes 6000 objects that all survive; the collector runs nine times in vain.
+Without the pause it takes twice as long (1434 us for 717, processor time), a Path of 200 poses 1.2 times.
+The collector is process-wide, so this is counted under a lock: the first decoder in switches it off, the
+last one out switches it on again, and only if it was on.
 A program that calls `gc.disable()` while another thread is inside finds it on afterwards; one that
 calls `gc.enable()` keeps it on. Decoding is bounded by the bytes at hand and waits for nothing.
 """

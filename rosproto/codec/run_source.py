@@ -45,14 +45,12 @@ class RunWriter:
         self.src.globals["range"] = range
         self.src.globals["len"] = len
         self.base = self.start = "0" if whole else "o"
-        self.total = "e" if whole else "e-o"
         self.delta = 0
         self.codes: list[str] = []
         self.targets: list[str] = []
         self.run = 0
         self.loops = 0
         self.statements = 0
-        self.lengths: list[str] = []
         self.makers: dict[str, str] = {}
         self.string_targets: list[tuple[str, str]] = []
 
@@ -97,7 +95,6 @@ class RunWriter:
     def count(self) -> str:
         """Read a count that ends the run; the position moves behind it."""
         n = self.src.fresh("n")
-        self.lengths.append(n)
         self.add("I", 4, n)
         self.flush()
         return n
