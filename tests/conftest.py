@@ -5,8 +5,8 @@ itself: its time without that in which it stood ready and others had the process
 (Linux); or, for a test that waits for other processes, its time divided by the processes that each processor had.
 CI runs what failed once more, alone, and believes that.
 
-`pytest` alone leaves out what takes long (slow), compares or storms whole programs (whole), or needs other programs (interop);
-named files, folders or `-m` bring all of it. With PASSED_TESTS=FILE in the environment the names of tests that passed are
+`pytest` alone leaves out what takes long (slow), compares or storms whole programs (whole), needs others (interop), or
+reads the sources (structure); named files, folders or `-m` bring all of it. With PASSED_TESTS=FILE in the environment the names of tests that passed are
 added to the file, and those that are in it already do not run again: so CI runs the rest, and counts.
 
 Interop tests start other programs and are excused. Hypothesis has no deadline of its own here: it would count the
@@ -30,7 +30,7 @@ from tests.support.watched.plugin import begin, pytest_runtest_teardown, pytest_
 
 __all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
 
-AT_ONCE = "not (slow or whole or interop)"
+AT_ONCE = "not (slow or whole or interop or structure)"
 begin()
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")

@@ -16,6 +16,8 @@ import pytest
 from tests.test_exports import PACKAGES
 from tests.test_layers import MODULES, ROOT
 
+pytestmark = pytest.mark.structure
+
 WOOSH = [(module, path) for module, path in MODULES if module.startswith("woosh_pure")]
 COMMANDS = "woosh_pure.cli"
 """The one part of woosh_pure that stands on `rosproto.cli`."""

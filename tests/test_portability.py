@@ -17,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.structure
+
 ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted(p for package in ("rosproto", "woosh_pure", "msgdefs") for p in (ROOT / package).rglob("*.py"))
 

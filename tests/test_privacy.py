@@ -19,6 +19,8 @@ import pytest
 
 from rosproto.codec import Message
 
+pytestmark = pytest.mark.structure
+
 ROOT = Path(__file__).resolve().parent.parent
 
 PUBLIC_IN_SPITE = frozenset(
