@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import json
+import math
 import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
+import rosproto
+from rosproto import Node
 from tests.support.proxy import FaultProxy
+from tests.support.slow_link import SlowLink
 from tests.support.web import PageClient, Served, serving
-from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.web.live import viewer
-from woosh_pure.web.live.frames import CAMERA, SCAN
+from woosh_pure import Chassis, SimulatedChassis, interface
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.gridmap_message import grid_message
+from woosh_pure.web.live import costmap, viewer
+from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
 
 ZEROS = 1.0
 
@@ -528,3 +536,77 @@ def test_a_press_while_a_goal_is_under_way_is_refused_in_words(web: Served, page
 def test_what_is_said_is_json_without_nan(page: PageClient) -> None:
     page.wait(lambda d: d["t"] == "state" and "readiness" in d)
     json.dumps(page.heard, allow_nan=False)
+
+
+def no_numbers(message: Any) -> Any:
+    """The message, with nothing in it that is a number."""
+    for name, kind in zip(message.__slots__, message._slot_types, strict=True):
+        value = getattr(message, name)
+        if kind in ("float32", "float64"):
+            setattr(message, name, math.nan)
+        elif kind.startswith("float") and kind.endswith("[]"):
+            setattr(message, name, [math.inf, math.nan] * 10)
+        elif hasattr(value, "_slot_types"):
+            no_numbers(value)
+    return message
+
+
+NUMBERS = ("odometer", "velocity", "battery", "localization", "information", "scan")
+
+
+def test_what_is_no_number_takes_nothing_else_along(
+    web: Served, sim: SimulatedChassis, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A peer says NaN on each topic, fifty times a second: poses and the rest go on, and all that is said is JSON."""
+    with Node("nan", master_uri=sim.master_uri, anonymous=True) as node, PageClient(web.port) as page:
+        page.of("pose")
+        saying = []
+        for name in NUMBERS:
+            row = interface.find(name)
+            message = no_numbers(rosproto.message_class(row.type)())
+            saying.append((node.publisher(row.name, row.type), message))
+        for publisher, _ in saying:
+            publisher.wait_for_connection(timeout=10)
+        page.forget()
+        until = time.monotonic() + 3.0
+        while time.monotonic() < until:
+            for publisher, message in saying:
+                publisher.publish(message)
+            time.sleep(0.02)
+        poses = [one for one in page.heard if one["t"] == "pose"]
+        assert len(poses) > 15, "it was one a second"
+        for publisher, message in saying:
+            publisher.publish(message)
+        for path in ("snapshot", "status", "readiness", *(f"feeds/{name}" for name in NUMBERS)):
+            answer = web.get(path)
+            assert answer.status == 200, answer
+            json.loads(answer.body, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    told = [
+        record for record in caplog.records if record.exc_info and record.name.startswith("woosh_pure.web")
+    ]
+    assert told == []
+
+
+def test_a_large_costmap_keeps_no_drive_away(web: Served, sim: SimulatedChassis) -> None:
+    """5000 x 5000 cells over 1 Mbit/s: 25 MB in one frame took 200 s, in which nothing else came. It is scaled, comes
+    in parts, and poses and a drive pass between them.
+    """
+    with (
+        Node("costs", master_uri=sim.master_uri, anonymous=True) as node,
+        SlowLink("127.0.0.1", web.port, latency=0.0, rate=125_000) as link,
+        PageClient(link.port) as page,
+    ):
+        message = grid_message(GridMap(np.full((5000, 5000), 1, np.int8), 0.05, Pose2D(0.0, 0.0)))
+        publisher = node.publisher(costmap.TOPIC, "nav_msgs/OccupancyGrid", latch=True)
+        page.of("pose")
+        page.ready()
+        page.say(t="look", costmap=True)
+        publisher.publish(message)
+        page.frame(COSTMAP, timeout=30.0)
+        page.forget()
+        said = page.drive()
+        assert said["state"] == "driving"
+        page.of("pose")
+        page.let_go()
+        parts = [frame for frame in page.frames if frame[0] == COSTMAP]
+        assert max(map(len, parts)) <= PART + 24

@@ -26,6 +26,7 @@ from woosh_pure.web.api.dependencies import named_robot
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.middleware import SecurityMiddleware
 from woosh_pure.web.problems import MEDIA_TYPE, Problem, problem_of
+from woosh_pure.web.snapshot import text_of
 
 __all__ = ["PAGE", "build"]
 
@@ -38,6 +39,14 @@ DESCRIPTION = (
 )
 
 
+class _Json(JSONResponse):
+    """JSON in which what is no number (NaN, infinite) is null."""
+
+    def render(self, content: Any) -> bytes:
+        """See Starlette."""
+        return text_of(content).encode()
+
+
 def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
     """The application for these robots and rules. It starts nothing."""
     app = FastAPI(
@@ -47,6 +56,7 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         generate_unique_id_function=_operation,
+        default_response_class=_Json,
     )
     app.state.context = context
     for part in _SERVER:

@@ -5,6 +5,7 @@ for its end. The Chassis's verbs block, so everything here is called from thread
 from __future__ import annotations
 
 import itertools
+import math
 import threading
 import time
 from collections import OrderedDict
@@ -78,7 +79,7 @@ class Goal:
             "done": self.done,
             "arrived": None if outcome is None else outcome.arrived,
             "progress": printable(self.handle.progress_line()) if outcome is None else "",
-            "percent": None if percent is None else round(float(percent), 1),
+            "percent": None if percent is None or not math.isfinite(percent) else round(float(percent), 1),
             "stands_still": None if outcome is None else outcome.stopped,
             "text": self.error if outcome is None else outcome.sentence(),
             "seconds": round(time.time() - self.begun if outcome is None else outcome.seconds, 2),

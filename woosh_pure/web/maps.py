@@ -38,7 +38,7 @@ class WebMark:
         """The mark as the API sends it; x, y and theta are null if the pose is not known."""
         pose: dict[str, Any] = dict.fromkeys(("x", "y", "theta"))
         if self.pose is not None:
-            pose = dict(pose_part(self.pose))
+            pose.update(pose_part(self.pose) or {})
         return {"name": printable(self.name), **pose, "charger": self.charger, "note": printable(self.note)}
 
 

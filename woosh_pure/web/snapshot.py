@@ -6,6 +6,7 @@ all the time.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -32,10 +33,23 @@ __all__ = [
     "readiness_part",
     "state_parts",
     "stop_part",
+    "text_of",
 ]
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
 """The feeds that the snapshot is made from."""
+
+
+def text_of(document: Any) -> str:
+    """A document as the JSON text that is sent. What is no number (NaN, infinite) is null."""
+    try:
+        return _encode(document)
+    except ValueError:
+        return _encode(plain(document))
+
+
+def _encode(document: Any) -> str:
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def plain(value: Any) -> Any:
@@ -79,12 +93,14 @@ def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
         "status": None if status is None else _status(status),
         "battery": _battery(value["battery"]) if "battery" in value else None,
         "velocity": _velocity(value["velocity"]) if "velocity" in value else None,
-        "odometer": round(float(value["odometer"]), 2) if "odometer" in value else None,
+        "odometer": _rounded(value["odometer"], 2) if "odometer" in value else None,
     }
 
 
-def pose_part(pose: Pose2D) -> dict[str, float]:
-    """A pose: m and rad, in the map."""
+def pose_part(pose: Pose2D) -> dict[str, float] | None:
+    """A pose: m and rad, in the map. None if one of its numbers is none: it is not known then."""
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+        return None
     return {"x": round(pose.x, 4), "y": round(pose.y, 4), "theta": round(pose.yaw, 5)}
 
 
@@ -116,8 +132,9 @@ def _battery(battery: Battery) -> dict[str, Any]:
     }
 
 
-def _velocity(velocity: Velocity) -> dict[str, Any]:
-    return {name: _rounded(getattr(velocity, name), 3) for name in ("vx", "vy", "wz")}
+def _velocity(velocity: Velocity) -> dict[str, Any] | None:
+    part = {name: _rounded(getattr(velocity, name), 3) for name in ("vx", "vy", "wz")}
+    return None if None in part.values() else part
 
 
 def _rounded(number: float, digits: int) -> float | None:
@@ -180,5 +197,5 @@ def stop_part(report: StopReport) -> dict[str, Any]:
 
 
 def points_part(points: Iterable[tuple[float, float]]) -> list[list[float]]:
-    """Points in m, rounded to mm."""
-    return [[round(x, 3), round(y, 3)] for x, y in points]
+    """Points in m, rounded to mm, without those of which a number is none."""
+    return [[round(x, 3), round(y, 3)] for x, y in points if math.isfinite(x) and math.isfinite(y)]

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { decode } from "../../../woosh_pure/web/page/js/frames.js";
+import { decode, Parts } from "../../../woosh_pure/web/page/js/frames.js";
 import { Ages, ageWords, isOld, lost, SILENT_SECONDS } from "../../../woosh_pure/web/page/js/freshness.js";
 import { take, takeBinary } from "../../../woosh_pure/web/page/js/messages.js";
 import { Series, Trail } from "../../../woosh_pure/web/page/js/series.js";
@@ -44,6 +44,21 @@ test("a camera frame and a costmap", () => {
   view.setUint8(24 + 5, 100);
   const frame = decode(buffer);
   assert.deepEqual([frame.width, frame.height, frame.cells[5]], [3, 2, 100]);
+  assert.equal(decode(buffer.slice(0, 24)), null, "no row");
+  assert.equal(decode(buffer.slice(0, 28)), null, "no whole row");
+  view.setUint16(6, 1, true);
+  assert.equal(decode(buffer), null, "rows beyond its height");
+});
+
+test("a costmap is whole when its last part has come, and only in order", () => {
+  const part = (row, rows, value, width = 2, height = 3) => ({ kind: "costmap", width, height, row, rows, cells: new Uint8Array(width * rows).fill(value) });
+  const parts = new Parts();
+  assert.equal(parts.take(part(0, 2, 7)), null);
+  assert.deepEqual([...parts.take(part(2, 1, 9)).cells], [7, 7, 7, 7, 9, 9]);
+  assert.equal(parts.take(part(2, 1, 9)), null, "its beginning was lost");
+  assert.equal(parts.take(part(0, 2, 7)), null);
+  assert.equal(parts.take(part(2, 1, 9, 2, 4)), null, "of another one");
+  assert.deepEqual([...parts.take(part(0, 3, 1)).cells], [1, 1, 1, 1, 1, 1], "in one part");
 });
 
 test("the state is taken part by part; what is missing stays as it was", () => {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import time
 from typing import Any
 
@@ -20,7 +19,7 @@ from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, context_of, problems, robot_of
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.problems import Problem
-from woosh_pure.web.snapshot import plain
+from woosh_pure.web.snapshot import plain, text_of
 
 __all__ = ["router"]
 
@@ -111,7 +110,7 @@ class _Events(Response):
         while not (gone.done() or self._feed.closed or self._context.closed):
             if self._feed.count != count and self._feed.known is not None:
                 count = self._feed.count
-                text = json.dumps(_value(self._name, self._feed), ensure_ascii=False, allow_nan=False)
+                text = text_of(_value(self._name, self._feed))
                 said = await _tell(send, f"event: {self._name}\nid: {count}\ndata: {text}\n\n")
             elif time.monotonic() - said > BEAT_SECONDS:
                 said = await _tell(send, ": nothing new\n\n")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.maps.gridmap_message import grid_from_message
-from woosh_pure.web.live.frames import costmap_frame
+from woosh_pure.web.live.frames import costmap_frames
 
 if TYPE_CHECKING:
     import rosproto
@@ -29,6 +29,7 @@ class Costmap:
         self._lock = threading.Lock()
         self._subscriber: rosproto.Subscriber | None = None
         self._newest: Any = None
+        self._framed: tuple[Any, tuple[bytes, ...] | None] = (None, None)
 
     def set_wanted(self, on: bool) -> None:
         """Subscribe, or end the subscription."""
@@ -44,14 +45,19 @@ class Costmap:
     def _take(self, message: Any) -> None:
         self._newest = message
 
-    def frame(self) -> bytes | None:
-        """The newest costmap as a frame; None if there is none."""
+    def frames(self) -> tuple[bytes, ...] | None:
+        """The newest costmap as frames; None if there is none. Each message is encoded once."""
         message = self._newest
+        if message is not self._framed[0]:
+            self._framed = message, self._encode(message)
+        return self._framed[1]
+
+    def _encode(self, message: Any) -> tuple[bytes, ...] | None:
         if message is None:
             return None
         try:
             grid = grid_from_message(message)
-            return costmap_frame(grid.cells, grid.resolution, grid.origin)
+            return costmap_frames(grid.cells, grid.resolution, grid.origin)
         except (ValueError, RosError) as error:
             _logger.warning("! %s: %s", TOPIC, error)
             return None

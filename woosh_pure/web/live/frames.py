@@ -4,8 +4,9 @@ encoded once for all viewers.
     scan     B kind=1, B 0, H count, 5f x y theta angle_min angle_increment (laser in the map, m and rad),
              then count H: centimetres, 0 for no measurement
     camera   B kind=2, B source (0 colour, 1 depth), then a JPEG
-    costmap  B kind=3, B 0, H width, H height, H 0, 4f resolution x y theta, then width*height B:
-             cost 0 to 100, 255 for not known; the row at the origin comes first
+    costmap  B kind=3, B 0, H width, H height, H row, 4f resolution x y theta, then some rows of width B from
+             that row on: cost 0 to 100, 255 for not known; the row at the origin comes first. The parts of
+             a costmap come in order, with other frames in between
 """
 
 from __future__ import annotations
@@ -21,12 +22,15 @@ from woosh_pure.geometry import Pose2D
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["CAMERA", "COSTMAP", "SCAN", "SOURCES", "camera_frame", "costmap_frame", "scan_frame"]
+__all__ = ["CAMERA", "COSTMAP", "SCAN", "SOURCES", "camera_frame", "costmap_frames", "scan_frame"]
 
 SCAN, CAMERA, COSTMAP = 1, 2, 3
 SOURCES = ("color", "depth")
 MOST_RANGES = 2000
 """Of a scan with more ranges, only every second, third ... is sent; a screen cannot show more."""
+MOST_CELLS, PART = 250_000, 8 * 1024
+"""Cells of a costmap that are sent, and bytes of one part: a screen does not show more of a large map, and
+over a slow link a part holds up the rest for no longer than a picture of the camera."""
 _HEAD = struct.Struct("<BBH5f")
 _GRID = struct.Struct("<BBHHH4f")
 
@@ -56,14 +60,31 @@ def camera_frame(source: str, jpeg: bytes) -> bytes:
     return bytes((CAMERA, SOURCES.index(source))) + jpeg
 
 
-def costmap_frame(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -> bytes:
-    """A costmap; `cells` is (height, width) int8, 0 to 100, -1 for not known.
+def costmap_frames(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -> tuple[bytes, ...]:
+    """A costmap in parts, between which other frames are sent. One of more than `MOST_CELLS` is scaled down:
+    each cell then has the highest cost of those it stands for.
+
+    Args:
+        cells: (height, width) int8, 0 to 100, -1 for not known.
+        resolution: Size of a cell, m.
+        origin: Pose of its first cell's corner in the map.
 
     Raises:
-        ValueError: It has more than 65535 cells in one direction.
+        ValueError: It has no cells, or more than 65535 in one direction, or a number of it is none.
     """
+    step = math.ceil(math.sqrt(cells.size / MOST_CELLS))
+    if step > 1:
+        rows, columns = (np.arange(0, size, step) for size in cells.shape)
+        cells = np.maximum.reduceat(np.maximum.reduceat(cells, rows, axis=0), columns, axis=1)
+        resolution *= step
     height, width = cells.shape
-    if max(height, width) > 0xFFFF:
-        raise ValueError(f"a costmap of {width} x {height} cells is too large to be shown")
-    head = _GRID.pack(COSTMAP, 0, width, height, 0, resolution, origin.x, origin.y, origin.yaw)
-    return head + cells.astype(np.uint8).tobytes()
+    if not 0 < min(height, width) <= max(height, width) <= 0xFFFF:
+        raise ValueError(f"a costmap of {width} x {height} cells cannot be shown")
+    if not all(map(math.isfinite, (resolution, origin.x, origin.y, origin.yaw))):
+        raise ValueError("a costmap whose place is no number cannot be shown")
+    many = max(1, PART // width)
+    return tuple(
+        _GRID.pack(COSTMAP, 0, width, height, row, resolution, origin.x, origin.y, origin.yaw)
+        + cells[row : row + many].astype(np.uint8).tobytes()
+        for row in range(0, height, many)
+    )

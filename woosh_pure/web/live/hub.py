@@ -8,7 +8,7 @@ has missed.
 from __future__ import annotations
 
 import asyncio
-import json
+import math
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -21,14 +21,15 @@ from woosh_pure.web.camera import jpeg_of
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.costmap import Costmap
 from woosh_pure.web.live.frames import camera_frame, scan_frame
-from woosh_pure.web.snapshot import ages, pose_part, state_parts
+from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
 
 if TYPE_CHECKING:
     from woosh_pure.web.robot import Robot
     from woosh_pure.web.workers import Workers
 
-__all__ = ["STATE_PARTS", "Hub", "text_of"]
+__all__ = ["STATE_PARTS", "Hub"]
 
+Content = str | bytes | tuple[bytes, ...]
 _logger = get_logger("woosh_pure.web")
 TICK, SLOW, CAMERA_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
 LOST_AFTER = 1.5
@@ -37,11 +38,6 @@ STATE_PARTS = (
     *("status", "battery", "velocity", "odometer"),
     *("readiness", "faults", "goals", "recordings", "driver", "rates"),
 )
-
-
-def text_of(document: Any) -> str:
-    """A document as the JSON text that is sent."""
-    return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
@@ -60,18 +56,19 @@ class Hub:
     """See above. Used in the event loop only; it calls the robot in threads itself.
 
     Attributes:
-        newest: For each kind, its version and its text or bytes.
+        newest: For each kind, its version and its text or bytes; for the costmap, the parts of it.
     """
 
     def __init__(self, robot: Robot, workers: Workers) -> None:
         self.robot, self._workers = robot, workers
-        self.newest: dict[str, tuple[int, str | bytes]] = {}
+        self.newest: dict[str, tuple[int, Content]] = {}
         self._viewers: set[Callable[[], None]] = set()
         self._version = 0
         self._tasks: list[asyncio.Task[None]] = []
         self._watched = dict.fromkeys(("color", "depth", "costmap"), 0)
         self._costmap = Costmap(robot)
         self._seen: dict[str, float] = {}
+        self._failed: set[str] = set()  # what could not be shown, and is logged already
         self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=60)
         self._mounting: tuple[tuple[str, int], robot_state.Mounting] | None = None
 
@@ -113,7 +110,7 @@ class Hub:
         if not self._watched[what]:
             self.newest.pop(f"camera {what}", None)
 
-    def put(self, kind: str, content: str | bytes, *, again: bool = False) -> None:
+    def put(self, kind: str, content: Content, *, again: bool = False) -> None:
         """Set the content of a kind. Equal content is not new, unless `again` says that it must be resent."""
         before = self.newest.get(kind)
         if not again and before is not None and before[1] == content:
@@ -135,19 +132,25 @@ class Hub:
         while True:
             before, now = self._version, time.monotonic()
             readings = robot.readings()
-            for part, value in state_parts(readings).items():
-                self.put(part, text_of(value))
-            pose = readings["pose"]
-            if pose is not None and self._is_new("pose", pose.received):
-                self.put("pose", text_of({"t": "pose", **pose_part(pose.value), "age": round(pose.age, 2)}))
+            self._go_on(self._state, readings)
+            self._go_on(self._pose, readings["pose"])
             await self._scan()
             if now >= due:
                 due = now + 0.5
-                self._ages(readings, now)
-            self._check_silence(now)
+                self._go_on(self._ages, readings, now)
+            self._go_on(self._check_silence, now)
             if self._version != before:
                 self.wake()
             await asyncio.sleep(TICK)
+
+    def _go_on(self, show: Callable[..., None], *values: Any) -> None:
+        """Show one thing. If that fails, it is logged once, and the rest is shown all the same."""
+        try:
+            show(*values)
+        except Exception:
+            if show.__name__ not in self._failed:
+                self._failed.add(show.__name__)
+                _logger.exception("! %s: a part of its state cannot be shown", self.robot.name)
 
     async def _slow_loop(self) -> None:
         """What takes a moment to find out is asked in a thread, a few times a second."""
@@ -164,9 +167,9 @@ class Hub:
             points = await self._in_thread(lambda: robot_state.path_points(robot))
             if points is not None:
                 self.put("plan", text_of({"t": "plan", "points": points}))
-            frame = await self._in_thread(self._costmap.frame)
-            if frame is not None and self._watched["costmap"]:
-                self.put("costmap", frame)
+            frames = await self._in_thread(self._costmap.frames)
+            if frames is not None and self._watched["costmap"]:
+                self.put("costmap", frames)
             for camera in robot.cameras.values():
                 await self._in_thread(camera.close_idle)
             self.wake()
@@ -204,6 +207,20 @@ class Hub:
 
     # -- parts -----------------------------------------------------------------------------------------------
 
+    def _state(self, readings: Any) -> None:
+        for part, value in state_parts(readings).items():
+            self.put(part, text_of(value))
+
+    def _pose(self, reading: Any) -> None:
+        part = None if reading is None else pose_part(reading.value)
+        if part is not None and self._is_new("pose", reading.received):
+            self.put("pose", text_of({"t": "pose", **part, "age": round(reading.age, 2)}))
+
+    def _show_scan(self, value: Any, mounting: robot_state.Mounting, pose: Any) -> None:
+        place, angles = mounting.in_map(pose), mounting.angles(value)
+        if all(map(math.isfinite, (*angles, place.x, place.y, place.yaw))):
+            self.put("scan", scan_frame(value.ranges, (value.range_min, value.range_max), angles, place))
+
     def _is_new(self, what: str, received: float) -> bool:
         if self._seen.get(what) == received:
             return False
@@ -222,11 +239,7 @@ class Hub:
             if mounted is None:
                 return
             self._mounting = (mounted_by, mounted)
-        mounting = self._mounting[1]
-        limits = (value.range_min, value.range_max)
-        self.put(
-            "scan", scan_frame(value.ranges, limits, mounting.angles(value), mounting.in_map(pose.value))
-        )
+        self._go_on(self._show_scan, value, self._mounting[1], pose.value)
 
     def _ages(self, readings: Any, now: float) -> None:
         scan = self.robot.feed("scan").known

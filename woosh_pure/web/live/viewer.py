@@ -21,9 +21,9 @@ from rosproto.text import printable
 from rosproto.version import __version__
 from woosh_pure.web.access import TokenBucket
 from woosh_pure.web.live.deadman import SILENCE, DeadMan, Verdict
-from woosh_pure.web.live.hub import STATE_PARTS, text_of
+from woosh_pure.web.live.hub import STATE_PARTS
 from woosh_pure.web.problems import Problem, problem_of
-from woosh_pure.web.snapshot import lease_part, plain, stop_part
+from woosh_pure.web.snapshot import lease_part, plain, stop_part, text_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -75,6 +75,7 @@ class Viewer:
         self._wanted: set[str] = set()  # cameras and costmap that the page wants to see
         self._watched: set[str] = set()  # of these, what the hub was told
         self._is_looking = False
+        self._parts: deque[bytes] = deque()  # of a costmap that is being sent
         self._confirmed = False
         self._dead_man = DeadMan()
         self._presses = 0
@@ -190,10 +191,15 @@ class Viewer:
     def _news(self, kind: str) -> str | bytes | None:
         if kind == "journal":
             return self._journal_news()
+        if kind == "costmap" and self._parts:  # the rest of the one that was begun
+            return self._parts.popleft()
         version, content = self._hub.newest.get(kind, (0, ""))
         if version <= self._versions.get(kind, 0):
             return None
         self._versions[kind] = version
+        if isinstance(content, tuple):
+            self._parts.extend(content)
+            return self._parts.popleft()
         return content
 
     def _state(self) -> str | None:
@@ -300,6 +306,8 @@ class Viewer:
         if camera not in ("color", "depth", None) or not isinstance(costmap, bool):
             raise BadMessage('look: expected camera "color", "depth" or null, and costmap true or false')
         self._wanted = {what for what, on in ((camera, True), ("costmap", costmap)) if on and what}
+        if "costmap" not in self._wanted:
+            self._parts.clear()
         if not self._is_looking:
             self._is_looking = True
             self._start(self._follow_look())

@@ -13,16 +13,24 @@ import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout, ServiceError
 from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleState
-from woosh_pure.geometry import Pose2D
+from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.lease import LeaseState
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.readiness.assessment import Readiness, Reason
 from woosh_pure.web.clients import MOST_SESSIONS, Clients
 from woosh_pure.web.journal import Journal
-from woosh_pure.web.live.frames import MOST_RANGES, camera_frame, costmap_frame, scan_frame
-from woosh_pure.web.maps import MapCache
+from woosh_pure.web.live.frames import MOST_CELLS, MOST_RANGES, PART, camera_frame, costmap_frames, scan_frame
+from woosh_pure.web.maps import MapCache, WebMark
 from woosh_pure.web.problems import Problem, problem_of
-from woosh_pure.web.snapshot import lease_part, plain, readiness_part, state_parts
+from woosh_pure.web.snapshot import (
+    lease_part,
+    plain,
+    points_part,
+    pose_part,
+    readiness_part,
+    state_parts,
+    text_of,
+)
 
 
 def test_a_scan_says_where_the_laser_is_and_what_it_saw_in_centimetres() -> None:
@@ -52,14 +60,42 @@ def test_a_camera_frame_names_its_source() -> None:
 
 
 def test_a_costmap_keeps_its_rows_and_what_is_not_known() -> None:
-    frame = costmap_frame(np.array([[0, 100, -1], [5, 6, 7]], np.int8), 0.05, Pose2D(1.0, 2.0, 0.5))
+    (frame,) = costmap_frames(np.array([[0, 100, -1], [5, 6, 7]], np.int8), 0.05, Pose2D(1.0, 2.0, 0.5))
     assert struct.unpack_from("<BBHHH4f", frame)[:5] == (3, 0, 3, 2, 0)
     assert list(frame[24:]) == [0, 100, 255, 5, 6, 7]
 
 
 def test_a_costmap_beyond_its_header_is_refused() -> None:
-    with pytest.raises(ValueError, match="too large"):
-        costmap_frame(np.zeros((1, 70000), np.int8), 0.05, Pose2D(0.0, 0.0))
+    for shape in ((1, 70000), (0, 5)):
+        with pytest.raises(ValueError, match="cannot be shown"):
+            costmap_frames(np.zeros(shape, np.int8), 0.05, Pose2D(0.0, 0.0))
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_a_costmap_whose_place_is_no_number_is_refused(number: float) -> None:
+    cells = np.zeros((2, 2), np.int8)
+    for resolution, origin in ((number, Pose2D(0.0, 0.0)), (0.05, Pose2D(0.0, number))):
+        with pytest.raises(ValueError, match="no number"):
+            costmap_frames(cells, resolution, origin)
+
+
+def test_a_large_costmap_is_scaled_and_comes_in_small_parts() -> None:
+    """5000 x 5000 cells were one frame of 25 MB. No cost is lost: a wall of one cell is still there."""
+    cells = np.zeros((5000, 5000), np.int8)
+    cells[1234, 4321], cells[4999], cells[:20, :20] = 100, 50, -1
+    frames = costmap_frames(cells, 0.05, Pose2D(0.0, 0.0))
+    assert sum(map(len, frames)) <= MOST_CELLS + 24 * len(frames)
+    assert max(map(len, frames)) <= PART + 24
+    width, height = struct.unpack_from("<HH", frames[0], 2)
+    resolution = struct.unpack_from("<f", frames[0], 8)[0]
+    assert width * resolution == pytest.approx(250.0)
+    rows = [struct.unpack_from("<H", frame, 6)[0] for frame in frames]
+    assert rows == sorted(rows)
+    small = np.frombuffer(b"".join(frame[24:] for frame in frames), np.uint8).reshape(height, width)
+    step = 5000 // width
+    assert small[1234 // step, 4321 // step] == 100
+    assert (small[-1] == 50).all()
+    assert small[0, 0] == 255
 
 
 def test_parts_are_null_where_nothing_was_heard() -> None:
@@ -210,3 +246,23 @@ def test_the_map_of_a_robot_that_was_started_again_is_fetched_at_once() -> None:
     sources[0] = frozenset({"robot:5000"})
     assert cache.get().version != first
     assert len(asked) == 2
+
+
+NONE = (math.nan, math.inf, -math.inf)
+
+
+@pytest.mark.parametrize("number", NONE)
+def test_what_is_no_number_is_not_known(number: float) -> None:
+    """A peer's NaN in one topic took the poses of the page along."""
+    readings: Any = {
+        "odometer": SimpleNamespace(value=number),
+        "velocity": SimpleNamespace(value=Velocity(0.1, 0.0, number)),
+    }
+    parts = state_parts(readings)
+    assert (parts["odometer"], parts["velocity"]) == (None, None)
+    assert pose_part(Pose2D(1.0, number)) is None
+    assert points_part([(0.0, number), (1.0, 2.0)]) == [[1.0, 2.0]]
+    assert WebMark("A1", Pose2D(number, 0.0)).as_json()["x"] is None
+    assert json.loads(text_of({"deep": [{"one": number, "other": np.float32(number)}]})) == {
+        "deep": [{"one": None, "other": None}]
+    }

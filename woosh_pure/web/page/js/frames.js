@@ -61,7 +61,28 @@ function costmap(view, buffer) {
   if (buffer.byteLength < HEADER) return null;
   const width = view.getUint16(2, true);
   const height = view.getUint16(4, true);
+  const row = view.getUint16(6, true);
   const head = floats(view, 8, ["resolution", "x", "y", "theta"]);
-  if (head === null || width * height === 0 || buffer.byteLength < HEADER + width * height) return null;
-  return { kind: "costmap", width, height, ...head, cells: new Uint8Array(buffer, HEADER, width * height) };
+  const rows = (buffer.byteLength - HEADER) / width;
+  if (head === null || !(rows >= 1 && Number.isInteger(rows)) || row + rows > height) return null;
+  return { kind: "costmap", width, height, row, rows, ...head, cells: new Uint8Array(buffer, HEADER) };
+}
+
+// A costmap comes in parts, one after the other; the whole one when the last has come, else null.
+export class Parts {
+  constructor() {
+    this.whole = null;
+  }
+
+  take(part) {
+    const { width, height, row } = part;
+    if (row === 0) this.whole = { ...part, rows: 0, cells: new Uint8Array(width * height) };
+    const { whole } = this;
+    if (whole === null || whole.rows !== row || whole.width !== width || whole.height !== height) return (this.whole = null);
+    whole.cells.set(part.cells, row * width);
+    whole.rows += part.rows;
+    if (whole.rows < height) return null;
+    this.whole = null;
+    return whole;
+  }
 }

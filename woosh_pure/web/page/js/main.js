@@ -3,6 +3,7 @@
 import { Camera } from "./camera.js";
 import { el } from "./dom.js";
 import { Drive } from "./drive.js";
+import { Parts } from "./frames.js";
 import { Ages } from "./freshness.js";
 import { Go } from "./go.js";
 import { Header } from "./header.js";
@@ -26,6 +27,7 @@ import { Token } from "./token.js";
 const base = new URL("api/v1/", location.href.split(/[?#]/)[0]).href;
 const store = new Store();
 const ages = new Ages();
+const parts = new Parts();
 const rest = new Rest(base, { onToken: () => token.ask() });
 const token = new Token(rest, () => link.hurry());
 let before = false; // was connected before
@@ -34,7 +36,7 @@ let before = false; // was connected before
 const address = () => `${base.replace(/^http/, "ws")}live${rest.session ? `?session=${encodeURIComponent(rest.session)}` : ""}`;
 const link = new Link(address, {
   text: (message) => take(store, ages, message, seconds()),
-  binary: (buffer) => takeBinary(store, ages, buffer, seconds()),
+  binary: (buffer) => takeBinary(store, ages, buffer, seconds(), parts),
   state: (state, code) => {
     store.set("link", state);
     if (state === "open" && before) toast(t("lost.back"));

@@ -61,8 +61,9 @@ function journal(store, message) {
   store.set("journal", [...entries.values()].sort((a, b) => a.id - b.id).slice(-JOURNAL));
 }
 
-export function takeBinary(store, ages, buffer, now) {
-  const frame = decode(buffer);
+export function takeBinary(store, ages, buffer, now, parts) {
+  let frame = decode(buffer);
+  if (frame?.kind === "costmap") frame = parts.take(frame);
   if (frame === null) return;
   if (frame.kind === "scan") ages.take("scan", 0, now);
   store.set(frame.kind, frame);
