@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rosproto.sentence import shown
+from rosproto.sentence import led, shown
 from rosproto.text import printable
 
 __all__ = [
@@ -36,7 +36,16 @@ class RosError(Exception):
 
     Its text may quote a peer, a bag or a file; `str(error)` is fit for a terminal and a log all the same, see
     `rosproto.text`. Attributes, and `args`, hold what came.
+
+    Attributes:
+        exit_code: Of a command that ends by this error.
+        peer: The other side, "" where there is none.
+        why: What happened there, without who asked for what; "" when the text itself is as short.
     """
+
+    exit_code = 1
+    peer = ""
+    why = ""
 
     def __str__(self) -> str:
         return shown(super().__str__(), keep="\n\t")
@@ -210,7 +219,7 @@ class ServiceError(RosError):
     """
 
     def __init__(self, service: str, text: str) -> None:
-        super().__init__(f"service {service}: {printable(text)}")
+        super().__init__(led(f"service {service}", shown(text)))
         self.service = service
         self.text = text
 
@@ -220,11 +229,15 @@ class ConnectionLost(RosError, ConnectionError):
 
     Attributes:
         peer: "host:port" or URI of the other side.
+        why: What happened there, see `RosError`.
     """
 
-    def __init__(self, message: str, *, peer: str = "") -> None:
+    exit_code = 4
+
+    def __init__(self, message: str, *, peer: str = "", why: str = "") -> None:
         super().__init__(message)
         self.peer = peer
+        self.why = why
 
 
 class RosTimeout(RosError, TimeoutError):
@@ -233,12 +246,18 @@ class RosTimeout(RosError, TimeoutError):
     Attributes:
         what: What was waited for.
         seconds: How long.
+        peer: Who did not answer; "" when it was not one.
+        why: What happened there, see `RosError`.
     """
 
-    def __init__(self, message: str, *, what: str = "", seconds: float | None = None) -> None:
+    def __init__(
+        self, message: str, *, what: str = "", seconds: float | None = None, peer: str = "", why: str = ""
+    ) -> None:
         super().__init__(message)
         self.what = what
         self.seconds = seconds
+        self.peer = peer
+        self.why = why
 
 
 def _restored(cls: type[RosError], args: tuple[object, ...]) -> RosError:

@@ -38,6 +38,11 @@ class Sentence(str):
     def __reduce__(self) -> tuple[object, ...]:
         return _made, (self.template, dict(self.values))
 
+    def mapped(self, templates: Mapping[str, str]) -> Sentence:
+        """With other templates here and inside, where the mapping has them; the values stay."""
+        values = {name: _mapped(value, templates) for name, value in self.values.items()}
+        return _made(templates.get(self.template, self.template), values)
+
     def escaped(self, keep: str = "") -> str:
         """Fit for a terminal: the values are, see `rosproto.text`."""
         if printable(self, keep=keep) == self:
@@ -87,6 +92,16 @@ def sentence_of(error: BaseException) -> str:
     if isinstance(error, KeyError) and error.args:
         return str(error.args[0])  # a KeyError quotes it
     return str(error)
+
+
+def _mapped(value: Any, templates: Mapping[str, str]) -> Any:
+    if isinstance(value, BaseException):
+        value = sentence_of(value)
+    if isinstance(value, Sentence):
+        return value.mapped(templates)
+    if isinstance(value, (list, tuple)):
+        return [_mapped(each, templates) for each in value]
+    return value
 
 
 def shown(text: str, keep: str = "") -> str:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rosproto.errors import RosError
-from rosproto.text import printable
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.sentence import both, shown
+from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.readiness.reason import Reason, ReasonKey
 
 if TYPE_CHECKING:
-    from woosh_pure.outcome import Outcome
     from woosh_pure.readiness.assessment import Readiness
 
 __all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "StaleState"]
@@ -23,7 +23,7 @@ class ChassisError(RosError):
     """Base of the errors of the chassis API. Its text is one line, whatever a chassis said that it quotes."""
 
     def __str__(self) -> str:
-        return printable(super().__str__())
+        return shown(super().__str__())
 
 
 class MotionRefused(ChassisError):
@@ -36,13 +36,14 @@ class MotionRefused(ChassisError):
             empty.
     """
 
+    exit_code = 3
+
     def __init__(self, message: str, *, readiness: Readiness | None = None) -> None:
         against = () if readiness is None else readiness.reasons
         key = ReasonKey.CALL if readiness is None else ReasonKey.REFUSED
         self.reasons: tuple[Reason, ...] = against or (Reason(key, message),)
         unsaid = (ReasonKey.UNKNOWN, ReasonKey.REFUSED)  # not known, or what `message` says itself
-        message = "; ".join([message, *(reason.text for reason in against if reason.key not in unsaid)])
-        super().__init__(message)
+        super().__init__(both(message, *(reason.text for reason in against if reason.key not in unsaid)))
         self.readiness = readiness
 
 
@@ -88,3 +89,5 @@ class GoalFailed(ChassisError):
     def __init__(self, outcome: Outcome) -> None:
         super().__init__(outcome.sentence())
         self.outcome = outcome
+        if outcome.kind is OutcomeKind.CONNECTION_LOST:
+            self.exit_code = ConnectionLost.exit_code

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from rosproto.text import printable
+from rosproto.sentence import both, say, shown
+from woosh_pure.faults.codes import with_words
 
 __all__ = ["NOT_CONFIRMED", "Outcome", "OutcomeKind"]
 
@@ -68,16 +69,18 @@ class Outcome:
 
     def sentence(self) -> str:
         """One sentence for people: what, how, why, and what to do next."""
-        parts = [f"{self.description}: {self.kind.value} after {self.seconds:.1f} s"]
+        how = "{goal}: {kind} after {seconds:.1f} s"
+        parts = [say(how, goal=self.description, kind=self.kind, seconds=self.seconds)]
         if self.text:
-            parts.append(self.text)
+            parts.append(say("{text}", text=with_words(self.text)))
         if self.code is not None:
-            parts.append(f"code {self.code}")
+            parts.append(say("code {code}", code=self.code))
         if not self.arrived:
             if self.kind is not OutcomeKind.REPLACED or self.stopped:
-                parts.append(_STOPPED[self.stopped])
-            parts.append(f"this program ended it: {self.by_us}" if self.by_us else _NEXT[self.kind])
-        return printable("; ".join(parts))  # what the chassis said begins no line
+                parts.append(say(_STOPPED[self.stopped]))
+            ours = say("this program ended it: {why}", why=self.by_us)
+            parts.append(ours if self.by_us else say(_NEXT[self.kind]))
+        return shown(both(*parts))  # what the chassis said begins no line
 
 
 _STOPPED = {

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float, whole
+from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import StaleState
@@ -240,7 +241,8 @@ class Peripherals:
             pose: Pose2D = feed.wait(self._core.connection.timeout, new=False)
         except RosTimeout as error:
             raise StaleState(
-                f"the pose is not known ({feed.topic} is silent); give start=", topic=feed.topic
+                say("the pose is not known ({topic} is silent); give start=", topic=feed.topic),
+                topic=feed.topic,
             ) from error
         return pose
 

@@ -21,6 +21,7 @@ from rosproto.action.types import part_from
 from rosproto.codec import encode
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from rosproto.time import Time
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
@@ -159,7 +160,12 @@ class ActionClient:
             left = deadline.remaining()
             if left is not None and left <= 0:
                 raise RosTimeout(
-                    f"{self.name}: no action server is ready after {timeout:g} s: {self._complaint(servers)}",
+                    say(
+                        "{name}: no action server is ready after {seconds:g} s: {why}",
+                        name=self.name,
+                        seconds=timeout,
+                        why=self._complaint(servers),
+                    ),
                     what=f"action server {self.name}",
                     seconds=timeout,
                 )
@@ -293,7 +299,10 @@ class ActionClient:
             return f"{', '.join(publishers)} publishes {self._status.topic}, but no status message came"
         if self._status.stats():
             return f"{self._status.topic} is published, and cannot be reached: {self._status.why_silent()}"
-        return f"nobody publishes {self._status.topic}; is the server running, and is the name right?"
+        return say(
+            "nobody publishes {topic}; is the server running, and is the name right?",
+            topic=self._status.topic,
+        )
 
     def _check_open(self) -> None:
         if self._goals.closed:

@@ -95,7 +95,7 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
         try:
             yield master
         except (RosTimeout, RemoteProtocolError) as error:
-            raise ConnectionLost(str(error)) from error
+            raise ConnectionLost(str(error), peer=error.peer, why=error.why) from error
 
 
 def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import signal
 import sys
 import time
@@ -17,6 +16,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from rosproto.errors import ConnectionLost, RosError
+from rosproto.sentence import led, sentence_of
 from rosproto.text import printable
 
 __all__ = [
@@ -52,39 +52,48 @@ class Terminated(BaseException):
 
 
 def explain(error: Exception) -> tuple[str, int]:
-    """One sentence and the exit code."""
-    text = " ".join(str(error.args[0] if isinstance(error, KeyError) and error.args else error).split())
+    """One sentence and the exit code.
+
+    Of a lost connection where, and what happened there: who types commands has no use for our node's name and
+    the method that was called.
+    """
+    text = _one_line(sentence_of(error))
     if isinstance(error, ConnectionLost):
-        return _without_internals(text), UNREACHABLE
-    if isinstance(error, ValueError) and not isinstance(error, RosError):
+        return (_one_line(led(error.peer, error.why)) if error.peer and error.why else text), UNREACHABLE
+    if isinstance(error, RosError):
+        return text, error.exit_code
+    if isinstance(error, ValueError):
         return text, WRONG_USE
-    if isinstance(error, OSError) and not isinstance(error, RosError) and error.strerror:
+    if isinstance(error, OSError) and error.strerror:
         # Only the standard streams have no name; what is buffered there must not fail again at exit.
         if not error.filename:
             output_is_gone()
         return f"{error.filename or 'cannot write the output'}: {error.strerror}", FAILED
-    if isinstance(error, (RosError, ValueError, OSError, KeyError)):
+    if isinstance(error, (OSError, KeyError)):
         return text, FAILED
     return f"{type(error).__name__}: {text}; this is a mistake of ours, please report it with --debug", FAILED
 
 
-def _without_internals(text: str) -> str:
-    """Where, and what happened there: who types commands has no use for our node's name and the method."""
-    return re.sub(
-        r"^(node /\S+ cannot join the master \S+: )?(\S+ at (http://\S+): )(connect to \S+( \(\S+\))?: )?",
-        r"\3: ",
-        text,
-    )
+def _one_line(text: str) -> str:
+    plain = " ".join(text.split())
+    return text if text == plain else plain  # the same, and still a Sentence
 
 
 def cannot_listen(error: ConnectionLost, option: str) -> str:
-    """Why this computer does not let a command listen there, with the option to change; see `os_errors`."""
-    text, semicolon, advice = str(error).partition(";")
-    if "port" in text:
-        return f"{text}; end what runs there, or choose another --port (0: a free one)"
-    if "no such address" in text:
-        return f"{text}; give one of its own with {option}, 0.0.0.0 for all of them"
-    return text + semicolon + advice
+    """Why this computer does not let a command listen there, with the option to change."""
+    from rosproto.transport.os_errors import address_is_not_ours, port_is_taken
+
+    if port_is_taken(error.__cause__):
+        return (
+            f"listen on {error.peer}: the port is taken (or not allowed); "
+            "end what runs there, or choose another --port (0: a free one)"
+        )
+    if address_is_not_ours(error.__cause__):
+        return (
+            f"listen on {error.peer}: this computer has no such address; "
+            f"give one of its own with {option}, 0.0.0.0 for all of them"
+        )
+    return str(error)
 
 
 def say(text: str) -> None:

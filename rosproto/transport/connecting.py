@@ -72,6 +72,7 @@ def connect(
     error = translate(problem, f"connect to {named}", peer, deadline)
     if hosts is not None and (why := hosts.why(host)):
         error.args = (f"{error}{why}", *error.args[1:])
+        error.why = f"{error.why}{why}"
     raise error from problem
 
 

@@ -11,10 +11,12 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.open_files import open_file_limit
 
 __all__ = [
+    "address_is_not_ours",
     "closed_by_peer",
     "connection_is_over",
     "no_file_left",
     "no_route",
+    "port_is_taken",
     "program_ends",
     "system_errors",
     "translate",
@@ -44,12 +46,10 @@ def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None =
     if isinstance(error, TimeoutError) and error.errno is None:
         seconds = None if deadline is None else deadline.seconds
         within = "" if seconds is None else f" within {seconds:.3g} s"
-        return RosTimeout(
-            f"{doing}: no answer{within}; check the address, the cable or Wi-Fi, and firewalls",
-            what=doing,
-            seconds=seconds,
-        )
-    return ConnectionLost(f"{doing}: {_reason(error)}", peer=peer)
+        why = f"no answer{within}; check the address, the cable or Wi-Fi, and firewalls"
+        return RosTimeout(f"{doing}: {why}", what=doing, seconds=seconds, peer=peer, why=why)
+    why = _reason(error)
+    return ConnectionLost(f"{doing}: {why}", peer=peer, why=why)
 
 
 @contextmanager
@@ -84,6 +84,16 @@ def program_ends(error: BaseException) -> bool:
 def no_file_left(error: OSError) -> bool:
     """Has this process, or the computer, as many files and sockets open as it may?"""
     return _code(error) in _NO_FILE_LEFT
+
+
+def port_is_taken(error: object) -> bool:
+    """Does this say that somebody else listens there, or that we may not?"""
+    return isinstance(error, OSError) and _code(error) in _IN_USE
+
+
+def address_is_not_ours(error: object) -> bool:
+    """Does this say that this computer has no such address?"""
+    return isinstance(error, OSError) and _code(error) in _NOT_OURS
 
 
 def no_route(error: object) -> bool:

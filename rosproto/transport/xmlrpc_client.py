@@ -97,7 +97,8 @@ class XmlRpcClient:
             return xmlrpc.decode_response(response.body, self._limits)
         except RemoteProtocolError as error:
             hint = "" if isinstance(error, TooLarge) else "; is this a ROS master or node?"
-            error.args = (f"{method} at {self.uri}: {error}{hint}", *error.args[1:])
+            error.peer, error.why = self.uri, f"{error}{hint}"
+            error.args = (f"{method} at {self.uri}: {error.why}", *error.args[1:])
             raise
         except xmlrpc.Fault as fault:
             raise MasterError(method, fault.code, fault.text, uri=self.uri) from fault
@@ -160,10 +161,11 @@ class XmlRpcClient:
         try:
             sock = connect(self.host, self.port, deadline, hosts=self._hosts)
         except RosError as error:
-            text = f"{method} at {self.uri}: {error}"
+            text, why = f"{method} at {self.uri}: {error}", error.why or str(error)
             if isinstance(error, RosTimeout):
-                raise RosTimeout(text, what=method, seconds=error.seconds) from error
-            raise ConnectionLost(text, peer=self.uri) from error
+                seconds = error.seconds
+                raise RosTimeout(text, what=method, seconds=seconds, peer=self.uri, why=why) from error
+            raise ConnectionLost(text, peer=self.uri, why=why) from error
         link = _Link(sock, self, self._path)
         with self._lock:
             self._busy.add(link)
@@ -237,9 +239,8 @@ class _Link:
                 raise
             raise translate(error, doing, self._client.uri, deadline) from error
         if response is None:
-            raise ConnectionLost(
-                f"{doing}: the server closed the connection without an answer", peer=self._client.uri
-            )
+            why = "the server closed the connection without an answer"
+            raise ConnectionLost(f"{doing}: {why}", peer=self._client.uri, why=why)
         self.used = True
         return response
 

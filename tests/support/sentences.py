@@ -11,11 +11,11 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["english_left", "sentences"]
+__all__ = ["english_left", "literals", "sentences"]
 
 _LEFT_OUT_CALLS = {"add_argument", "add_argument_group", "add_parser", "debug", "info", "warning", "exception", "compile",
                    "sub", "search", "match", "fullmatch", "Thread", "NamedTuple", "getattr", "removeprefix", "startswith"}  # fmt: skip
-_LEFT_OUT_NAMES = {"HELP", "__all__", "EXIT_CODES", "EXAMPLES"}
+_LEFT_OUT_NAMES = {"ADVICE", "HELP", "__all__", "EXIT_CODES", "EXAMPLES"}
 _QUOTED = re.compile(
     r"`[^`]*`|https?://\S+|'[^']*'|--?[a-zA-Z][\w-]*|/[\w/.-]+|\b\w+\(\)|\b[\w.]+\.\w+(\(.*?\))?"
 )
@@ -77,3 +77,16 @@ def _filled(node: ast.AST) -> str | None:
         else:
             parts.append(f"⟨{len([p for p in parts if p.startswith('⟨')]) + 1}⟩")
     return "".join(parts)
+
+
+def literals(*rooms: str, leaving_out: str = "") -> set[str]:
+    """Every plain text in the sources of these folders."""
+    root = Path(__file__).resolve().parents[2]
+    return {
+        node.value
+        for room in rooms
+        for path in (root / room).rglob("*.py")
+        if path != root / leaving_out
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }

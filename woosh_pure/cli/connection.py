@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.cli import Progress, hurry
 from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.sentence import both, sentence_of
 from woosh_pure.cli import config
 from woosh_pure.cli.console import is_terminal
 from woosh_pure.cli.output import Output
@@ -146,7 +147,9 @@ def reaching() -> Iterator[None]:
     try:
         yield
     except RosTimeout as error:
-        raise ConnectionLost(f"{error}; try `woosh doctor`") from error
+        try_it = "try `woosh doctor`"
+        why = both(error.why, try_it) if error.why else ""
+        raise ConnectionLost(both(sentence_of(error), try_it), peer=error.peer, why=why) from error
 
 
 def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0) -> str:

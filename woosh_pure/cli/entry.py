@@ -33,6 +33,7 @@ from rosproto.cli import (
     say,
     signals_unwind,
 )
+from rosproto.sentence import Sentence
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.examples import EXAMPLES
@@ -55,6 +56,17 @@ EXIT_CODES = {
 }
 """What the exit codes mean."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
+ADVICE = {
+    "look at chassis.readiness() and chassis.faults": "see `woosh ready` and `woosh faults`",
+    "look at chassis.readiness() for what is in the way": "see `woosh ready` for what is in the way",
+    "use go_to for longer ways": "for longer ways: woosh goto --pose X Y DEGREES",
+    "the pose is not known ({topic} is silent); give start=": "the pose is not known ({topic} is silent); "
+    "give --start X Y DEGREES",
+    "no node provides it (master {master}: {text}); start the provider, check the name and its namespace, "
+    "or wait for it with wait()": _NOT_THERE,
+    "nobody publishes {topic}; is the server running, and is the name right?": _NOT_THERE,
+}
+"""What the API says to programmers, said to those who type commands: template to template."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -101,52 +113,18 @@ def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
         if args.debug:
             raise
         text, code = explain(error)
-        code = _code_of_a_motion(error) or code
-        text = f"{args.command}: {text}"
-    text = _for_people(text)
-    plain = text.removeprefix(f"{args.command}: ")
-    _fail(out, plain, code)
-    say(f"woosh: {text.removesuffix(plain)}{out.say(plain)}")
-    return code
+        text = text.mapped(ADVICE) if isinstance(text, Sentence) else text
+        return _failed(text, code, out, f"{args.command}: ")
+    return _failed(text, code, out)
 
 
-def _code_of_a_motion(error: Exception) -> int | None:
-    """Of a refusal, and of a goal that ended with the link; by name: --help must not load the chassis."""
-    if type(error).__name__ == "MotionRefused":
-        return REFUSED
-    kind = getattr(getattr(error, "outcome", None), "kind", None)
-    return UNREACHABLE if getattr(kind, "name", None) == "CONNECTION_LOST" else None
-
-
-def _for_people(text: str) -> str:
-    """What the API says to programmers, said to those who type commands; codes with their words."""
-    import re
-
-    for said, meant in (
-        ("look at chassis.readiness() and chassis.faults", "see `woosh ready` and `woosh faults`"),
-        ("look at chassis.readiness() for", "see `woosh ready` for"),
-        ("use go_to for longer ways", "for longer ways: woosh goto --pose X Y DEGREES"),
-        ("give start=", "give --start X Y DEGREES"),
-    ):
-        text = text.replace(said, meant)
-    for pattern in (
-        r"no node provides it \(.*\bwait\(\)",
-        r"nobody publishes \S+; is the server running, and .*\?",
-    ):
-        text = re.sub(pattern, _NOT_THERE, text)
-    found = re.search(r"status code (\d{6,})(?! \()", text)
-    if found is None:
-        return text
-    from woosh_pure.faults.codes import decode_status_code
-
-    return text.replace(found[0], f"{found[0]} ({decode_status_code(int(found[1])).english})")
-
-
-def _fail(out: Output, text: str, code: int) -> None:
+def _failed(text: str, code: int, out: Output, where: str = "") -> int:
     try:
         out.failure(text, code)
     except (OSError, ValueError):
         pass  # stdout is what has failed
+    say(f"woosh: {where}{out.say(text)}")
+    return code
 
 
 def _speaking(language: str) -> type[Parser]:

@@ -9,6 +9,7 @@ clears its module.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum
@@ -26,6 +27,7 @@ __all__ = [
     "StatusCode",
     "all_codes",
     "decode_status_code",
+    "with_words",
 ]
 
 
@@ -130,6 +132,14 @@ def decode_status_code(code: int) -> StatusCode:
         version=int(digits[0]) if regular else 0,
         other_identifiers=tuple(identifiers[1:]),
     )
+
+
+def with_words(text: str) -> str:
+    """What a chassis says of a goal, with the words of the code in it ("status code 110201000013")."""
+    found = re.search(r"status code (\d{6,20})(?! \()", text)
+    if found is None:
+        return text
+    return text.replace(found[0], f"{found[0]} ({decode_status_code(int(found[1])).english})")
 
 
 def _department(digits: str) -> Department:

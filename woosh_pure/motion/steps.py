@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rosproto.numbers import as_float
+from rosproto.sentence import both, say
 from woosh_pure.enums import StepMode
 from woosh_pure.geometry import Velocity
 
@@ -149,8 +150,15 @@ def _check(step: Step) -> None:
     rotating = step.mode is StepMode.ROTATE
     most, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
     if not step.in_range:
-        hint = "; for degrees say degrees=True" if rotating else "; use go_to for longer ways"
-        raise ValueError(f"{step.data} {unit} is more than the {most} {unit} one step may have{hint}")
+        hint = "for degrees say degrees=True" if rotating else "use go_to for longer ways"
+        long = say(
+            "{way} {unit} is more than the {most} {same} one step may have",
+            way=step.data,
+            unit=unit,
+            most=most,
+            same=unit,
+        )
+        raise ValueError(both(long, say(hint)))
     if step.mode is StepMode.DIAGONAL and abs(step.angle) > 2.0 * math.pi + 1e-6:
         raise ValueError(f"angle {step.angle:g} rad is more than one turn; for degrees say degrees=True")
     fastest, per_second = (MAX_TURN_RATE, "rad/s") if rotating else (MAX_SPEED, "m/s")

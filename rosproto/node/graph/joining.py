@@ -79,9 +79,11 @@ def join(context: Context, listen: Listen, deadline: Deadline) -> tuple[Endpoint
 
 def _cannot_join(context: Context, error: RosError) -> RosError:
     text = f"node {context.name} cannot join the master {context.master_uri}: {error}"
+    peer, why = context.master_uri, error.why or str(error)
     if isinstance(error, RosTimeout):
-        return RosTimeout(text, what=f"the master {context.master_uri}", seconds=error.seconds)
-    return ConnectionLost(text, peer=context.master_uri)
+        what = f"the master {context.master_uri}"
+        return RosTimeout(text, what=what, seconds=error.seconds, peer=peer, why=why)
+    return ConnectionLost(text, peer=peer, why=why)
 
 
 def rebind(context: Context, listen: Listen, moved: Callable[[str], None]) -> bool:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, ServiceError
 from rosproto.node.services.link import ServiceLink
 from rosproto.protocol.handshake import HandshakeRefused, service_client_header
+from rosproto.sentence import say
 from rosproto.transport.address import parse_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
@@ -40,8 +41,12 @@ def lookup(caller: Caller, service: str, deadline: Deadline) -> tuple[str, int]:
     except MasterError as error:
         raise ServiceError(
             service,
-            f"no node provides it (master {caller.master.uri}: {error.text}); start the provider, check the"
-            " name and its namespace, or wait for it with wait()",
+            say(
+                "no node provides it (master {master}: {text}); start the provider, check the name and its "
+                "namespace, or wait for it with wait()",
+                master=caller.master.uri,
+                text=error.text,
+            ),
         ) from error
     try:
         return parse_uri(uri)

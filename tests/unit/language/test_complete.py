@@ -54,7 +54,6 @@ FOR_PROGRAMS = [
     r"^not connected yet$",
     r"^as the system says$",  # of a repr
     r"woosh: the robot is to stop",  # a reason told to another program
-    r"^no node provides it \\\(|^nobody publishes \\S\+",  # patterns
     r"^Drive a Woosh chassis, or the simulated one|^Stopping by this program is no emergency stop",  # of --help
     r"; end what runs there, or choose another --port|^no such address$|; give one of its own with",  # of servers
     r"^a longer text, of more than sixteen bytes$",
@@ -88,8 +87,6 @@ PIECES = {
     "the robot has a task of another client, or of its own,": "the robot has a task of another client, or of its own, under "
     "way on /move_base",
     "⟨1⟩ under way on ⟨2⟩": "/a has a goal of its own under way on /move_base",
-    "⟨1⟩ ⟨2⟩ is more than the ⟨3⟩ ⟨4⟩ one step may have⟨5⟩": "20.0 m is more than the 10.0 m one step may have; for longer "
-    "ways: woosh goto --pose X Y DEGREES",
     "it was asked to end and has not": "/a (http://10.0.0.7:1/) sends velocities, too, on /b, it was asked to end and has not",
     "which only its end stops: ⟨1⟩": "/a (http://10.0.0.7:1/) sends velocities, too, on /b; it does not answer: if it has "
     "gone, `rosproto node cleanup` takes it off the master, which only its end stops: woosh stop --end-drivers",

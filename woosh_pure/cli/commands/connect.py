@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.sentence import both, say, sentence_of
 from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 
@@ -56,7 +57,9 @@ def _require_master(uri: str, args: Namespace, out: Output) -> None:
         ):
             master.get_pid()
     except (ConnectionLost, RosTimeout) as error:
-        raise ConnectionLost(f"{error}; nothing was saved: try `woosh doctor`, or add --unchecked") from error
+        not_saved = say("nothing was saved: try `woosh doctor`, or add --unchecked")
+        why = both(error.why, not_saved) if error.why else ""
+        raise ConnectionLost(both(sentence_of(error), not_saved), peer=error.peer, why=why) from error
 
 
 def _show(out: Output) -> int:
