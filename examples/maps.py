@@ -6,7 +6,7 @@ from pathlib import Path
 from _robot import robot
 
 from woosh_pure import Pose2D
-from woosh_pure.gridmap import GridMap
+from woosh_pure.maps import GridMap
 
 with robot() as chassis, tempfile.TemporaryDirectory() as directory:
     grid = chassis.get_map()

@@ -4,7 +4,7 @@ import math
 
 from _robot import robot
 
-from woosh_pure.steps import Step
+from woosh_pure.motion import Step
 
 with robot() as chassis:
     print(chassis.move(0.5).wait().sentence())

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from _robot import robot
 
-from woosh_pure.marks import MarkFile
+from woosh_pure.maps import MarkFile
 
 with robot() as chassis, tempfile.TemporaryDirectory() as directory:
     marks = MarkFile(Path(directory) / "marks.json")

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.geometry import Pose2D
-from woosh_pure.marks import MarkFile
+from woosh_pure.maps import MarkFile
 
 __all__ = ["folder", "last_frame", "main", "page_of"]
 

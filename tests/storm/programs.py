@@ -57,7 +57,7 @@ from woosh_pure import Chassis, Pose2D
 from woosh_pure.enums import Direction
 from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.rostypes import message_type
-from woosh_pure.steps import Step
+from woosh_pure.motion import Step
 
 def navigation_goal():
     goal = message_type("woosh_msgs/MoveBaseGoal")()

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-from woosh_pure.gridmap import GridMap
+from woosh_pure.maps import GridMap
 
 __all__ = ["packed", "serving"]
 

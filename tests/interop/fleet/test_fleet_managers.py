@@ -12,7 +12,7 @@ from tests.support.fleet_maps import packed, serving
 from tests.support.fleet_peers import javascript, python, vehicle
 from tests.support.mosquitto import mosquitto
 from woosh_pure.geometry import Pose2D
-from woosh_pure.gridmap import GridMap
+from woosh_pure.maps import GridMap
 
 needs("fleet")
 

@@ -24,7 +24,7 @@ from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.enums import RobotMode
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
-from woosh_pure.gridmap import GridMap
+from woosh_pure.maps import GridMap
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")

@@ -16,7 +16,7 @@ from rosproto.text import printable
 from woosh_pure.errors import ChassisError
 
 if TYPE_CHECKING:
-    from woosh_pure.gridmap import GridMap
+    from woosh_pure.maps.gridmap import GridMap
 
 __all__ = ["fetch", "unpack"]
 
@@ -75,7 +75,7 @@ def unpack(data: bytes) -> GridMap:
     import tempfile
     import zipfile
 
-    from woosh_pure.gridmap import GridMap
+    from woosh_pure.maps.gridmap import GridMap
 
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:

@@ -22,7 +22,7 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.state import MapEntry
 
 if TYPE_CHECKING:
-    from woosh_pure.gridmap import GridMap
+    from woosh_pure.maps.gridmap import GridMap
 
 __all__ = ["MapStore"]
 
@@ -192,7 +192,7 @@ class MapStore:
 
 
 def _loaded(sheet: Path) -> GridMap:
-    from woosh_pure.gridmap import (
+    from woosh_pure.maps.gridmap import (
         GridMap,  # late: it needs numpy, which takes longer to load than all of this
     )
 

@@ -25,7 +25,7 @@ from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.state import MapEntry
 from woosh_pure.geometry import Pose2D
-from woosh_pure.gridmap import GridMap
+from woosh_pure.maps import GridMap
 
 HERE = Pose2D(1.0, 2.0, 0.5)
 
