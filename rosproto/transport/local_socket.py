@@ -1,7 +1,8 @@
 """The short way to a TCPROS port of the same computer: a socket of Linux's abstract kind, named after it.
 
-TCP does for every message, also over loopback, what a network needs: segments, acknowledgements, timers. That
-is a fifth to a quarter of the time from `publish()` to the callback. So whoever listens on a TCPROS port also
+TCP does for every message, also over loopback, what a network needs: segments, acknowledgements, timers. A
+Twist that another process of ours echoes is back after 48 to 59 us, by TCP after 67 to 82 (medians of three
+runs); with a LaserScan of 720 ranges the two cannot be told apart. So whoever listens on a TCPROS port also
 listens on a Unix socket that has the port's address as its name, and whoever connects to an address tries
 that name first. Names belong to a network namespace, as addresses do: one that is there is the port meant.
 The bytes are the same.
