@@ -127,6 +127,7 @@ class WebSocketServer:
         self._outgoing = Outgoing(self._loop, self.pool, self.said, name)
         self._stop = asyncio.Event()
         self._turn = asyncio.Lock()
+        self._served = 0  # messages so far
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{name}", daemon=True)
         self._thread.start()
         try:
@@ -310,10 +311,13 @@ class WebSocketServer:
                 await self._close_connection(connection, _TOO_BIG, f"a message may have {longest} bytes here")
                 return
             channel.received += 1
-            began = time.thread_time()
+            self._served += 1
+            mine, began = self._served, time.thread_time()
             await session.received(data)
             now = time.monotonic()
-            spent = max(0.0, spent - SHARE * (now - before)) + time.thread_time() - began
+            spent = max(0.0, spent - SHARE * (now - before))
+            if self._served == mine:  # else it waited for something, and the time was others'
+                spent += time.thread_time() - began
             before = now
             if spent >= TURN:
                 async with self._turn:

@@ -8,6 +8,7 @@ not do, or what fails, is answered with a sentence; nothing that a client sends 
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -36,6 +37,7 @@ __all__ = ["RosbridgeSession"]
 
 STRANGER, READER = 4 << 10, 64 << 10
 """Bytes of a message of one who has not authenticated, and where nothing may be written."""
+MOST_PAUSE = 0.1  # seconds, after a long message was read
 NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
 
 
@@ -118,7 +120,7 @@ class RosbridgeSession:
                 async with self._shared.long_messages:
                     if self.channel.lost:
                         return
-                    await self._carry_out_all(await self._shared.pool.run(effect.read), long=True)
+                    await self._carry_out_all(await self._read_long(effect), long=True)
             elif not self._authentication.done:
                 await self._shared.pool.run(partial(self._authenticate, effect))
             elif isinstance(effect, operations.Reply):
@@ -131,6 +133,15 @@ class RosbridgeSession:
                 if isinstance(effect, (operations.CallService, operations.SendActionGoal)):
                     effect = replace(effect, long=long)
                 await self._shared.pool.run(partial(self._carry_out, effect))
+
+    async def _read_long(self, rest: operations.Rest) -> list[Effect]:
+        """Read what is long; then as much time passes again, which belongs to all others."""
+        async with self._shared.reading:
+            began = time.monotonic()
+            try:
+                return await self._shared.pool.run(rest.read)
+            finally:
+                await asyncio.sleep(min(time.monotonic() - began, MOST_PAUSE))
 
     def _is_quick(self, effect: Effect) -> bool:
         """Whether carrying it out waits for nobody."""

@@ -56,6 +56,7 @@ class Shared:
         authenticate: Clients have to send credentials of rosauth before anything else.
         json: Reads what clients send.
         long_messages: Entered while a long message is read and carried out, in the order in which they came.
+        reading: Held while one of them is read.
     """
 
     node: Node
@@ -69,6 +70,7 @@ class Shared:
     json: JsonReader
     authenticate: bool = False
     long_messages: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(LONG_MESSAGES))
+    reading: asyncio.Lock = field(default_factory=asyncio.Lock)
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _waiting: int = 0
     _waiting_long: int = 0
