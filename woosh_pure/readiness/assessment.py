@@ -17,7 +17,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from rosproto.text import printable
+from rosproto.sentence import both, say, shown
 from woosh_pure.enums import RobotMode, RobotState, WorkMode
 from woosh_pure.faults.codes import Department, FaultLevel, StatusCode
 from woosh_pure.readiness.other_goals import ROBOT_ITSELF
@@ -84,8 +84,8 @@ class Readiness:
     def sentence(self) -> str:
         """All reasons in one line."""
         if not self.reasons:
-            return "nothing known speaks against moving"
-        return printable("; ".join(reason.text for reason in self.reasons))
+            return say("nothing known speaks against moving")
+        return shown(both(*(reason.text for reason in self.reasons)))
 
 
 def assess(
@@ -126,14 +126,14 @@ def assess(
         reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
     reasons += [_from_fault(fault) for fault in faults]
     reasons += [
-        replace(_from_fault(fault), text=BEFORE.format(fault=fault)).doubted() for fault in faults_before
+        replace(_from_fault(fault), text=say(BEFORE, fault=str(fault))).doubted() for fault in faults_before
     ]
     reasons += [
         _other_goal(*other)
         for other in other_goals
         if other[0] != ROBOT_ITSELF or _task_unknown(status, own_tasks)
     ]
-    reasons += [Reason(ReasonKey.CHASSIS_KEY, KEY_TRIGGERED.format(number=key), False) for key in keys]
+    reasons += [Reason(ReasonKey.CHASSIS_KEY, say(KEY_TRIGGERED, number=key), False) for key in keys]
     told = {reason.key for reason in reasons if reason.blocking}
     reasons += [reason for reason in refusals if not told]  # else the state says it better
     return Readiness(tuple(reasons))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from rosproto.text import printable
+from rosproto.sentence import both, say, shown
 
 __all__ = ["StopReport"]
 
@@ -40,13 +40,13 @@ class StopReport:
             False: "THE ROBOT STILL MOVES: use its emergency stop button",
             None: "whether the robot stands still is not known: watch it",
         }[self.standing]
-        parts = [state]
+        parts = [say(state)]
         if self.cancelled:
-            parts.append(f"cancelled {', '.join(self.cancelled)}")
+            parts.append(say("cancelled {what}", what=self.cancelled))
         elif not self.problems:
-            parts.append("nothing was running" if self.looked else "nothing of ours was running")
+            parts.append(say("nothing was running" if self.looked else "nothing of ours was running"))
         if self.problems:
-            parts.append(f"not done: {'; '.join(self.problems)}")
+            parts.append(say("not done: {what}", what=both(*self.problems)))
         if self.pending:
-            parts.append(f"asked again until it is seen to end: {', '.join(self.pending)}")
-        return printable("; ".join(parts))
+            parts.append(say("asked again until it is seen to end: {what}", what=self.pending))
+        return shown(both(*parts))

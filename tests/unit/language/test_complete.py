@@ -26,7 +26,7 @@ SOURCES = [
         "connection/address", "connection/clients", "connection/connection", "doctor/definitions",
         "doctor/examination", "feed/feed", "feed/feeds", "motion/action_goal", "motion/goal", "motion/steps",
         "motion/task", "motion/task_tracker", "outcome", "readiness/assessment", "readiness/knowledge",
-        "readiness/other_goals", "selftest", "stopping/other_clients", "stopping/registrations", "stopping/running",
+        "readiness/other_goals", "selftest", "stopping/other_clients", "stopping/registrations", "stopping/report", "stopping/running",
         "stopping/stop", "velocity/drive", "velocity/other_drivers", "velocity/shaper", "velocity/watch",
     )),
     *(f"rosproto/cli/{name}.py" for name in ("failure", "option_types", "parser")),

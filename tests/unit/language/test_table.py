@@ -11,6 +11,7 @@ from rosproto.sentence import both, led, say
 from rosproto.text import width
 from woosh_pure.faults.codes import all_codes
 from woosh_pure.language.table import Row, Words, read_table, words_for
+from woosh_pure.stopping.report import StopReport
 
 TABLE = """
 # a comment
@@ -92,6 +93,18 @@ def test_sentences(words: Words, english: str, chinese: str) -> None:
 def test_a_sentence_is_found_by_its_template(words: Words, sentence: str, chinese: str) -> None:
     """Nobody reads its text: a name that looks like words, or has the marks of a sentence, stays as it is."""
     assert words.say(sentence) == chinese
+
+
+def test_what_a_stop_has_done_is_said_by_its_parts() -> None:
+    """A mark may have any name."""
+    report = StopReport(True, [say("mark {name}", name="ready; {x}")], pending=["task 3"])
+    assert report.sentence() == (
+        "the robot stands still; cancelled mark ready; {x}; asked again until it is seen to end: task 3"
+    )
+    said = words_for("zh").say(report.sentence())
+    assert said.startswith("机器人已停稳；已取消 ")
+    assert "ready; {x}" in said
+    assert "；再次请求，直到看到它结束：" in said
 
 
 def test_columns_stay_where_they_were(words: Words) -> None:
