@@ -457,6 +457,14 @@ def test_the_description_names_every_operation_once_and_every_error(web: Served)
     names = [op["operationId"] for op in operations]
     assert len(names) == len(set(names)) > 50
     assert {"create_goal", "wait_for_goal", "stop", "create_goal_of_robot"} <= set(names)
+    tags = {
+        path: operations["post"]["tags"]
+        for path, operations in schema["paths"].items()
+        if "post" in operations
+    }
+    assert tags["/api/v1/stop"] == tags["/api/v1/pose"] == ["stop"], (
+        "generated clients have a module for each tag"
+    )
     text = json.dumps(schema)
     assert "HTTPValidationError" not in text
     for reference in {part.partition('"')[0] for part in text.split('"#/components/schemas/')[1:]}:

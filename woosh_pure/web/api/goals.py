@@ -1,4 +1,4 @@
-"""POST goals; GET goals, and waiting for, cancelling, pausing and resuming one. POST pose."""
+"""POST goals; GET goals, and waiting for, cancelling, pausing and resuming one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from fastapi import APIRouter, Query, Request
 from starlette.concurrency import run_in_threadpool
 
 from woosh_pure.enums import Direction
-from woosh_pure.geometry import Pose2D
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems, robot_of
 from woosh_pure.web.problems import Problem
@@ -113,20 +112,6 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
     return goal.as_json()
 
 
-def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
-    """Tell the robot where it is, for example after power-up."""
-    robot, client = check_command(request)
-    pose = Pose2D(body.x, body.y, body.theta).require_sensible()
-    entry = robot.journal.begin(client.name, f"set the pose to {pose}")
-    try:
-        robot.chassis.set_pose(pose)
-    except Exception as error:
-        robot.journal.end(entry, "failed", str(error))
-        raise
-    robot.journal.end(entry, "done", "sent; whether it has found itself there is told by its readiness")
-    return {"x": pose.x, "y": pose.y, "theta": pose.yaw}
-
-
 add = router.add_api_route
 add("/goals", create_goal, methods=["POST"], status_code=201, response_model=models.Goal, responses=ORDERS)
 add("/goals", list_goals, response_model=list[models.Goal])
@@ -135,4 +120,3 @@ add("/goals/{goal}/wait", wait_for_goal, response_model=models.Goal)
 add("/goals/{goal}", cancel_goal, methods=["DELETE"], response_model=models.Goal)
 add("/goals/{goal}/pause", pause_goal, methods=["POST"], response_model=models.Goal, responses=ORDERS)
 add("/goals/{goal}/resume", resume_goal, methods=["POST"], response_model=models.Goal, responses=ORDERS)
-add("/pose", set_pose, methods=["POST"], response_model=models.Pose, responses=problems(403, 409, 422, 429))

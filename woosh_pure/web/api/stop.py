@@ -1,4 +1,4 @@
-"""POST stop. It stops first, whatever the request looks like, and complains afterwards.
+"""POST stop, and POST pose. A stop stops first, whatever the request looks like, and complains afterwards.
 
 Who may reach the server at all (token, `Host`, `Origin`) may stop. Everything else comes second: an unknown
 session, an odd path or method, a body that makes no sense or does not come. What is ours is stopped before
@@ -16,9 +16,10 @@ from fastapi.responses import JSONResponse
 from pydantic import ValidationError
 from starlette.types import Receive
 
+from woosh_pure.geometry import Pose2D
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, context_of, name_of, problems
+from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems
 from woosh_pure.web.middleware import MOST_BODY
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 from woosh_pure.web.robot import Robot
@@ -138,6 +139,20 @@ class _Body:
         self._reading.cancel()
 
 
+def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
+    """Tell the robot where it is, for example after power-up."""
+    robot, client = check_command(request)
+    pose = Pose2D(body.x, body.y, body.theta).require_sensible()
+    entry = robot.journal.begin(client.name, f"set the pose to {pose}")
+    try:
+        robot.chassis.set_pose(pose)
+    except Exception as error:
+        robot.journal.end(entry, "failed", str(error))
+        raise
+    robot.journal.end(entry, "done", "sent; whether it has found itself there is told by its readiness")
+    return {"x": pose.x, "y": pose.y, "theta": pose.yaw}
+
+
 _BODY = {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/StopRequest"}}}}
 router.add_api_route(
     "/stop",
@@ -146,4 +161,7 @@ router.add_api_route(
     response_model=models.StopAnswer,
     responses=problems(405, 408, 413, 422),
     openapi_extra={"requestBody": _BODY},
+)
+router.add_api_route(
+    "/pose", set_pose, methods=["POST"], response_model=models.Pose, responses=problems(403, 409, 422, 429)
 )
