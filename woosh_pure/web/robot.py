@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from woosh_pure.web.camera import FEEDS, SharedCamera
-from woosh_pure.web.goals import GoalManager
-from woosh_pure.web.journal import Journal
+from woosh_pure.web.goals import GoalManager, Journal
 from woosh_pure.web.live.teleop import Teleop
 from woosh_pure.web.maps import MapCache, WebMark, marks_of
 from woosh_pure.web.problems import Problem
