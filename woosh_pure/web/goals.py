@@ -1,7 +1,7 @@
-"""The goals that were started through the web, and the journal: what was asked for, by whom, and how it ended.
+"""The goals that were started through the web, and the journal: what was asked for, by whom, how it ended.
 
-Each goal has a number and a place in the list, and a thread that waits for its end. The Chassis's verbs block,
-so the goals are called from threads.
+Each goal has a number and a place in the list, and a thread that waits for its end. The Chassis's verbs
+block, so the goals are called from threads.
 """
 
 from __future__ import annotations

@@ -1,9 +1,16 @@
-"""The server for the application: uvicorn in a thread, as a `with` block."""
+"""The server for the application: uvicorn in a thread, as a `with` block, and its listening socket. A
+connection for which there is no slot is closed before anything is read from it.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import errno
+import os
+import socket
 import ssl
+import struct
+import sys
 import threading
 import time
 from pathlib import Path
@@ -11,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from woosh_pure.web.access import is_loopback
-from woosh_pure.web.listener import Listener
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -19,15 +25,77 @@ if TYPE_CHECKING:
 
     from fastapi import FastAPI
 
-__all__ = ["WebServer"]
+    from woosh_pure.web.connection_slots import ConnectionSlots, Key
+
+__all__ = ["Listener", "WebServer"]
 
 PONG_SECONDS = 4.0
 """A WebSocket that answers no ping for so many seconds is closed. That is longer than a short outage of a
 radio link, and shorter than the six seconds after which the page gives up, so it returns to its session."""
 
 _logger = get_logger("woosh_pure.web")
+_NO_LINGER = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
 """Seconds for the server to start; for clients to receive what is left and disconnect; and for it to end."""
+
+
+class Listener(socket.socket):
+    """A listening socket; it listens from the start.
+
+    Raises:
+        OSError: Listening on this address failed; the message says what to do.
+    """
+
+    def __init__(self, bind: str, port: int, slots: ConnectionSlots) -> None:
+        host = bind.strip("[]")
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        # asyncio sets TCP_NODELAY only if the listening socket names its protocol.
+        super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        self._slots = slots
+        try:
+            if hasattr(socket, "SO_REUSEADDR") and os.name == "posix":
+                self.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self.bind((host, port))
+            self.listen(128)
+        except OSError as error:
+            self.close()
+            foreign = error.errno in (errno.EADDRNOTAVAIL, None) or isinstance(error, socket.gaierror)
+            advice = "--bind takes an address of this computer" if foreign else "give another --port"
+            raise OSError(
+                error.errno or errno.EINVAL,
+                f"cannot listen at {bind} port {port}: {error.strerror or error}; {advice}",
+            ) from error
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        """The next connection that gets a slot."""
+        while True:
+            accepted, address = super().accept()
+            connection = _Connection(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
+            connection.key, connection.slots = (str(address[0]), int(address[1])), self._slots
+            if self._slots.admit(connection.key, connection.end, time.monotonic()):
+                return connection, address
+            connection.end()
+            connection.close()
+
+
+class _Connection(socket.socket):
+    """A connection that gives its slot back when it is closed."""
+
+    key: Key
+    slots: ConnectionSlots
+
+    def end(self) -> None:
+        """Shut it down from our side. Whoever reads from it notices, and closes it."""
+        try:
+            self.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
+            self.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass  # it has ended already
+
+    def close(self) -> None:
+        """Close the socket and free its slot."""
+        super().close()
+        self.slots.closed(self.key, self.end)
 
 
 class WebServer:

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
 from woosh_pure.web.connection_slots import ConnectionSlots
-from woosh_pure.web.listener import Listener
+from woosh_pure.web.serve import Listener
 
 
 def test_small_messages_are_sent_at_once() -> None:
