@@ -121,6 +121,9 @@ def run(options: list[str]) -> int:
             f"| {max(stalls):.3f} |",
             flush=True,
         )
+        for took, stall in zip(seconds, stalls, strict=True):
+            if took > limit:
+                print(f"late: {took:.3f} s, with a stall of {stall:.3f} s in that trial", flush=True)
     costs()
     return 0
 
