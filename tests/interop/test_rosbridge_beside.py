@@ -22,8 +22,10 @@ from tests.interop.rosbridge_world import World, our_bridge, world
 from tests.support import ros
 from tests.support.victim import eventually
 
-cbor2 = pytest.importorskip("cbor2")
-websockets = pytest.importorskip("websockets.sync.client")
+cbor2 = pytest.importorskip("cbor2", reason='cbor2 is not installed: pip install ".[bridge]"')
+websockets = pytest.importorskip(
+    "websockets.sync.client", reason='websockets is not installed: pip install ".[bridge]"'
+)
 
 SECONDS = 20
 

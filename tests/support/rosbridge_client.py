@@ -16,7 +16,9 @@ class RosbridgeClient:
     """One connection; close it, or use it in a `with` block."""
 
     def __init__(self, url: str, **options: Any) -> None:
-        client = pytest.importorskip("websockets.sync.client")
+        client = pytest.importorskip(
+            "websockets.sync.client", reason='websockets is not installed: pip install ".[bridge]"'
+        )
         self._stack = ExitStack()
         connecting = client.connect(
             url, open_timeout=SECONDS, close_timeout=2, compression=None, max_size=None, **options

@@ -26,7 +26,9 @@ class Viewer:
     """
 
     def __init__(self, url: str, protocol: str = "foxglove.sdk.v1", **options: Any) -> None:
-        client = pytest.importorskip("websockets.sync.client")
+        client = pytest.importorskip(
+            "websockets.sync.client", reason='websockets is not installed: pip install ".[bridge]"'
+        )
         self._stack = ExitStack()
         connection = client.connect(url, subprotocols=[protocol], max_size=None, **options)
         self.socket: Any = self._stack.enter_context(connection)

@@ -31,7 +31,7 @@ def graph() -> Iterator[Graph]:
 @pytest.fixture
 def serve(graph: Graph) -> Iterator[Callable[..., Any]]:
     """`serve(write=[...], **options)`: a Rosbridge on the gateway's node."""
-    pytest.importorskip("websockets")
+    pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
     from rosproto.gateway import Rosbridge
 
     with ExitStack() as stack:

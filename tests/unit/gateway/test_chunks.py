@@ -69,7 +69,7 @@ def test_a_picture_of_chunks(message: Any) -> None:
 @pytest.mark.parametrize("size", [0, 23, 24, 255, 256, 70_000, CHUNK_SIZE, 3 * CHUNK_SIZE + 1])
 def test_raw_bytes_in_chunks(size: int) -> None:
     """The same bytes, of which the robot's are not copied."""
-    pytest.importorskip("cbor2")
+    pytest.importorskip("cbor2", reason='cbor2 is not installed: pip install ".[bridge]"')
     data = bytes(range(256)) * (size // 256 + 1)
     data = data[:size]
     sent = publish_cbor_raw_chunks("/t", 1, 2, data)

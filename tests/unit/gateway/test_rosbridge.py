@@ -63,7 +63,7 @@ def test_latched_messages_come_to_who_subscribes_later(graph: Graph, serve: Serv
 
 def test_compressions(graph: Graph, serve: Serve, connect: Serve) -> None:
     """png, cbor, cbor-raw and fragments: the same message."""
-    cbor2 = pytest.importorskip("cbor2")
+    cbor2 = pytest.importorskip("cbor2", reason='cbor2 is not installed: pip install ".[bridge]"')
     publisher = graph.robot.publisher("/chat", String, latch=True)
     publisher.publish(data="hello")
     bridge = serve()
@@ -541,7 +541,9 @@ def test_anything_else_ends_the_connection(
     graph: Graph, serve: Serve, connect: Serve, first: dict[str, Any], why: str
 ) -> None:
     """And nothing of it, or of what follows, is carried out."""
-    exceptions = pytest.importorskip("websockets.exceptions")
+    exceptions = pytest.importorskip(
+        "websockets.exceptions", reason='websockets is not installed: pip install ".[bridge]"'
+    )
     rosauth(graph)
     bridge = serve(write=["*"], authenticate=True)
     client = connect(bridge)

@@ -223,7 +223,9 @@ def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Grap
 
 def test_who_may_write_nothing_says_nothing_long(serve: Serve) -> None:
     """Refused undecoded, by its length alone; before it has authenticated even less."""
-    closed = pytest.importorskip("websockets.exceptions").ConnectionClosed
+    closed = pytest.importorskip(
+        "websockets.exceptions", reason='websockets is not installed: pip install ".[bridge]"'
+    ).ConnectionClosed
     for options, longest in (({}, 64 << 10), ({"write": ["*"]}, 1 << 20), ({"authenticate": True}, 4 << 10)):
         bridge = serve(**options)
         with RosbridgeClient(bridge.url) as client:
@@ -247,7 +249,7 @@ def test_a_message_that_is_too_long_tells_the_owner_how_to_allow_it(
 
 def test_subprotocols() -> None:
     """The best that both speak; a client that speaks none of them is told which there are."""
-    pytest.importorskip("websockets")
+    pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
     from rosproto.gateway.websocket_server import WebSocketServer
 
     class Session:

@@ -282,7 +282,9 @@ def test_closing_sends_zero_too(ground: Ground) -> None:
 
 
 def refused(url: str, **options: Any) -> int:
-    exceptions = pytest.importorskip("websockets.exceptions")
+    exceptions = pytest.importorskip(
+        "websockets.exceptions", reason='websockets is not installed: pip install ".[bridge]"'
+    )
     with pytest.raises(exceptions.InvalidStatus) as caught:
         Viewer(url, **options)
     return int(caught.value.response.status_code)
@@ -453,7 +455,9 @@ def test_many_who_come_and_go_leave_nothing(ground: Ground) -> None:
 
 def test_closing_is_quick_and_says_goodbye(ground: Ground) -> None:
     """Clients get a close frame; a second close does nothing; the node's end closes it, too."""
-    exceptions = pytest.importorskip("websockets.exceptions")
+    exceptions = pytest.importorskip(
+        "websockets.exceptions", reason='websockets is not installed: pip install ".[bridge]"'
+    )
     server = ground.serve()
     viewer = ground.view(server)
     server.close()

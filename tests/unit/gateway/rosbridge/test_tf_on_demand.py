@@ -14,7 +14,9 @@ from rosproto.node import Node
 from rosproto.tf import StaticTransformBroadcaster, Transform
 from tests.support.victim import eventually
 
-websockets = pytest.importorskip("websockets.sync.client")
+websockets = pytest.importorskip(
+    "websockets.sync.client", reason='websockets is not installed: pip install ".[bridge]"'
+)
 
 
 @pytest.fixture
