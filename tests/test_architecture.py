@@ -53,3 +53,9 @@ def test_each_change_has_its_place_and_its_tests() -> None:
     assert len(rows) > 25
     for change, _, tests in rows:
         assert "`tests/" in tests, change
+
+
+def test_a_motion_is_understood_in_eleven_files() -> None:
+    """From the verb to the bytes and back: one object owns a motion, so nobody walks to and fro."""
+    journey = PAGE.partition("## Journey 2")[2].partition("\n## ")[0]
+    assert len(set(re.findall(r"`([^`]+\.py)`", journey))) <= 11

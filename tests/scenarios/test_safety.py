@@ -39,7 +39,7 @@ def test_a_stop_also_stops_the_goal_that_another_thread_is_just_about_to_send(
         stopping, _ = in_thread(lambda: chassis.stop(timeout=2.0))
         until_noted(chassis)
         if door == "send_goal":
-            assert wait_for(lambda: all(goal._cancelled_by_us for goal in chassis._core.running.goals))
+            assert wait_for(lambda: all(goal.asked for goal in chassis._core.running.goals))
         go_on.set()
         thread.join(10.0)
         stopping.join(10.0)
@@ -85,7 +85,7 @@ def test_a_resume_that_a_stop_overtakes_does_not_move(sim, real_time, chassis, u
         thread, _ = in_thread(handle.resume)
         assert came.wait(10.0)
         stopping, _ = in_thread(lambda: chassis.stop(timeout=2.0))
-        assert wait_for(lambda: handle._cancelled_by_us)
+        assert wait_for(lambda: handle._motion.asked)
         go_on.set()
         thread.join(10.0)
         stopping.join(10.0)

@@ -30,7 +30,7 @@ def test_a_second_motion_is_refused_and_the_first_goes_on(sim, real_time, chassi
         SECOND[second](chassis)
     assert handle.description in str(caught.value)
     assert not handle.done
-    assert chassis._core.running.goals == [handle]
+    assert chassis._core.running.goals == [handle._motion]
 
 
 @pytest.mark.parametrize("second", SECOND)

@@ -117,7 +117,7 @@ class Chassis(Readings):
                 drive.abandon()
         for under_way in [] if running.leave else running.goals:
             if under_way in self._calls.begun:
-                under_way.cancel(3.0)
+                running.end(under_way, 3.0)
 
     async def close(self) -> None:
         """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,

@@ -49,7 +49,7 @@ class ActionHandle(GoalHandle[Any]):
     def __init__(
         self, core: Core, name: str, goal_text: str, timeout: float | None, *, drives: bool = False
     ) -> None:
-        super().__init__(core, goal_text, timeout)
+        super().__init__(core, goal_text, timeout, server=name)
         self._name = name
         self._drives = drives
         self._goal: Any = None
@@ -59,11 +59,6 @@ class ActionHandle(GoalHandle[Any]):
     def drives(self) -> bool:
         """True while it may move the base."""
         return self._drives
-
-    @property
-    def server(self) -> str:
-        """Name of the action."""
-        return self._name
 
     def send(
         self, message: Any, since: int | None = None, *, check: bool = True, replace: bool = False
@@ -84,15 +79,15 @@ class ActionHandle(GoalHandle[Any]):
         since = running.stops if since is None else since
         client = self._core.clients.action(self._name)
         require_goal(client, message)
-        letting_go = self._letting_go()
+        motion, letting_go = self._motion, self._motion.letting_go()
         let_go = partial(running.keeper.put, letting_go)
         goal_id = self._new_goal_id(client)
         try:
-            running.add_goal(self, since, check=check, replace=replace)
-            self._send_shielded(lambda: self._send_to(client, message, goal_id))
+            running.add_goal(motion, since, check=check, replace=replace)
+            motion.send(lambda: self._send_to(client, message, goal_id))
         except Exception as error:
-            self._finish(OutcomeKind.CANCELLED, f"not sent: {error}")
-            running.forget_replacing(self)
+            motion.finish(OutcomeKind.CANCELLED, f"not sent: {error}")
+            running.forget_replacing(motion)
             raise
         except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
             let_go()  # before anything else: see `keeper`
@@ -102,16 +97,16 @@ class ActionHandle(GoalHandle[Any]):
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
         """What the goal will be called; the watchdog knows it before it is sent."""
         goal_id = client.new_goal_id()
-        self._core.watched.goal(self, self._name, goal_id)
+        self._core.watched.goal(self._motion, self._name, goal_id)
         return goal_id
 
     def _send_to(self, client: rosproto.ActionClient, message: Any, goal_id: str) -> None:
-        if self._cancelled_by_us:
+        if self._motion.asked:
             raise MotionRefused(f"{self.description}: it was stopped before it was sent; nothing was sent")
         self._goal = client.send_goal(
             message, feedback=self._on_feedback, transition=self._on_transition, goal_id=goal_id
         )
-        if self._cancelled_by_us:  # in the meantime, by a thread that could not see this goal yet
+        if self._motion.asked:  # in the meantime, by a thread that could not see this goal yet
             self._goal.cancel()
 
     @property
@@ -129,11 +124,11 @@ class ActionHandle(GoalHandle[Any]):
         self._check()
 
     def _request_cancel(self, timeout: float) -> None:
-        self._await_sent(timeout)
+        self._motion.await_sent(timeout)
         if self._goal is not None:
             self._goal.cancel()
-        elif self._sending is None or not self._sending.is_alive():
-            self._finish(OutcomeKind.CANCELLED, "it was never sent")
+        elif not self._motion.being_sent:
+            self._motion.finish(OutcomeKind.CANCELLED, "it was never sent")
 
     def _write_cancel(self) -> None:
         goal = self._goal
@@ -149,9 +144,7 @@ class ActionHandle(GoalHandle[Any]):
             time.sleep(0.02)
         return True
 
-    @property
-    def last_word(self) -> LastWord | None:
-        """What cancels it, said by whomever; None when it was not sent."""
+    def _last_word(self) -> LastWord | None:
         goal = self._goal
         if goal is None:
             return None
@@ -162,8 +155,8 @@ class ActionHandle(GoalHandle[Any]):
         return self._goal is None or (self._goal.done and self._cannot_arrive())
 
     def _repeat_cancel(self) -> None:
-        if self._over.is_set and self._has_ended():
-            self._see_end()
+        if self._motion.may_go_on and self._has_ended():
+            self._motion.see_end()
         else:
             self._write_cancel()
 
@@ -176,13 +169,13 @@ class ActionHandle(GoalHandle[Any]):
         goal = self._goal
         if goal is None:
             return
-        if self._outcome is not None:
-            if self._may_go_on and self._has_ended():
-                self._see_end()
+        if self._motion.over.is_set:
+            if self._motion.may_go_on and self._has_ended():
+                self._motion.see_end()
         elif goal.done:
             self._settle(int(goal.status), goal.text or "", goal.result)
         elif (error := goal.connection_error) is not None:
-            self._finish(OutcomeKind.CONNECTION_LOST, str(error))
+            self._motion.finish(OutcomeKind.CONNECTION_LOST, str(error))
             # A goal that never arrived must not begin when the network is back.
             if goal.give_up():
                 self._given_up = time.monotonic()
@@ -191,19 +184,19 @@ class ActionHandle(GoalHandle[Any]):
         if status == _SUCCEEDED:
             self._succeeded(text, result)
         elif status in (_PREEMPTED, _RECALLED):
-            kind = OutcomeKind.CANCELLED if self._cancelled_by_us else OutcomeKind.REPLACED
-            self._finish(kind, text, status)
+            kind = OutcomeKind.CANCELLED if self._motion.asked else OutcomeKind.REPLACED
+            self._motion.finish(kind, text, status)
         elif status == _REJECTED:
-            self._finish(OutcomeKind.REJECTED, self._reason(text), status)
+            self._motion.finish(OutcomeKind.REJECTED, self._reason(text), status)
         elif status == _ABORTED:
-            self._finish(OutcomeKind.FAILED, self._reason(text), status)
+            self._motion.finish(OutcomeKind.FAILED, self._reason(text), status)
         else:
-            self._finish(
+            self._motion.finish(
                 OutcomeKind.CONNECTION_LOST, text or "the action server no longer knows the goal", status
             )
 
     def _succeeded(self, text: str, result: Any) -> None:
-        self._finish(OutcomeKind.ARRIVED, text)
+        self._motion.finish(OutcomeKind.ARRIVED, text)
 
     def _reason(self, text: str) -> str:
         faults = "; ".join(str(fault) for fault in self._core.knowledge.active_faults())
@@ -314,7 +307,8 @@ class StepHandle(ActionHandle):
     @property
     def percent(self) -> float:
         """How much of the whole goal is done, each step weighing the same; continues across a pause."""
-        return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
+        told = self._motion.told
+        return 100.0 if told is not None and told.arrived else self._overall()
 
     def _describe(self, progress: StepProgress) -> str:
         return f"step {progress.index + 1} of {self._count}, {progress.mode}: {progress.percent:.0f} %"
@@ -373,7 +367,7 @@ class StepHandle(ActionHandle):
         """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
         if not self._paused:
             raise MotionRefused(f"{self.description}: it is not paused")
-        self._core.running.require_alone(self)
+        self._core.running.require_alone(self._motion)
         # Nothing reports here: the goal has been preempted, and the next one is not sent yet.
         self._done_before = self._overall()
         self._first += self._place[0]
@@ -382,7 +376,7 @@ class StepHandle(ActionHandle):
         goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
         client = self._core.clients.action(self._name)
         goal_id = self._new_goal_id(client)
-        self._send_shielded(lambda: self._send_to(client, goal, goal_id))
+        self._motion.send(lambda: self._send_to(client, goal, goal_id))
         self._paused = False
 
     def _check(self) -> None:
@@ -390,22 +384,24 @@ class StepHandle(ActionHandle):
         # with a chassis that has fallen silent there is nothing left to resume.
         if not self._paused:
             super()._check()
-        elif self._outcome is None and (lost := self._core.feeds.lost("velocity")):
-            self._finish(OutcomeKind.CONNECTION_LOST, lost)
+        elif not self._motion.over.is_set and (lost := self._core.feeds.lost("velocity")):
+            self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _request_cancel(self, timeout: float) -> None:
         paused, self._paused = self._paused, False
         super()._request_cancel(timeout)
         if paused:
-            self._finish(OutcomeKind.CANCELLED, "cancelled while paused")
+            self._motion.finish(OutcomeKind.CANCELLED, "cancelled while paused")
 
     def _succeeded(self, text: str, result: Any) -> None:
         # Result 1 is success; negative is failure, also when actionlib calls the goal succeeded.
         code = int(result.result)
         if code == 1:
-            self._finish(OutcomeKind.ARRIVED, text, code)
+            self._motion.finish(OutcomeKind.ARRIVED, text, code)
         else:
-            self._finish(OutcomeKind.FAILED, self._reason(text or "the chassis reports a failed step"), code)
+            self._motion.finish(
+                OutcomeKind.FAILED, self._reason(text or "the chassis reports a failed step"), code
+            )
 
 
 def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:

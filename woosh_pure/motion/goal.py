@@ -1,48 +1,34 @@
 """What all running goals have in common: waiting, outcome, cancelling, progress.
 
-A handle ends exactly once. A wait that times out cancels the goal and makes sure that the robot stands still.
+A handle is the face of one motion (`motion.Motion`), which has its state and ends exactly once. A wait that
+times out cancels the goal and makes sure that the robot stands still.
 """
 
 from __future__ import annotations
 
-import math
-import queue
 import threading
-import time
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
+from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
-from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_limit, require_timeout
 from woosh_pure.errors import GoalFailed
-from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
-from woosh_pure.stopping.flag import SLICE as _SLICE
-from woosh_pure.stopping.flag import Flag
-from woosh_pure.stopping.keeper import Job
-from woosh_pure.stopping.running import OwnGoal
+from woosh_pure.motion.motion import Kind, Motion
+from woosh_pure.outcome import Outcome
 
 if TYPE_CHECKING:
     from woosh_pure.core import Core
+    from woosh_pure.stopping.elsewhere import LastWord
 
 __all__ = ["OWN_DEFAULT", "Default", "GoalHandle"]
 
 P = TypeVar("P")
-R = TypeVar("R")
 logger = get_logger("woosh_pure.goal")
 
-_LOOK, _AGAIN = 0.02, 1.0  # seconds
-_TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = (
-    15.0,
-    10.0,
-    6.0,
-)  # time limits for steps that Ctrl-C does not interrupt
-
-_BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
-_REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
+_LOOK = 0.02  # seconds
+_TIME_OUT_SECONDS = 15.0  # for what Ctrl-C does not interrupt
 
 
 class Default:
@@ -56,7 +42,7 @@ OWN_DEFAULT = Default()
 """The default of `wait`'s `timeout`."""
 
 
-class GoalHandle(OwnGoal, Generic[P]):
+class GoalHandle(Generic[P]):
     """A goal under way. Made by the verbs of `Chassis`.
 
     Attributes:
@@ -64,186 +50,84 @@ class GoalHandle(OwnGoal, Generic[P]):
         default_timeout: What `wait()` uses, s; None waits for ever.
     """
 
-    def __init__(self, core: Core, description: str, default_timeout: float | None) -> None:
+    def __init__(
+        self,
+        core: Core,
+        description: str,
+        default_timeout: float | None,
+        *,
+        task_id: int = 0,
+        server: str = "",
+    ) -> None:
         self._core = core
         self.description = description
         self.default_timeout = require_timeout(default_timeout)
-        # No lock: a signal handler's stop must see the end that comes while it has interrupted a frame in
-        # here.
-        self._over = Flag()
-        self._unended: queue.SimpleQueue[None] = queue.SimpleQueue()  # holds one thing, which the end takes
-        self._unended.put(None)
-        self._outcome: Outcome | None = None
-        self._started = time.monotonic()
+        kind = Kind(
+            drives=lambda: self.drives,
+            write_cancel=lambda: self._write_cancel(),
+            repeat_cancel=lambda: self._repeat_cancel(),
+            request_cancel=lambda timeout: self._request_cancel(timeout),
+            cancel_confirmed=lambda timeout: self._cancel_confirmed(timeout),
+            check=lambda: self._check(),
+            in_own_callback=lambda: self._in_own_callback(),
+            last_word=lambda: self._last_word(),
+            task_id=task_id,
+            server=server,
+        )
+        self._motion = Motion(core, description, kind)
         self._newest: P | None = None
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
-        self._cancelled_by_us = False
-        self._why = ""  # in words, why this client cancelled it
-        self._time_up = ""  # in words, that the limit of a wait has passed, which is then how it ended
-        self._may_go_on = False  # ended for us, but the robot has not confirmed that it ended the goal
-        self._written = -math.inf  # when its cancel was written last
-        self._sending: threading.Thread | None = None
+
+    @property
+    def task_id(self) -> int:
+        """The id of a task; 0 for a goal of another kind."""
+        return self._motion.kind.task_id
+
+    @property
+    def server(self) -> str:
+        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        return self._motion.kind.server
+
+    @property
+    def drives(self) -> bool:
+        """True while this goal may move the base."""
+        return False
 
     @property
     def holds_the_base(self) -> bool:
         """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
-        return self.drives and not self._cancelled_by_us
+        return self._motion.holds_the_base
 
     def __repr__(self) -> str:
-        outcome = self._outcome  # not `if outcome`: an outcome other than arrival is falsy
+        outcome = self._motion.told  # not `if outcome`: an outcome other than arrival is falsy
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
-
-    # -- as stopping sees it ---------------------------------------------------------------------------------
-
-    @property
-    def gone(self) -> bool:
-        """Whether it was seen to have ended on the robot, or never was there: nothing is left to stop."""
-        return self._over.is_set and not self._may_go_on
-
-    @property
-    def end_due(self) -> bool:
-        """Whether this client asked for its end, and has not seen it."""
-        return self._cancelled_by_us and not self.gone
-
-    def end_now(self, why: str) -> None:
-        """Mark it as cancelled and write the cancel, if there is a connection. Waits for nothing."""
-        self._mark_cancelled(why)
-        self._written = time.monotonic()
-        self._write_cancel()
-
-    def end_again(self) -> None:
-        """Ask once more, when the last time was a while ago."""
-        if time.monotonic() - self._written >= _AGAIN:
-            self._written = time.monotonic()
-            self._repeat_cancel()
 
     # -- for subclasses --------------------------------------------------------------------------------------
 
     def _write_cancel(self) -> None:
-        """Write the cancel on a connection that stands; neither waits nor logs.
-
-        Raises:
-            RosError: There is none.
-        """
+        """See `Kind.write_cancel`."""
+        raise NotImplementedError
 
     def _repeat_cancel(self) -> None:
-        """Write the cancel again, or have that done elsewhere: must not wait."""
+        """See `Kind.repeat_cancel`."""
         self._write_cancel()
 
     def _request_cancel(self, timeout: float) -> None:
-        """Ask the chassis to end this goal; must not wait longer than `timeout`."""
+        """See `Kind.request_cancel`."""
         raise NotImplementedError
 
-    def _send_shielded(self, send: Callable[[], R]) -> R:
-        """Run `send` so that Ctrl-C interrupts the wait for it, but never the sending itself.
-
-        Otherwise a goal could be under way that nobody knows about: sent, but without a handle to cancel it.
-        """
-        result: list[R] = []
-        error: list[BaseException] = []
-
-        def work() -> None:
-            try:
-                result.append(send())
-            except BaseException as problem:
-                error.append(problem)
-
-        self._sending = threading.Thread(target=work, name="woosh:send", daemon=True)
-        self._sending.start()
-        while self._sending.is_alive():
-            self._sending.join(_SLICE)
-        if error:
-            raise error[0]
-        return result[0]
-
-    def _await_sent(self, timeout: float) -> None:
-        """Wait, within a time limit, until the goal has been sent: a cancel must not overtake it."""
-        sending = self._sending
-        if sending is not None and sending is not threading.current_thread():
-            try:
-                sending.join(timeout)
-            except RuntimeError:  # not started yet: it sees the cancel mark before it sends
-                pass
-
-    def _mark_cancelled(self, why: str) -> None:
-        """Note that this client cancels it. The sending thread checks this before and after it sends."""
-        self._why = self._why or why
-        self._cancelled_by_us = True
-
-    def _letting_go(self, *, waited_for: bool = False) -> Job[None]:
-        """The keeper's job for a goal that nobody waits for, or whose handle nobody has: cancel it.
-
-        Args:
-            waited_for: Somebody has the handle, so `leave_running` leaves the goal running.
-        """
-        return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
-
-    def _let_go(self, waited_for: bool) -> None:
-        if self._outcome is not None and not self._may_go_on:
-            return
-        if waited_for and self._core.running.leave:
-            return
-        self.let_go = time.monotonic()
-        try:
-            self._cancel(3.0, "its wait was interrupted")
-        except RosError as error:
-            logger.warning("! %s: interrupted, and not cancelled: %s", self.description, error)
-
-    def _abandon(self) -> None:
-        """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
-        self._mark_cancelled("its wait was interrupted")
-        self._core.running.keeper.put(self._letting_go())
-
     def _cancel_confirmed(self, timeout: float) -> bool:
-        """Whether the chassis confirmed a cancel without reporting the end, as with a service's reply."""
+        """See `Kind.cancel_confirmed`."""
         return True
 
     def _check(self) -> None:
-        """Check for an end that no event reports, such as a lost link."""
+        """See `Kind.check`."""
 
-    def _finish(
-        self,
-        kind: OutcomeKind,
-        text: str = "",
-        code: int | None = None,
-        stopped: bool | None = None,
-        *,
-        may_go_on: bool = False,
-    ) -> None:
-        try:
-            self._unended.get_nowait()
-        except queue.Empty:
-            return  # it has ended before
-        # While it may go on, `stop` and `close` must still cancel it.
-        self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
-        seconds = time.monotonic() - self._started
-        if self._time_up and kind is not OutcomeKind.ARRIVED:
-            # The cancel ended it as "cancelled"; what the caller needs to know is that its time was up.
-            kind, text, code = OutcomeKind.TIMED_OUT, text if may_go_on else self._time_up, None
-        elif self._replaced_by and kind in _REPLACEABLE:
-            kind, self._why, self._cancelled_by_us = (
-                OutcomeKind.REPLACED,
-                f"replaced by {self._replaced_by}",
-                True,
-            )
-        ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
-        self._outcome = outcome = Outcome(kind, self.description, text, code, stopped, seconds, ours)
-        self._over.set()
-        if not self._may_go_on:
-            self._core.watched.over(self)
-        self._core.knowledge.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
-
-    def _see_end(self) -> None:
-        """The robot was seen to have ended it, after its outcome had to be told without that."""
-        if not self._may_go_on:
-            return
-        self._may_go_on = False
-        self._core.watched.over(self)
-        outcome = self._outcome
-        if outcome is not None and outcome.text == NOT_CONFIRMED:
-            self._outcome = replace(outcome, text="")
+    def _last_word(self) -> LastWord | None:
+        """See `Kind.last_word`."""
+        return None
 
     def _advance(self, progress: P) -> None:
         self._newest = progress
@@ -271,14 +155,12 @@ class GoalHandle(OwnGoal, Generic[P]):
     @property
     def outcome(self) -> Outcome | None:
         """How it ended, None while it runs."""
-        if self._outcome is None:
-            self._check()
-        return self._outcome
+        return self._motion.outcome
 
     @property
     def done(self) -> bool:
         """True when it has ended, well or badly."""
-        return self.outcome is not None
+        return self._motion.done
 
     @property
     def latest_progress(self) -> P | None:
@@ -308,7 +190,7 @@ class GoalHandle(OwnGoal, Generic[P]):
             elif self.done:
                 return
             else:
-                self._over.wait(_LOOK)
+                self._motion.over.wait(_LOOK)
 
     def wait(
         self,
@@ -341,12 +223,12 @@ class GoalHandle(OwnGoal, Generic[P]):
                 f"{self.description}: waiting for it in a callback of its own news would wait for itself; "
                 "wait in another thread"
             )
-        keeper, letting_go = self._core.running.keeper, self._letting_go(waited_for=True)
+        keeper, letting_go = self._core.running.keeper, self._motion.letting_go(waited_for=True)
         let_go = partial(keeper.put, letting_go)
         try:
-            if not self._wait_until_done(seconds, meanwhile):
-                keeper.do(lambda: self._time_out(seconds or 0.0), _TIME_OUT_SECONDS)
-            outcome = self._confirmed()
+            if not self._motion.wait(seconds, meanwhile):
+                keeper.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
+            outcome = self._motion.confirmed()
         except BaseException:
             let_go()  # before anything else: see `keeper`
             keeper.hold(letting_go)
@@ -365,44 +247,8 @@ class GoalHandle(OwnGoal, Generic[P]):
         try:
             return await asyncio.to_thread(self.wait)
         except asyncio.CancelledError:
-            self._abandon()
+            self._motion.abandon()
             raise
-
-    def _confirmed(self) -> Outcome:
-        """The outcome; unless the robot arrived, it says whether the robot was seen to stand still."""
-        outcome = self._outcome
-        assert outcome is not None, "a goal that is waited for has ended"
-        unknown = not outcome.arrived and outcome.stopped is None
-        if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
-            self._outcome = outcome = replace(outcome, stopped=self._core.feeds.wait_standing(2.0))
-        return outcome
-
-    def _wait_until_done(self, timeout: float | None, meanwhile: Callable[[], object] | None = None) -> bool:
-        deadline = Deadline(timeout)
-        while not self.done:
-            if deadline.expired:
-                return False
-            self._over.wait(deadline.at_most(_SLICE).remaining() or 0.0)
-            if meanwhile is not None:
-                meanwhile()
-        return True
-
-    def _time_out(self, seconds: float) -> None:
-        self._time_up = text = f"not finished within {seconds:.1f} s"
-        sent = True
-        try:
-            self._mark_cancelled("its time was up")
-            self._request_cancel(3.0)
-        except RosError as error:
-            text, sent = f"{text}; cancelling failed: {error}", False
-        standing = self._core.feeds.wait_standing(5.0)
-        confirmed = sent and (self.gone or self._cancel_confirmed(0.0))
-        if sent and not confirmed:
-            text = f"{text}; {NOT_CONFIRMED}"
-        self._finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
-        outcome = self._outcome
-        if outcome is not None and outcome.kind is OutcomeKind.TIMED_OUT and outcome.stopped is None:
-            self._outcome = replace(outcome, stopped=standing)  # the end came from the robot, while we looked
 
     def cancel(self, timeout: float = 5.0) -> Outcome:
         """End it now and wait until the chassis confirms. In a callback of this goal, only ask for the end.
@@ -414,38 +260,4 @@ class GoalHandle(OwnGoal, Generic[P]):
             RosError: The cancellation could not be sent, or was not confirmed in time.
             ValueError: `timeout` is negative or NaN.
         """
-        timeout = require_limit(timeout)
-        return self._core.running.keeper.do(
-            lambda: self._cancel(timeout, "cancel() was called"), _CANCEL_SECONDS + 2.0 * timeout
-        )
-
-    def _cancel(self, timeout: float, why: str) -> Outcome:
-        if not self.done:
-            self._mark_cancelled(why)
-            self._request_cancel(timeout)
-            if self._in_own_callback():
-                seconds = time.monotonic() - self._started
-                return Outcome(
-                    OutcomeKind.CANCELLED, self.description, "asked for, not confirmed yet", seconds=seconds
-                )
-            if not self._wait_until_done(timeout):
-                self._finish(
-                    OutcomeKind.CANCELLED,
-                    NOT_CONFIRMED,
-                    None,
-                    self._core.feeds.wait_standing(2.0),
-                    may_go_on=not self._cancel_confirmed(0.0),
-                )
-        elif self._may_go_on:
-            self._mark_cancelled(why)
-            self._request_cancel(timeout)
-            if not self._cancel_confirmed(timeout):
-                raise ConnectionLost(
-                    f"{self.description}: cancelled, but the chassis cannot be heard; it may go on"
-                )
-            told = self._outcome is not None and self._outcome.text == NOT_CONFIRMED
-            self._see_end()
-            if told and self._outcome is not None:
-                self._outcome = replace(self._outcome, stopped=self._core.feeds.wait_standing(2.0))
-        assert self._outcome is not None, "a cancelled goal has ended"
-        return self._outcome
+        return self._core.running.end(self._motion, require_limit(timeout))

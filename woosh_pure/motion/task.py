@@ -40,20 +40,19 @@ class TaskHandle(GoalHandle[RobotStatus]):
         task_id: The random id it was given.
     """
 
-    def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float | None) -> None:
-        super().__init__(core, goal, timeout)
+    def __init__(self, core: Core, order: TaskOrder, timeout: float | None) -> None:
+        tracker = TaskTracker(new_task_id())
+        text = f"{order.task_type} task {tracker.task_id} to {order.target}"
+        super().__init__(core, text, timeout, task_id=tracker.task_id)
+        self._order = order
         self._tracker = tracker
         # Two threads tell it something: the one that sends, and the one that receives. No verb holds this.
         self._telling = threading.Lock()
         self._prepared: PreparedCall | None = None
+        self._asked_for = False  # whether the chassis may know of it
         self._repeating: Job[None] | None = None
         self._sources = core.feeds.get("status").sources
         self._off = core.feeds.get("status").on(self._on_status)
-
-    @property
-    def task_id(self) -> int:
-        """The random id it was given."""
-        return self._tracker.task_id
 
     @property
     def state(self) -> TaskState:
@@ -64,6 +63,72 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def drives(self) -> bool:
         """True while the task may move the base."""
         return self.state not in (TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
+    def send(self, since: int, *, check: bool, replace: bool) -> None:
+        """Send it. It is registered first, so that `stop` in another thread finds it.
+
+        Args:
+            since: `Running.stops` when the verb began.
+            check: False sends it even beside an open velocity block or another motion of ours.
+            replace: True ends any other motion of ours.
+
+        Raises:
+            MotionRefused: `stop` was called meanwhile, another motion is under way, or the chassis refused.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
+        """
+        running, motion = self._core.running, self._motion
+        letting_go = motion.letting_go()
+        let_go = partial(running.keeper.put, letting_go)
+        try:
+            # What would cancel it is ready, on a connection of its own, before it is sent.
+            self._prepared = self._core.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
+            self._core.watched.task(motion, self.task_id)
+            running.add_goal(motion, since, check=check, replace=replace)
+            reply = motion.send(self._execute)
+        except Exception as error:
+            self._note_not_sent(error)
+            raise
+        except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
+            let_go()  # before anything else: see `keeper`
+            running.keeper.hold(letting_go)
+            raise
+        if not reply.success:
+            self._refuse(reply)
+
+    def _execute(self) -> Any:
+        motion, ask = self._motion, self._core.clients.exec_task
+        if motion.asked:
+            raise MotionRefused(f"{self.description}: it was stopped before it was sent; nothing was sent")
+        self._asked_for = True
+        reply = ask(TaskCommand.EXECUTE, self.task_id, timeout=_REPLY_SECONDS, **self._order.fields())
+        with self._telling:
+            self._tracker.reply(reply.success, reply.message, int(reply.statusCode))
+        self._settle()
+        if motion.asked:  # the cancel did not wait long enough for this reply: repeat it
+            ask(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
+        return reply
+
+    def _note_not_sent(self, error: Exception) -> None:
+        if self._asked_for and isinstance(error, (ConnectionLost, RosTimeout)):
+            # The chassis may have accepted it anyway: it is cancelled as soon as the chassis can be reached.
+            self._motion.ask_end("its request was not answered")
+            text = "no reply to the request; it is cancelled as soon as that is possible"
+            self._motion.finish(OutcomeKind.CONNECTION_LOST, text)
+            self._cancel_once_more()
+        else:  # whatever it was, nothing was started, so nothing has to be cancelled
+            self._off()
+            self._motion.finish(OutcomeKind.CANCELLED, "not sent")
+            self._drop_prepared()
+
+    def _refuse(self, reply: Any) -> None:
+        knowledge, why = self._core.knowledge, reply.message or "no reason given"
+        state = RobotState(reply.statusCode)
+        told = f"the last motion was refused ({self.description}: {why})"
+        knowledge.refusals.note(told, time.monotonic(), state)
+        raise MotionRefused(
+            f"{self.description}: refused by the chassis: {why} (robot state: {state})",
+            readiness=knowledge.readiness(),
+        )
 
     def pause(self) -> None:
         """Hold it; `resume` goes on.
@@ -79,7 +144,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         Raises:
             MotionRefused: The chassis refused, or another motion of ours is under way.
         """
-        self._core.running.require_alone(self)
+        self._core.running.require_alone(self._motion)
         self._command(TaskCommand.RESUME)
 
     def interrupt_wait(self) -> None:
@@ -104,14 +169,6 @@ class TaskHandle(GoalHandle[RobotStatus]):
         where = f"; at {pose}" if pose else ""
         return f"{progress.task_state}, {progress.action_type}{where}"
 
-    def prepare_cancel(self) -> None:
-        """Have the request that would cancel it ready, on a connection of its own, before it is sent.
-
-        Raises:
-            RosError: The chassis cannot be asked; nothing was sent.
-        """
-        self._prepared = self._core.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
-
     def _write_cancel(self) -> None:
         if self._prepared is None:
             return  # nothing was sent yet: the thread that sends it looks at the mark
@@ -130,19 +187,19 @@ class TaskHandle(GoalHandle[RobotStatus]):
         except RosError as error:
             logger.debug("! %s: its cancel is repeated in a second: %s", self.description, error)
             return
-        if reply.success or not self._status_shows_it():
+        # While somebody waits for it, the status tells how it ended.
+        if self._motion.may_go_on and (reply.success or not self._status_shows_it()):
             self._off()
-            self._see_end()
-            self._finish(OutcomeKind.CANCELLED, reply.message)
-            self.drop_prepared()
+            self._motion.see_end()
+            self._drop_prepared()
 
     def _request_cancel(self, timeout: float) -> None:
-        self._await_sent(min(timeout, 2.0))
+        self._motion.await_sent(min(timeout, 2.0))
         try:
             self._require_yes(self._cancel_reply(timeout), TaskCommand.CANCEL)
         except MotionRefused:
             # "There is no such task": it has just ended, and the status for that may still be on its way.
-            if not self._wait_until_done(1.0) and not self._status_shows_end():
+            if not self._motion.wait(1.0) and not self._status_shows_end():
                 raise
 
     def _cancel_reply(self, timeout: float) -> Any:
@@ -172,25 +229,20 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._advance(status)
         self._settle()
 
-    def _reply(self, success: bool, message: str, code: int) -> None:
-        with self._telling:
-            self._tracker.reply(success, message, code)
-        self._settle()
-
     def _settle(self) -> None:
         ending = self._tracker.ending
-        if ending is None or self.gone:
+        if ending is None or self._motion.gone:
             return
         self._off()
         if not ending.under_way:
-            self._see_end()
-        self._finish(ending.kind, ending.text, ending.code)
+            self._motion.see_end()
+        self._motion.finish(ending.kind, ending.text, ending.code)
         if ending.under_way:
             self._core.running.keeper.put(Job(self._end_on_robot, _REPLY_SECONDS))
         else:
-            self.drop_prepared()
+            self._drop_prepared()
 
-    def drop_prepared(self) -> None:
+    def _drop_prepared(self) -> None:
         """Nothing is to be cancelled any more."""
         if self._prepared is not None:
             self._prepared.close()
@@ -202,14 +254,12 @@ class TaskHandle(GoalHandle[RobotStatus]):
         except RosError as error:
             logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.description, error)
         finally:
-            self.drop_prepared()
+            self._drop_prepared()
 
     def _check(self) -> None:
         lost = self._core.feeds.lost("status") or self._restarted()
-        if (
-            lost and self._outcome is None
-        ):  # listened to all the same: it may be seen to end when it is heard again
-            self._finish(OutcomeKind.CONNECTION_LOST, lost)
+        if lost and not self._motion.over.is_set:  # listened to all the same: its end may be heard later
+            self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _restarted(self) -> str:
         """In words, that another process now reports the state, which knows nothing of this task; else ""."""
@@ -292,64 +342,6 @@ def start_task(
         core.running.require_free_base("task")
     status = core.feeds.get("status")
     core.feeds.require_publisher(status)
-    tracker = TaskTracker(new_task_id())
-    text = f"{order.task_type} task {tracker.task_id} to {order.target}"
-    handle = TaskHandle(core, tracker, text, timeout)
-    letting_go = handle._letting_go()
-    let_go = partial(core.running.keeper.put, letting_go)
-    try:
-        try:
-            handle.prepare_cancel()
-            core.watched.task(handle, tracker.task_id)
-            core.running.add_goal(handle, since, check=check, replace=replace)
-        except Exception:
-            handle._off()
-            handle.drop_prepared()
-            core.watched.over(handle)
-            raise
-        _send(core, handle, order)
-    except Exception:
-        raise
-    except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
-        let_go()  # before anything else: see `keeper`
-        core.running.keeper.hold(letting_go)
-        raise
+    handle = TaskHandle(core, order, timeout)
+    handle.send(since, check=check, replace=replace)
     return handle
-
-
-def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
-    def execute() -> Any:
-        if handle._cancelled_by_us:
-            raise MotionRefused(f"{handle.description}: it was stopped before it was sent; nothing was sent")
-        command, task_id = TaskCommand.EXECUTE, handle.task_id
-        reply = core.clients.exec_task(command, task_id, timeout=_REPLY_SECONDS, **order.fields())
-        handle._reply(reply.success, reply.message, int(reply.statusCode))
-        if handle._cancelled_by_us:  # the cancel did not wait long enough for this reply: repeat it
-            core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=2.0)
-        return reply
-
-    try:
-        reply = handle._send_shielded(execute)
-    except (ConnectionLost, RosTimeout):
-        # The chassis may have accepted it anyway: undo it as soon as the chassis can be reached, and say so.
-        handle._mark_cancelled("its request was not answered")
-        handle._finish(
-            OutcomeKind.CONNECTION_LOST,
-            "no reply to the request; it is cancelled as soon as that is possible",
-        )
-        handle._cancel_once_more()
-        raise
-    except Exception:  # whatever it was, nothing was started, so nothing has to be cancelled
-        handle._off()
-        handle._finish(OutcomeKind.CANCELLED, "not sent")
-        handle.drop_prepared()
-        raise
-    if not reply.success:
-        state = RobotState(reply.statusCode)
-        told = f"the last motion was refused ({handle.description}: {reply.message or 'no reason given'})"
-        core.knowledge.refusals.note(told, time.monotonic(), state)
-        raise MotionRefused(
-            f"{handle.description}: refused by the chassis: {reply.message or 'no reason given'} "
-            f"(robot state: {state})",
-            readiness=core.knowledge.readiness(),
-        )

@@ -92,7 +92,7 @@ class Knowledge:
         charging = None if battery is None or battery.age > _STALE else battery.value.charging
         status, outdated = self._status_known()
         faults, before = self._known_faults(status, outdated)
-        ours = {goal.task_id for goal in self._running.goals if goal.task_id}
+        ours = {goal.kind.task_id for goal in self._running.goals if goal.kind.task_id}
         return assess(
             status,
             faults,

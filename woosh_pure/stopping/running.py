@@ -28,84 +28,52 @@ from woosh_pure.stopping.keeper import Job, Keeper, begin
 from woosh_pure.stopping.line import Ending, StopLine, Stoppable
 from woosh_pure.stopping.report import StopReport
 
-__all__ = ["OwnDrive", "OwnGoal", "Running", "cancel_goals"]
+__all__ = ["OwnDrive", "OwnMotion", "Running", "cancel_goals"]
 
 logger = get_logger("woosh_pure.core")
 _JUST = 5.0  # seconds
 _WRITTEN = 0.5  # seconds for the first round, before what takes time
-_EXIT_SECONDS, _CHORE_SECONDS = 8.0, 3.0
+_EXIT_SECONDS, _CHORE_SECONDS, _CANCEL_SECONDS = 8.0, 3.0, 10.0
 _EXIT_CALLS = 32
 """How often `_at_exit` is registered: when an interrupt ends one call, the next one goes on waiting."""
 
 
-class OwnGoal:
-    """A goal of this client as stopping sees it; `woosh_pure.motion.goal.GoalHandle` is one.
+class KindOfMotion(Protocol):
+    """What kind of motion one is, as far as stopping looks at it; see `woosh_pure.motion.motion.Kind`."""
 
-    Attributes:
-        description: What was asked, in words.
-        let_go: When it was cancelled because its caller no longer waits, by the monotonic clock; None when
-            it was not, or a stop has told of it since.
-    """
+    @property
+    def drives(self) -> Callable[[], bool]: ...
+
+    @property
+    def task_id(self) -> int: ...
+
+    @property
+    def server(self) -> str: ...
+
+
+class OwnMotion(Stoppable, Protocol):
+    """A motion of this client by a goal, as stopping sees it; see `woosh_pure.motion.motion.Motion`."""
 
     description: str
-    let_go: float | None = None
-    _replaced_by = ""  # in words, the goal of this client that takes its place
+    let_go: float | None
+    replaced_by: str
 
     @property
-    def task_id(self) -> int:
-        """The id of a task; 0 for a goal of another kind."""
-        return 0
+    def kind(self) -> KindOfMotion: ...
 
     @property
-    def server(self) -> str:
-        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
-        return ""
+    def holds_the_base(self) -> bool: ...
 
     @property
-    def drives(self) -> bool:
-        """True while this goal may move the base."""
-        return False
+    def gone(self) -> bool: ...
 
     @property
-    def holds_the_base(self) -> bool:
-        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
-        raise NotImplementedError
+    def done(self) -> bool: ...
 
     @property
-    def gone(self) -> bool:
-        """Whether it was seen to have ended on the robot, or never was there: nothing is left to stop."""
-        raise NotImplementedError
+    def last_word(self) -> LastWord | None: ...
 
-    @property
-    def end_due(self) -> bool:
-        """See `Stoppable`."""
-        raise NotImplementedError
-
-    @property
-    def last_word(self) -> LastWord | None:
-        """What cancels it when our own node cannot; None where nothing is left, or our node is not needed."""
-        return None
-
-    def end_now(self, why: str) -> None:
-        """See `Stoppable`."""
-        raise NotImplementedError
-
-    def end_again(self) -> None:
-        """See `Stoppable`."""
-        raise NotImplementedError
-
-    @property
-    def done(self) -> bool:
-        """True when it has ended, well or badly."""
-        raise NotImplementedError
-
-    def cancel(self, timeout: float = 5.0) -> Outcome:
-        """End it now and wait until the chassis confirms; Ctrl-C does not end that halfway."""
-        raise NotImplementedError
-
-    def _cancel(self, timeout: float, why: str) -> Outcome:
-        """As `cancel`, in this thread."""
-        raise NotImplementedError
+    def end(self, timeout: float, why: str) -> Outcome: ...
 
 
 class OwnDrive(Stoppable, Protocol):
@@ -160,11 +128,11 @@ class Running:
         self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
         self._pid = os.getpid()
         self._lock = threading.RLock()
-        self._goals: tuple[OwnGoal, ...] = ()
+        self._goals: tuple[OwnMotion, ...] = ()
         self._drives: tuple[OwnDrive, ...] = ()
 
     @property
-    def goals(self) -> list[OwnGoal]:
+    def goals(self) -> list[OwnMotion]:
         """Goals under way."""
         return [goal for goal in self._goals if not goal.gone]
 
@@ -250,7 +218,7 @@ class Running:
         if any(not drive.finished for drive in self.drives):
             raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
 
-    def require_alone(self, goal: OwnGoal) -> None:
+    def require_alone(self, goal: OwnMotion) -> None:
         """Refuse to go on with a goal while something else of this Chassis moves the base.
 
         Raises:
@@ -259,7 +227,7 @@ class Running:
         self.require_free_base(goal.description)
         self._make_way(goal, self._others(goal), check=True, replace=False)
 
-    def add_goal(self, goal: OwnGoal, since: int, *, check: bool = True, replace: bool = False) -> None:
+    def add_goal(self, goal: OwnMotion, since: int, *, check: bool = True, replace: bool = False) -> None:
         """Add a goal that is about to be sent.
 
         Args:
@@ -273,17 +241,17 @@ class Running:
             ConnectionLost: The Chassis is being closed.
         """
         self._prepare()
-        if goal.drives:
+        if goal.kind.drives():
             self._make_way(goal, self._others(goal), check=check, replace=replace)
         ended = [other for other in self.goals if other.done]  # which may look at the network
         with self._lock:
             self._require_no_stop(goal.description, since)
-            if check and goal.drives:
+            if check and goal.kind.drives():
                 self.require_free_base(goal.description)
-                late = [o for o in self.goals if o.holds_the_base and o not in ended and not o._replaced_by]
+                late = [o for o in self.goals if o.holds_the_base and o not in ended and not o.replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
             if (scope := current()) is not None:
-                scope.add(goal, goal.description, lambda: goal.cancel(5.0))
+                scope.add(goal, goal.description, lambda: self.end(goal, 5.0))
             self._will_move()
             before = self._goals
             self._goals = (*(other for other in before if not other.gone or _just_let_go(other)), goal)
@@ -294,10 +262,10 @@ class Running:
                 raise
         self._line.start()  # it looks again every second from now on
 
-    def _others(self, goal: OwnGoal) -> list[OwnGoal]:
+    def _others(self, goal: OwnMotion) -> list[OwnMotion]:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
 
-    def _make_way(self, goal: OwnGoal, others: list[OwnGoal], *, check: bool, replace: bool) -> None:
+    def _make_way(self, goal: OwnMotion, others: list[OwnMotion], *, check: bool, replace: bool) -> None:
         """Refuse a goal beside others of ours, or end those: two of them would fight for the base."""
         if others and check and not replace:
             names = ", ".join(each.description for each in others)
@@ -306,27 +274,35 @@ class Running:
                 "and would be lost; wait for it or cancel it, or replace it with replace=True"
             )
         for other in others:
-            other._replaced_by = goal.description
+            other.replaced_by = goal.description
             # One server passes smoothly from a goal to the next; between two servers nothing is documented.
-            if replace and not (other.server and other.server == goal.server):
+            if replace and not (other.kind.server and other.kind.server == goal.kind.server):
                 self._end_replaced(other)
 
-    def _end_replaced(self, other: OwnGoal) -> None:
+    def end(self, goal: OwnMotion, timeout: float, why: str = "cancel() was called") -> Outcome:
+        """End one goal; Ctrl-C does not interrupt that, and is raised afterwards.
+
+        Raises:
+            RosError: The cancellation could not be sent, or was not confirmed in time.
+        """
+        return self.keeper.do(lambda: goal.end(timeout, why), _CANCEL_SECONDS + 2.0 * timeout)
+
+    def _end_replaced(self, other: OwnMotion) -> None:
         try:
-            self.keeper.do(lambda: other._cancel(3.0, "replaced"), 10.0)
+            self.keeper.do(lambda: other.end(3.0, "replaced"), 10.0)
         except RosError as error:
-            other._replaced_by = ""
+            other.replaced_by = ""
             raise MotionRefused(
                 f"{other.description} could not be ended, so that nothing else was sent: {error}"
             ) from error
 
-    def forget_replacing(self, goal: OwnGoal) -> None:
+    def forget_replacing(self, goal: OwnMotion) -> None:
         """A goal was not sent after all: those it should have replaced go on."""
         for other in self.goals:
-            if other._replaced_by == goal.description:
-                other._replaced_by = ""
+            if other.replaced_by == goal.description:
+                other.replaced_by = ""
 
-    def take_goals(self) -> list[OwnGoal]:
+    def take_goals(self) -> list[OwnMotion]:
         """Goals to cancel: those under way, and those just let go, which may have ended already and are told
         of once.
         """
@@ -356,7 +332,7 @@ class Running:
         under_way = [goal for goal in self.goals if not goal.done]  # `done` may look at the network
         with self._lock:
             self._require_no_stop("velocity", since)
-            driving = [goal.description for goal in self.goals if goal in under_way and goal.drives]
+            driving = [goal.description for goal in self.goals if goal in under_way and goal.kind.drives()]
             if check and driving:
                 raise MotionRefused(
                     f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for "
@@ -422,11 +398,11 @@ class Running:
             logger.warning("! not done when the program ended, the robot may still be driving: %s", problem)
 
 
-def _just_let_go(goal: OwnGoal) -> bool:
+def _just_let_go(goal: OwnMotion) -> bool:
     return goal.let_go is not None and time.monotonic() - goal.let_go < _JUST
 
 
-def cancel_goals(goals: Sequence[OwnGoal], report: StopReport, timeout: float, why: str) -> None:
+def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float, why: str) -> None:
     """Ask for the end of goals that this client started; all at once, not one after the other.
 
     Args:
@@ -446,9 +422,9 @@ def cancel_goals(goals: Sequence[OwnGoal], report: StopReport, timeout: float, w
             report.problems.append(f"cancelling {goal.description} (no answer yet)")
 
 
-def _cancel(goal: OwnGoal, report: StopReport, timeout: float, why: str) -> None:
+def _cancel(goal: OwnMotion, report: StopReport, timeout: float, why: str) -> None:
     try:
-        outcome = goal._cancel(timeout, why)
+        outcome = goal.end(timeout, why)
         if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
             report.problems.append(f"cancelling {goal.description} ({NOT_CONFIRMED})")
         else:

@@ -34,11 +34,13 @@ LEFT_OUT = {
     "ActionHandle.send": "of use inside only",
     "NavigationHandle.send": "of use inside only",
     "StepHandle.send": "of use inside only",
+    "TaskHandle.send": "of use inside only",
     "Drive.abandon": "of use inside only",
+    "Drive.end_again": "of use inside only",
+    "Drive.end_due": "of use inside only",
+    "Drive.end_now": "of use inside only",
     "Drive.finish": "leaving the block does it",
 }
-AS_STOPPING_SEES_IT = {"end_again", "end_due", "end_now", "gone", "last_word", "let_go"}
-AS_STOPPING_SEES_IT |= {"drop_prepared", "prepare_cancel"}
 OTHER_ARGUMENTS = {
     "wait": {"meanwhile"},  # other tasks run meanwhile; `progress()` shows how far it is
     "on": {"connect"},  # of use inside only
@@ -53,7 +55,7 @@ MEMBERS = [
     (threaded, awaited, name)
     for threaded, awaited in PAIRS
     for name in sorted(public(threaded))
-    if f"{threaded.__name__}.{name}" not in LEFT_OUT and name not in AS_STOPPING_SEES_IT
+    if f"{threaded.__name__}.{name}" not in LEFT_OUT
 ]
 
 

@@ -56,5 +56,5 @@ def test_a_thread_notes_what_it_begins_and_no_other_does():
 def test_a_goal_is_cancelled_although_the_thread_that_sends_it_has_not_started():
     """The thread is made, then started; a cancel of another thread came between, and raised RuntimeError."""
     handle: GoalHandle[Any] = GoalHandle(None, "a goal", 1.0)  # type: ignore[arg-type]
-    handle._sending = threading.Thread(target=print)
-    handle._await_sent(0.1)
+    handle._motion._sending = threading.Thread(target=print)
+    handle._motion.await_sent(0.1)

@@ -1,0 +1,359 @@
+"""One motion by a goal, from before it is sent until its end is seen: its owner.
+
+It has the state (the table of `life`) and the outcome, sends the goal out of reach of Ctrl-C, asks for its
+end, and is what stopping sees of it. What a kind of motion does in its own way (a task, a goal of an action
+server) it is given as functions; what users hold is `goal.GoalHandle`, which keeps nothing of this.
+"""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeVar
+
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.logs import get_logger
+from rosproto.transport import Deadline
+from woosh_pure.motion.life import Event, State, state_after
+from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
+from woosh_pure.stopping.flag import SLICE, Flag
+from woosh_pure.stopping.keeper import Job
+
+if TYPE_CHECKING:
+    from woosh_pure.core import Core
+    from woosh_pure.stopping.elsewhere import LastWord
+
+__all__ = ["Kind", "Motion"]
+
+R = TypeVar("R")
+logger = get_logger("woosh_pure.goal")
+_AGAIN = 1.0  # seconds between two cancels
+_LET_GO_SECONDS = 6.0
+
+_BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
+_REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a kind of motion does in its own way.
+
+    Attributes:
+        drives: Whether it may move the base now.
+        write_cancel: Write the cancel on a connection that stands; neither waits nor logs. Raises RosError.
+        repeat_cancel: Write it again, or have that done elsewhere: must not wait.
+        request_cancel: Ask the chassis to end it, within so many seconds. Raises RosError.
+        cancel_confirmed: Whether, within so many seconds, the chassis confirmed a cancel without reporting
+            the end, as with a service's reply.
+        check: Look for an end that no event reports, such as a lost link.
+        in_own_callback: Whether more about it can be heard only after this thread has returned.
+        last_word: What cancels it when our own node cannot; None where there is nothing to say.
+        task_id: The id of a task; 0 for another kind.
+        server: Which of the chassis's action servers has it: a second goal replaces it there; "" for a task.
+    """
+
+    drives: Callable[[], bool]
+    write_cancel: Callable[[], None]
+    repeat_cancel: Callable[[], None]
+    request_cancel: Callable[[float], None]
+    cancel_confirmed: Callable[[float], bool]
+    check: Callable[[], None]
+    in_own_callback: Callable[[], bool]
+    last_word: Callable[[], LastWord | None]
+    task_id: int = 0
+    server: str = ""
+
+
+class Motion:
+    """The owner. Safe from any thread, and over any frame: it has no lock.
+
+    Args:
+        core: The chassis.
+        description: What is asked, in words.
+        kind: What is special about it.
+
+    Attributes:
+        description, kind: As given.
+        over: Set with the outcome.
+        told: The outcome, None before; `outcome` looks for an end first.
+        why: In words, why this client asked for its end; "" while it has not.
+        replaced_by: In words, the motion of this client that takes its place; "" for none.
+        let_go: When it was cancelled because its caller no longer waits, by the monotonic clock; None when
+            it was not, or a stop has told of it since.
+    """
+
+    def __init__(self, core: Core, description: str, kind: Kind) -> None:
+        self._core = core
+        self.description = description
+        self.kind = kind
+        self.over = Flag()
+        self.told: Outcome | None = None
+        self.why = ""
+        self.replaced_by = ""
+        self.let_go: float | None = None
+        self._events: list[Event] = []
+        self._untold: queue.SimpleQueue[None] = (
+            queue.SimpleQueue()
+        )  # holds one thing, which the outcome takes
+        self._untold.put(None)
+        self._time_up = ""  # in words, that the limit of a wait has passed, which is then how it ended
+        self._began = time.monotonic()
+        self._written = -math.inf  # when its cancel was written last
+        self._sending: threading.Thread | None = None
+
+    def __str__(self) -> str:
+        return self.description
+
+    # -- state -----------------------------------------------------------------------------------------------
+
+    @property
+    def state(self) -> State:
+        """Where it is."""
+        return state_after(self._events)
+
+    def _note(self, event: Event) -> None:
+        self._events.append(event)
+
+    @property
+    def asked(self) -> bool:
+        """Whether this client has asked for its end."""
+        return Event.ASK in self._events
+
+    @property
+    def gone(self) -> bool:
+        """Whether it was seen to have ended on the robot, or never was there: nothing is left to stop."""
+        return self.over.is_set and self.state is State.ENDED
+
+    @property
+    def may_go_on(self) -> bool:
+        """Whether its outcome was told, and the robot may still carry it out."""
+        return self.over.is_set and self.state.may_go_on
+
+    @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        return self.kind.drives() and not self.asked
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended, None while it runs."""
+        if self.told is None:
+            self.kind.check()
+        return self.told
+
+    @property
+    def done(self) -> bool:
+        """True when it has ended, well or badly."""
+        return self.outcome is not None
+
+    @property
+    def seconds(self) -> float:
+        """Since it began."""
+        return time.monotonic() - self._began
+
+    # -- as stopping sees it ---------------------------------------------------------------------------------
+
+    @property
+    def end_due(self) -> bool:
+        """Whether this client asked for its end, and has not seen it."""
+        return self.state.end_due
+
+    def ask_end(self, why: str) -> None:
+        """This client wants its end. The thread that sends it looks at this before and after it sends."""
+        self.why = self.why or why
+        self._written = time.monotonic()
+        self._note(Event.ASK)
+
+    def end_now(self, why: str) -> None:
+        """Ask for its end and write the cancel, if there is a connection. Waits for nothing."""
+        self.ask_end(why)
+        self.kind.write_cancel()
+
+    def end_again(self) -> None:
+        """Write the cancel once more, when the last time was a while ago."""
+        if time.monotonic() - self._written >= _AGAIN:
+            self._written = time.monotonic()
+            self.kind.repeat_cancel()
+
+    @property
+    def last_word(self) -> LastWord | None:
+        """What cancels it when our own node cannot; None where there is nothing to say."""
+        return self.kind.last_word()
+
+    # -- sending ---------------------------------------------------------------------------------------------
+
+    def send(self, send: Callable[[], R]) -> R:
+        """Run `send` so that Ctrl-C interrupts the wait for it, but never the sending itself.
+
+        Otherwise a goal could be under way that nobody knows about: sent, but without a handle to cancel it.
+        """
+        result: list[R] = []
+        error: list[BaseException] = []
+
+        def work() -> None:
+            try:
+                result.append(send())
+            except BaseException as problem:
+                error.append(problem)
+
+        self._sending = threading.Thread(target=work, name="woosh:send", daemon=True)
+        self._sending.start()
+        while self._sending.is_alive():
+            self._sending.join(SLICE)
+        if error:
+            raise error[0]
+        return result[0]
+
+    @property
+    def being_sent(self) -> bool:
+        """Whether the thread that sends it is at work."""
+        return self._sending is not None and self._sending.is_alive()
+
+    def await_sent(self, timeout: float) -> None:
+        """Wait, within a time limit, until the goal has been sent: a cancel must not overtake it."""
+        sending = self._sending
+        if sending is not None and sending is not threading.current_thread():
+            try:
+                sending.join(timeout)
+            except RuntimeError:  # not started yet: it sees that its end is wanted before it sends
+                pass
+
+    # -- its end ---------------------------------------------------------------------------------------------
+
+    def finish(
+        self,
+        kind: OutcomeKind,
+        text: str = "",
+        code: int | None = None,
+        stopped: bool | None = None,
+        *,
+        may_go_on: bool = False,
+    ) -> None:
+        """Tell the outcome, once: what comes later changes only whether the robot has ended it."""
+        may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
+        try:
+            self._untold.get_nowait()
+        except queue.Empty:
+            return
+        if not may_go_on:
+            self._note(Event.END)
+        else:  # then `stop` and `close` must still cancel it
+            self._note(Event.SILENT if kind is OutcomeKind.CONNECTION_LOST else Event.GIVE_UP)
+        if self._time_up and kind is not OutcomeKind.ARRIVED:
+            # The cancel ended it as "cancelled"; what the caller needs to know is that its time was up.
+            kind, text, code = OutcomeKind.TIMED_OUT, text if may_go_on else self._time_up, None
+        elif self.replaced_by and kind in _REPLACEABLE:
+            kind, self.why = OutcomeKind.REPLACED, f"replaced by {self.replaced_by}"
+        ours = self.why if kind in _BY_US else ""
+        self.told = outcome = Outcome(kind, self.description, text, code, stopped, self.seconds, ours)
+        self.over.set()
+        if not may_go_on:
+            self._core.watched.over(self)
+        self._core.knowledge.note_outcome(outcome, drives=self.kind.drives(), told=bool(self.kind.task_id))
+
+    def see_end(self) -> None:
+        """The robot was seen to have ended it, after its outcome had to be told without that."""
+        if not self.may_go_on:
+            return
+        self._note(Event.END)
+        self._core.watched.over(self)
+        if self.told is not None and self.told.text == NOT_CONFIRMED:
+            self.told = replace(self.told, text="")
+
+    def wait(self, timeout: float | None, meanwhile: Callable[[], object] | None = None) -> bool:
+        """Wait for the outcome; False when time is up."""
+        deadline = Deadline(timeout)
+        while not self.done:
+            if deadline.expired:
+                return False
+            self.over.wait(deadline.at_most(SLICE).remaining() or 0.0)
+            if meanwhile is not None:
+                meanwhile()
+        return True
+
+    def time_out(self, seconds: float) -> None:
+        """The time of who waits is up: end it, and see whether the robot stands."""
+        self._time_up = text = f"not finished within {seconds:.1f} s"
+        sent = True
+        try:
+            self.ask_end("its time was up")
+            self.kind.request_cancel(3.0)
+        except RosError as error:
+            text, sent = f"{text}; cancelling failed: {error}", False
+        standing = self._core.feeds.wait_standing(5.0)
+        confirmed = sent and (self.gone or self.kind.cancel_confirmed(0.0))
+        if sent and not confirmed:
+            text = f"{text}; {NOT_CONFIRMED}"
+        self.finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
+        if self.told is not None and self.told.kind is OutcomeKind.TIMED_OUT and self.told.stopped is None:
+            self.told = replace(self.told, stopped=standing)  # the end came from the robot, while we looked
+
+    def confirmed(self) -> Outcome:
+        """The outcome; unless the robot arrived, it says whether the robot was seen to stand still."""
+        outcome = self.told
+        assert outcome is not None, "a goal that is waited for has ended"
+        unknown = not outcome.arrived and outcome.stopped is None
+        if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
+            self.told = outcome = replace(outcome, stopped=self._core.feeds.wait_standing(2.0))
+        return outcome
+
+    def end(self, timeout: float, why: str) -> Outcome:
+        """End it now, and wait, within a limit, until the chassis confirms; in this thread.
+
+        Raises:
+            RosError: The cancel could not be sent, or the chassis cannot be heard.
+        """
+        if not self.done:
+            self.ask_end(why)
+            self.kind.request_cancel(timeout)
+            if self.kind.in_own_callback():
+                return Outcome(
+                    OutcomeKind.CANCELLED,
+                    self.description,
+                    "asked for, not confirmed yet",
+                    seconds=self.seconds,
+                )
+            if not self.wait(timeout):
+                standing = self._core.feeds.wait_standing(2.0)
+                sure = self.kind.cancel_confirmed(0.0)
+                self.finish(OutcomeKind.CANCELLED, NOT_CONFIRMED, None, standing, may_go_on=not sure)
+        elif self.may_go_on:
+            self._end_late(timeout, why)
+        assert self.told is not None, "a cancelled goal has ended"
+        return self.told
+
+    def _end_late(self, timeout: float, why: str) -> None:
+        self.ask_end(why)
+        self.kind.request_cancel(timeout)
+        if not self.kind.cancel_confirmed(timeout):
+            raise ConnectionLost(f"{self}: cancelled, but the chassis cannot be heard; it may go on")
+        told = self.told is not None and self.told.text == NOT_CONFIRMED
+        self.see_end()
+        if told and self.told is not None:
+            self.told = replace(self.told, stopped=self._core.feeds.wait_standing(2.0))
+
+    def letting_go(self, *, waited_for: bool = False) -> Job[None]:
+        """The keeper's job for a goal that nobody waits for, or whose handle nobody has: cancel it.
+
+        Args:
+            waited_for: Somebody has the handle, so `leave_running` leaves the goal running.
+        """
+        return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
+
+    def _let_go(self, waited_for: bool) -> None:
+        if self.gone or (waited_for and self._core.running.leave):
+            return
+        self.let_go = time.monotonic()
+        try:
+            self.end(3.0, "its wait was interrupted")
+        except RosError as error:
+            logger.warning("! %s: interrupted, and not cancelled: %s", self.description, error)
+
+    def abandon(self) -> None:
+        """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
+        self.ask_end("its wait was interrupted")
+        self._core.running.keeper.put(self.letting_go())
