@@ -18,7 +18,7 @@ __all__ = [
     "StopRequest",
 ]
 
-Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6, description="m")]
+Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e5, le=1e5, description="m")]
 Radians = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0, description="rad")]
 Seconds = Annotated[
     float, Field(allow_inf_nan=False, gt=0.0, le=86400.0, description="s; without it the library's own")
