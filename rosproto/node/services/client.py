@@ -180,7 +180,7 @@ class ServiceClient:
         client.
 
         Raises:
-            As `call`, except that nothing was sent.
+            RosError: As in `call`; nothing was sent.
         """
         deadline = Deadline(timeout)
         request = self._request(request, fields)
