@@ -99,7 +99,7 @@ class DatagramLink(QueuedLink):
             self._outbox.put(frame)
             error = None if self._blocked or self._sending else self._drain()
         if error is not None:
-            self._end(error)
+            self._fail(error)
 
     def send_soon(self, frame: bytes, now: float) -> bool:
         """As `send`: a datagram holds one message."""

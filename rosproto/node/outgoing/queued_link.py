@@ -46,6 +46,7 @@ class QueuedLink:
         "_bytes",
         "_empty",
         "_error",
+        "_failure",
         "_lock",
         "_messages",
         "_monitor",
@@ -88,6 +89,7 @@ class QueuedLink:
         self._messages = 0
         self._bytes = 0
         self._error = ""
+        self._failure: OSError | None = None
         sock.setblocking(False)
 
     def _step(self, event: OutgoingEvent) -> None:
@@ -130,6 +132,16 @@ class QueuedLink:
         """Messages that wait."""
         return len(self._outbox)
 
+    def _fail(self, error: OSError) -> None:
+        """A write has found that the link is broken: the monitor ends it a moment later.
+
+        An end takes the topic's lock, writes to the log and may start a thread. Whoever publishes waits for
+        none of that: it may be a stop.
+        """
+        self._failure = self._failure or error
+        if not self._closed:
+            self._monitor.flush_later(self)
+
     def _before_end(self, error: OSError | None, deliver: bool) -> None:
         """The link ends in a moment; the lock is held."""
 
@@ -148,7 +160,9 @@ class QueuedLink:
     # -- called by the monitor ------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Send what was left for a moment."""
+        """Send what was left for a moment; end the link if a write has failed."""
+        if self._failure is not None:
+            self._end(self._failure)
 
     def look(self, now: float, before: float) -> None:
         """Look after what is on its way; see `MonitoredLink.look`."""
@@ -243,7 +257,7 @@ class QueuedLink:
                 peer=self.caller_id,
                 address=self.address,
                 transport=self.transport,
-                connected=not self._closed,
+                connected=not self._closed and self._failure is None,
                 bytes=max(0, self._bytes),
                 messages=max(0, self._messages),
                 dropped=self._outbox.dropped,

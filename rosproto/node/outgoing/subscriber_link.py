@@ -147,7 +147,7 @@ class SubscriberLink(QueuedLink):
             finally:
                 self._sending = False
         if error is not None:
-            self._end(error)
+            self._fail(error)
 
     def _leave(self, frame: bytes) -> None:
         """A signal handler publishes while its thread is sending here: the monitor sends it in a moment."""
@@ -211,7 +211,7 @@ class SubscriberLink(QueuedLink):
             finally:
                 self._sending = False
         if error is not None:
-            self._end(error)
+            self._fail(error)
         elif self._blocked:
             sleep(0)  # let the monitor, and on a busy computer the subscriber, get on
 
@@ -299,9 +299,10 @@ class SubscriberLink(QueuedLink):
     # -- called by the monitor ------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Send the batch, if there is one, as promised."""
+        """Send the batch, if there is one, as promised; see also `QueuedLink.flush`."""
         self._promised = False
         self._flush()
+        super().flush()
 
     def _flush(self) -> None:
         error = None
@@ -313,7 +314,7 @@ class SubscriberLink(QueuedLink):
                 finally:
                     self._sending = False
         if error is not None:
-            self._end(error)
+            self._fail(error)
 
     def on_readable(self) -> None:
         """A subscriber says nothing after its header: this is its end. One that talks on is cut off."""
@@ -327,7 +328,7 @@ class SubscriberLink(QueuedLink):
             return
         except OSError as reset:
             error = reset
-        self._end(error)
+        self._end(self._failure or error)
 
     def has_arrived(self) -> bool | None:
         """Whether the subscriber's computer (its program, on this one) has all that was sent, or has gone."""

@@ -269,6 +269,9 @@ class Monitor:
     def remove(self, link: DatagramLink) -> None:
         self.removed = True
 
+    def flush_later(self, link: DatagramLink) -> None:
+        link.flush()
+
 
 @pytest.fixture
 def parts() -> tuple[DatagramLink, Socket, Monitor]:

@@ -262,6 +262,41 @@ def test_who_was_given_up_by_the_system_is_brought_back(
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
+@pytest.mark.parametrize("kind", ["small", "large", "burst"])
+def test_who_publishes_to_a_broken_link_does_not_end_it(kind: str, monitor: Monitor) -> None:
+    """An end takes locks, logs, and may start a thread; a stop must wait for none of that. The monitor does it."""
+    ours, theirs = socket.socketpair()
+    ended: list[object] = []
+    fake: Any = monitor
+    link = SubscriberLink(
+        ours,
+        {"callerid": "/s"},
+        address="there:1",
+        topic="/t",
+        queue_size=10,
+        monitor=fake,
+        on_closed=lambda link, error: ended.append(error),
+    )
+    link.start()
+    theirs.close()
+    if kind == "burst":
+        link.send_soon(b"xx", 1.0)
+        link.send_soon(b"xx", 2.0)
+        link.send_soon(b"xx", 3.0)
+    elif kind == "large":
+        link.send_large(LargeFrame([memoryview(b"a" * 100)]))
+    else:
+        link.send(b"xx")
+    assert not ended
+    assert not link.stats().connected
+    monitor.tick()
+    assert len(ended) == 1
+    assert "Broken pipe" in str(ended[0]) or "reset" in str(ended[0])
+    link.send(b"xx")  # and nothing more happens
+    monitor.tick()
+    assert len(ended) == 1
+
+
 def test_what_was_sent_has_arrived_when_it_was_read(pair: tuple[SubscriberLink, socket.socket]) -> None:
     """By the program on this computer; and a link that has ended keeps nobody waiting."""
     link, theirs = pair
