@@ -69,7 +69,10 @@ def begun(sim: SimulatedChassis) -> Iterator[list[subprocess.Popen[str]]]:
         process.communicate()
 
 
-@pytest.mark.parametrize("lacks", ["threads", "files", "output", "threads+files+output"])
+@pytest.mark.parametrize(
+    "lacks",
+    ["threads", "files", "output", pytest.param("threads+files+output", marks=pytest.mark.slow)],
+)
 @pytest.mark.parametrize("what", ["velocity", "goal", "steps", "task"])
 def test_the_robot_stands(sim, real_time, until, begun, what, lacks):
     process = subprocess.Popen(

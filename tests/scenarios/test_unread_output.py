@@ -13,6 +13,7 @@ if sys.platform == "win32":
     pytest.skip("sends POSIX signals", allow_module_level=True)
 
 from rosproto import Master, Node
+from tests.support.extras import needs
 from tests.support.ports import unused_port
 from tests.support.terminal import Terminal
 from tests.support.unread import unread_command
@@ -107,6 +108,7 @@ def test_a_publisher_ends_by_a_signal(number, graph, until):
 
 @pytest.mark.parametrize("server", ["bridge", "foxglove"])
 def test_a_server_ends_in_its_time(server, graph):
+    needs(server)
     words = (server, "--port", "0", "--for", "0.5", "--master", graph[0])
     with unread_command("rosproto", *words) as command:
         assert command.wait(30) == 0
@@ -114,6 +116,7 @@ def test_a_server_ends_in_its_time(server, graph):
 
 @pytest.mark.parametrize("number", CODES, ids=lambda number: number.name)
 def test_a_server_ends_by_a_signal(number, graph, until):
+    needs("bridge")
     port = unused_port()
 
     def serves() -> bool:

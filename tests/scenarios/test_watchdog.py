@@ -15,6 +15,7 @@ if os.name != "posix":
 from rosproto.errors import RosError
 from rosproto.node import Node, NodeClient
 from tests.support.driving_commands import COMMANDS, children, driving, is_alive, moving
+from tests.support.extras import needs
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.velocity.other_drivers import other_drivers
 
@@ -64,6 +65,7 @@ def test_after_kill_9_the_robot_stands_and_nobody_is_left(command: str, sim, tmp
 
 
 def test_without_a_watchdog_it_drives_on(sim, tmp_path: Path) -> None:
+    needs("bridge")
     with driving("rosproto bridge", sim, tmp_path, "--no-watchdog") as pid:
         assert children(pid) == []
         os.kill(pid, signal.SIGKILL)

@@ -8,7 +8,9 @@ __all__ = ["needs"]
 
 _MODULES = {
     "bridge": ("websockets", "cbor2"),
+    "cli": ("PIL",),
     "fleet": ("paho.mqtt.client",),
+    "foxglove": ("foxglove",),
     "web": ("fastapi", "uvicorn", "websockets"),
 }
 

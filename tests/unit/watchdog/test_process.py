@@ -149,7 +149,7 @@ def test_a_watch_that_is_dropped_while_it_is_prepared_is_taken_back(robot: Node,
     heard = heard_on(robot, "/cmd_vel")
     pipe.say(prepared(robot, 1, zero("/cmd_vel")))
     pipe.say(Drop(1))
-    pipe.prepare(prepared(robot, 2, zero("/other")))
+    pipe.prepare(prepared(robot, 2, zero("/other"), armed=False))
     until(lambda: "/cmd_vel" not in robot.master.get_system_state().publishers)
     pipe.end()
     assert not heard
