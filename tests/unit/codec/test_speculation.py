@@ -39,6 +39,15 @@ def test_fields_between_strings_and_arrays_around_them() -> None:
             assert back._connection_header is None
 
 
+def test_arrays_of_more_lengths_than_are_remembered() -> None:
+    """The structs of 64 lengths are kept; with the next one the table begins anew."""
+    cls = define("a/Names", "I[] names" + SEPARATOR + "a/I\nint64 x\nstring name\nint8 y")
+    inner = type(cls())._binding.class_for("a/I")  # type: ignore[union-attr]
+    for length in [*range(70), *range(70)]:
+        message = cls(names=[inner(x=number, name="n" * length, y=number) for number in range(8)])
+        assert decode(cls, encode(message)) == message
+
+
 def test_a_known_size_with_wrong_lengths_inside() -> None:
     """Lengths that do not add up are an error though the size is right."""
     cls = define("a/Sums", "string a\nstring b\nint32 x")

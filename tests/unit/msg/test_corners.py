@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.errors import DefinitionError
+from rosproto.files import MOST_BYTES
 from rosproto.msg import DefinitionLibrary, bundled, md5, parse_message
 from rosproto.msg.sources import FileTree, ResourceTree
 from rosproto.msg.user_folder import environment_paths
@@ -48,6 +49,15 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
         FileTree(str(tmp_path)).read("msg", "Gone.msg")
     assert caught.value.file == os.path.join(str(tmp_path), "msg", "Gone.msg")
     assert FileTree(str(tmp_path)).names("none") == frozenset()
+
+
+def test_a_definition_without_end_is_refused(tmp_path: Path) -> None:
+    """Not read until the memory is gone: nobody writes a definition of 64 MiB."""
+    (tmp_path / "Endless.msg").touch()
+    os.truncate(tmp_path / "Endless.msg", MOST_BYTES + 1)
+    with pytest.raises(DefinitionError, match="more than 67108864 bytes") as caught:
+        FileTree(str(tmp_path)).read("Endless.msg")
+    assert str(caught.value.file) == str(tmp_path / "Endless.msg")
 
 
 @pytest.fixture
