@@ -268,13 +268,6 @@ HOLDS = {
         "unit/transport/test_xmlrpc_server.py::test_peers_that_are_not_allowed_get_nothing",
         "unit/master/test_master_server.py::test_only_allowed_addresses_may_connect",
     ],
-    "One that another user listens on is not used": [
-        "unit/transport/test_local_socket.py::test_a_listener_of_another_user_is_not_trusted",
-        "unit/transport/test_local_socket.py::test_a_name_that_is_taken_leaves_the_port",
-    ],
-    "`allow=` holds there too": [
-        "unit/transport/test_local_socket.py::test_who_may_not_connect_may_not_here_either",
-    ],
     "with `allow=` only to the addresses in it": [
         "unit/node/incoming/test_datagram_links.py::test_a_request_that_makes_no_sense_or_may_not_be_made",
         "unit/node/incoming/test_datagram_links.py::test_datagrams_of_strangers_change_nothing",

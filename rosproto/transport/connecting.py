@@ -19,7 +19,6 @@ from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent
 from rosproto.transport.host_names import HostNames
-from rosproto.transport.local_socket import connect_locally
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import tune
 from rosproto.transport.waking import open_selector
@@ -33,13 +32,10 @@ MOST_PENDING = 8  # then the oldest is given up: an answer that takes four secon
 _IN_PROGRESS = {errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY, 10035, 10036, 10037}  # 100xx: Windows
 
 
-def connect(
-    host: str, port: int, deadline: Deadline, *, local: bool = False, hosts: HostNames | None = None
-) -> socket.socket:
+def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None = None) -> socket.socket:
     """A connected, tuned, blocking socket. Every address of the host is tried within one deadline.
 
-    With `local` it is no TCP socket where the port is one of this computer that can do without
-    (`local_socket`). `hosts` knows names that the system does not.
+    `hosts` knows names that the system does not.
 
     Raises:
         ConnectionLost: Refused, no route, or the name is unknown; the text names the address.
@@ -51,11 +47,6 @@ def connect(
             peer=format_address(host, port),
         )
     addresses = resolve(host, deadline) if hosts is None else hosts.resolve(host, deadline)
-    if local:
-        for address in addresses:
-            if (sock := connect_locally(address, port)) is not None:
-                leave_to_parent(sock)
-                return sock
     attempts = _Attempts(addresses, port, deadline)
     try:
         sock = attempts.run()

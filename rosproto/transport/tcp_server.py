@@ -26,7 +26,6 @@ from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent
-from rosproto.transport.local_socket import listen_locally, widen
 from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
 from rosproto.transport.tcp import bind_beside, interrupt, listen, tune
 from rosproto.transport.waking import open_selector, wake_pair
@@ -74,8 +73,6 @@ class TcpServer:
         allow: Who may connect: addresses, or a function of the address; None for everybody.
         name: For thread names and log lines.
         clock: Ages of connections are measured by it.
-        local: Listen beside the port for programs of this computer (`local_socket`); they come from `host`,
-            port 0.
 
     Attributes:
         host: As given.
@@ -93,7 +90,6 @@ class TcpServer:
         allow: Allow = None,
         name: str = "tcp",
         clock: Clock = SYSTEM,
-        local: bool = False,
     ) -> None:
         self.host = host
         self.stats = ServerStats()
@@ -110,13 +106,10 @@ class TcpServer:
         self._accept_failing = False  # so that each spell of trouble is logged once
         self._closing = threading.Event()
         self._process = os.getpid()
-        listener = listen(host, port)
-        self.port = int(listener.getsockname()[1])
-        self._local = listen_locally(listener) if local else None
-        self._listeners = [listener] if self._local is None else [listener, self._local]
-        for each in self._listeners:
-            leave_to_parent(each)
-            each.setblocking(False)
+        self._listener = listen(host, port)
+        self.port = int(self._listener.getsockname()[1])
+        leave_to_parent(self._listener)
+        self._listener.setblocking(False)
         try:
             self._selector = open_selector(f"listen on {format_address(host, self.port)}")
             try:
@@ -128,8 +121,7 @@ class TcpServer:
                 self._selector.close()
                 raise
         except BaseException:
-            for each in self._listeners:
-                each.close()
+            self._listener.close()
             raise
         self._acceptor = threading.Thread(
             target=self._accept_loop, name=f"rosproto:{name} accept", daemon=True
@@ -143,7 +135,7 @@ class TcpServer:
             OSError: It cannot.
         """
         with self._lock:
-            bind_beside(sock, self._listeners[0], address)
+            bind_beside(sock, self._listener, address)
 
     def __enter__(self) -> TcpServer:
         return self
@@ -222,14 +214,13 @@ class TcpServer:
 
     def _accept_loop(self) -> None:
         with self._selector as selector:
-            for listener in self._listeners:
-                selector.register(listener, selectors.EVENT_READ, listener)
+            selector.register(self._listener, selectors.EVENT_READ)
             selector.register(self._wake_receiver, selectors.EVENT_READ)
             while not self._closing.is_set():
                 for key, _ in selector.select():
-                    if key.data is not None and not self._closing.is_set():
-                        self._accept_one(key.data)
-        for sock in (*self._listeners, self._wake_receiver, self._wake_sender):
+                    if key.fileobj is self._listener and not self._closing.is_set():
+                        self._accept_one(self._listener)
+        for sock in (self._listener, self._wake_receiver, self._wake_sender):
             sock.close()
 
     def _accept_one(self, listener: socket.socket) -> None:
@@ -250,9 +241,6 @@ class TcpServer:
             return
         self._accept_failing = False
         self.stats.accepted += 1
-        if listener is self._local:
-            widen(sock)
-            address = (self.host, 0)
         if not address:  # macOS: who it was has reset the connection meanwhile, and has no address any more
             sock.close()
             return

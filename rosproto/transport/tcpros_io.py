@@ -15,7 +15,6 @@ from rosproto.protocol.header import decode_header, encode_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.local_socket import name_of
 from rosproto.transport.os_errors import closed_by_peer, translate
 
 __all__ = ["ClosedBeforeHeader", "peer_name", "read_header", "write_all", "write_header"]
@@ -28,8 +27,7 @@ class ClosedBeforeHeader(ConnectionLost):
 def peer_name(sock: socket.socket) -> str:
     """ "host:port" of the other side, or "peer" when it is gone."""
     try:
-        address = sock.getpeername()
-        return name_of(address) or format_address(*address[:2])
+        return format_address(*sock.getpeername()[:2])
     except (OSError, TypeError):
         return "peer"
 

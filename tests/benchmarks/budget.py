@@ -1,7 +1,7 @@
 """Where the microseconds of a small message go: `python -m tests.benchmarks budget [--rounds 7] [--count 20000]`.
 
-From `publish` to the socket and from the socket to the callback, for local sockets and TCP over loopback. Each stage
-is measured alone, all of them in every round, and printed as the median of the rounds with the spread:
+From `publish` to the socket and from the socket to the callback, by TCP over loopback. Each stage is measured alone,
+all of them in every round, and printed as the median of the rounds with the spread:
 
 * publish: everything but the system call: the socket is one that takes nothing (`Null`).
 * send, read: the system calls, on a socket whose other end does not wait, or has the message there already.
@@ -42,8 +42,7 @@ from tests.benchmarks.transport import Bench
 
 READER = """
 import socket, sys
-s = socket.socket(socket.AF_UNIX if sys.argv[1] == "local" else socket.AF_INET)
-s.connect(bytes.fromhex(sys.argv[2]) if sys.argv[1] == "local" else ("127.0.0.1", int(sys.argv[2])))
+s = socket.create_connection(("127.0.0.1", int(sys.argv[1])))
 buffer = bytearray(4096)
 while s.recv_into(buffer):
     pass
@@ -57,12 +56,9 @@ def run(arguments: list[str]) -> None:
     args = parser.parse_args(arguments)
     stages: dict[str, Callable[[int], float]] = {
         "publish, without the system call": publishing,
-        "send, local": lambda count: sending("local", count),
-        "send, TCP": lambda count: sending("TCP", count),
-        "send, local, waking a reader": lambda count: waking("local", count // 10),
-        "send, TCP, waking a reader": lambda count: waking("TCP", count // 10),
-        "read, local": lambda count: reading("local", count),
-        "read, TCP": lambda count: reading("TCP", count),
+        "send": sending,
+        "send, waking a reader": lambda count: waking(count // 10),
+        "read": reading,
         "read to callback, without the system call": calling,
         "thread to thread": lambda count: handing_over(count // 10),
     }
@@ -136,9 +132,7 @@ def clock() -> float:
     return took / 10_000
 
 
-def connected(kind: str) -> tuple[socket.socket, socket.socket]:
-    if kind == "local":
-        return socket.socketpair(socket.AF_UNIX)
+def connected() -> tuple[socket.socket, socket.socket]:
     with socket.create_server(("127.0.0.1", 0)) as server:
         near = socket.create_connection(server.getsockname())
         far, _ = server.accept()
@@ -146,9 +140,9 @@ def connected(kind: str) -> tuple[socket.socket, socket.socket]:
     return near, far
 
 
-def sending(kind: str, count: int) -> float:
+def sending(count: int) -> float:
     """Seconds of `send` when nobody waits at the other end."""
-    near, far = connected(kind)
+    near, far = connected()
     data, took = a_frame()[1], 0.0
     with near, far:
         for _ in range(count):
@@ -159,9 +153,9 @@ def sending(kind: str, count: int) -> float:
     return took / count - clock()
 
 
-def reading(kind: str, count: int) -> float:
+def reading(count: int) -> float:
     """Seconds of a read when the message is there."""
-    near, far = connected(kind)
+    near, far = connected()
     data, buffer, took = a_frame()[1], bytearray(4096), 0.0
     with near, far:
         for _ in range(count):
@@ -172,17 +166,12 @@ def reading(kind: str, count: int) -> float:
     return took / count - clock()
 
 
-def waking(kind: str, count: int) -> float:
+def waking(count: int) -> float:
     """Seconds of `send` when another process waits for it, 500 us after the last one."""
-    with socket.socket(socket.AF_UNIX if kind == "local" else socket.AF_INET) as server:
-        server.bind("" if kind == "local" else ("127.0.0.1", 0))
-        server.listen(1)
-        name = server.getsockname()
-        name = name.hex() if isinstance(name, bytes) else str(name[1])
-        reader = subprocess.Popen([sys.executable, "-c", READER, kind, name])
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        reader = subprocess.Popen([sys.executable, "-c", READER, str(server.getsockname()[1])])
         near, _ = server.accept()
-    if kind != "local":
-        near.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    near.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     data, times, pause = a_frame()[1], [], threading.Event()
     with near:
         for _ in range(count):
@@ -243,7 +232,7 @@ def count_system_calls() -> None:
     """Of a node that answers pings from its callback, for one ping."""
     print("system calls of a node that answers pings, for one ping (strace -f -c)")
     with tempfile.TemporaryDirectory() as folder, Bench(Path(folder), 1, 1.0) as bench:
-        for lib in ("ours", "ours tcp", "rospy", "bare tcp"):
+        for lib in ("ours", "rospy", "bare"):
             long, short = (traced(bench, lib, count) for count in (2200, 200))
             calls = {name: (long[name] - short.get(name, 0)) / 2000 for name in long}
             some = {

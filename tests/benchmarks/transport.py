@@ -272,11 +272,11 @@ class Bench:
             )
 
     def measure_ping(self) -> None:
-        """Round trips of a Twist; over TCP, and by bare sockets, too."""
+        """Round trips of a Twist; by bare sockets, too."""
         p50: dict[str, list[float]] = defaultdict(list)
         p99: dict[str, list[float]] = defaultdict(list)
         for _ in range(self.rounds):
-            for lib in ("rospy", "roscpp", "ours", "ours tcp", "bare tcp", "bare"):
+            for lib in ("rospy", "roscpp", "ours", "bare"):
                 result, _ = self.pair(lib, "ping", lib, "pong", count=2000, life=60)
                 _percentiles(result["times"], p50[lib], p99[lib])
         self._latency("ping and pong", p50, p99, 0.75, 0.75)
@@ -287,7 +287,7 @@ class Bench:
             p50: dict[str, list[float]] = defaultdict(list)
             p99: dict[str, list[float]] = defaultdict(list)
             for _ in range(self.rounds):
-                for lib in ("rospy", "roscpp", "ours", "ours tcp", "bare tcp", "bare"):
+                for lib in ("rospy", "roscpp", "ours", "bare"):
                     _, got = self.pair(lib, "publish_steady", lib, "one_way", count=count, hz=hz)
                     _percentiles(got["times"], p50[lib], p99[lib])
             self._latency(f"one way at {hz} Hz", p50, p99, 0.8, 0.4)
@@ -298,9 +298,7 @@ class Bench:
             print(f"  {lib:10} p50 {spread(p50[lib])}   p99 {spread(p99[lib])}")
         rows = {
             "ours": f"{title}: median; 99th percentile",
-            "ours tcp": f"{title}, over TCP",
             "bare": f"{title}, bare sockets",
-            "bare tcp": f"{title}, bare sockets over TCP",
         }
         for lib, must in (("rospy", rospy), ("roscpp", roscpp)):
             for mine, row in rows.items():

@@ -61,9 +61,7 @@ class TcprosServer:
         self._said = PeerLog("rosproto.node")
         self._born = threading.Lock()
         with self._born:  # as in XmlRpcServer
-            self._server = TcpServer(
-                host, port, self._accept, limits=limits, allow=allow, name=name, local=True
-            )
+            self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
 
     @property
     def port(self) -> int:

@@ -46,7 +46,7 @@ class TcprosLink(PublisherLink):
     def _connect(self, host: str, port: int, deadline: Deadline) -> None:
         self._step(LinkEvent.ADDRESS)
         self.address = format_address(host, port)
-        sock = connect(host, port, deadline, local=True, hosts=self._context.hosts)
+        sock = connect(host, port, deadline, hosts=self._context.hosts)
         self._sock = sock
         # The publisher answered the connect, so it lives: give a busy one time to answer the header.
         deadline = Deadline(self._context.limits.handshake_seconds)
@@ -93,7 +93,7 @@ class TcprosLink(PublisherLink):
             if wanted.is_wildcard:
                 raise
             sock.close()
-            sock = connect(*address, deadline, local=True, hosts=self._context.hosts)
+            sock = connect(*address, deadline, hosts=self._context.hosts)
             self._sock = sock
             reply = self._exchange_headers(sock, ANY, ANY, deadline)
             if reply.md5sum == wanted.md5sum:

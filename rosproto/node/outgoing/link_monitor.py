@@ -24,7 +24,6 @@ from typing import Protocol
 
 from rosproto.logs import get_logger
 from rosproto.node.outgoing.backlog import LOOK
-from rosproto.transport.local_socket import has_left, make_void
 from rosproto.transport.waking import open_selector, wake_pair
 
 __all__ = ["LinkMonitor", "MonitoredLink"]
@@ -81,7 +80,6 @@ class LinkMonitor:
         self._further: LinkMonitor | None = None
         self._elsewhere: set[MonitoredLink] = set()  # what the further one watches
         self._looked = time.monotonic()
-        self._void: list[socket.socket] = []  # open until the other side has left: it may not have looked yet
 
     # -- from any thread ------------------------------------------------------------------------------------
 
@@ -101,14 +99,6 @@ class LinkMonitor:
         would watch somebody else's connection.
         """
         self._request(lambda: self._drop(link))
-
-    def remove_void(self, link: MonitoredLink) -> None:
-        """Stop watching a local link; the subscriber does not take what it has not read.
-
-        The socket is closed as soon as the subscriber has closed its end.
-        """
-        make_void(link.sock)
-        self._request(lambda: self._leave_open(link))
 
     def flush_later(self, link: MonitoredLink) -> None:
         """Call `link.flush()` about a millisecond from now."""
@@ -192,16 +182,13 @@ class LinkMonitor:
 
     def _sleep(self) -> float:
         """Until the next look; without a link nothing is to be looked at."""
-        return LOOK if self._void or len(self._selector.get_map()) > 1 else LONGEST_SLEEP
+        return LOOK if len(self._selector.get_map()) > 1 else LONGEST_SLEEP
 
     def _look(self) -> None:
         now, before = time.monotonic(), self._looked
         if now - before < LOOK:
             return
         self._looked = now
-        for sock in [sock for sock in self._void if has_left(sock)]:
-            self._void.remove(sock)
-            sock.close()
         for key in list(self._selector.get_map().values()):
             if key.data is not None:
                 try:
@@ -241,18 +228,6 @@ class LinkMonitor:
         except (ValueError, OSError):
             pass  # removed meanwhile
 
-    def _leave_open(self, link: MonitoredLink) -> None:
-        if link in self._elsewhere:
-            assert self._further is not None
-            self._elsewhere.discard(link)
-            self._further.remove_void(link)
-            return
-        try:
-            self._selector.unregister(link.sock)
-        except (ValueError, KeyError, OSError):
-            pass  # dropped already
-        self._void.append(link.sock)
-
     def _drop(self, link: MonitoredLink) -> None:
         if link in self._elsewhere:
             assert self._further is not None
@@ -275,8 +250,6 @@ class LinkMonitor:
         for key in list(self._selector.get_map().values()):
             if key.data is not None:
                 key.data.sock.close()
-        for sock in self._void:
-            sock.close()
         self._selector.close()
         self._wake_in.close()
         self._wake_out.close()

@@ -183,7 +183,7 @@ class Publisher:
         """Wait until everything published so far is on the computers of its subscribers.
 
         `flush` tells that this computer has taken it; a network that loses packets may deliver it much later,
-        or never. Subscribers on this computer have it when their programs have read it.
+        or never.
 
         Returns:
             True when it is there, also when a subscriber has gone; False when it is not after `timeout`

@@ -52,7 +52,7 @@ class SubscriberLink(QueuedLink):
     Attributes:
         id: Number of the connection in getBusInfo.
         caller_id: The subscriber's node name.
-        cut: The two ends (local, remote address) of a TCP connection that was reset because what was on its
+        cut: The two ends (local, remote address) of a connection that was reset because what was on its
             way had become too old; None for any other end.
     """
 
@@ -69,7 +69,6 @@ class SubscriberLink(QueuedLink):
         "_promised",
         "_seen",
         "_tried",
-        "_void",
         "cut",
     )
 
@@ -104,7 +103,6 @@ class SubscriberLink(QueuedLink):
         self._noise = 0
         self._backlog: Backlog | None = None  # while something is under way at each look
         self._large = False  # a large message may be
-        self._void = False  # cut, and local: the other end is told
         self._seen = -len(greeting)  # `_bytes` when nothing was
         self.cut: tuple[tuple[str, int], tuple[str, int]] | None = None
         # Where the system itself gives up what is not acknowledged, it knows neither address afterwards.
@@ -331,7 +329,7 @@ class SubscriberLink(QueuedLink):
         self._end(self._failure or error)
 
     def has_arrived(self) -> bool | None:
-        """Whether the subscriber's computer (its program, on this one) has all that was sent, or has gone."""
+        """Whether the subscriber's computer has all that was sent, or has gone."""
         with self._lock:
             if self._closed:
                 return True
@@ -358,9 +356,7 @@ class SubscriberLink(QueuedLink):
 
     def _cut(self, why: str) -> None:
         """Throw away what is on its way, here and in the system; the subscriber may connect again."""
-        self._void = self.sock.family == getattr(socket, "AF_UNIX", None)
-        if not self._void:
-            self.cut = _ends(self.sock)
+        self.cut = _ends(self.sock)
         set_linger(self.sock, False)
         self._end(OSError(why), deliver=False)
 
@@ -384,9 +380,6 @@ class SubscriberLink(QueuedLink):
                 self.sock.shutdown(socket.SHUT_RDWR)
             except OSError:
                 pass  # the other side was faster
-        elif self._void:
-            self._monitor.remove_void(self)
-            return
         super()._hang_up(deliver)
 
     def _farewell(self, error: OSError | None) -> str:

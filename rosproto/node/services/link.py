@@ -83,7 +83,7 @@ class ServiceLink:
             RemoteProtocolError: The answer is no connection header.
         """
         peer = format_address(*address)
-        sock = connect(address[0], address[1], deadline, local=True, hosts=hosts)
+        sock = connect(address[0], address[1], deadline, hosts=hosts)
         try:
             write_header(sock, fields, deadline)
             header = read_header(sock, limits, deadline)

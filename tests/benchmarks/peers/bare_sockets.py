@@ -32,33 +32,25 @@ class Twist:
 
 
 class Bare:
-    """One process of two; `local` for Unix sockets, else TCP with TCP_NODELAY."""
+    """One process of two; TCP with TCP_NODELAY."""
 
     cls = Twist
 
-    def __init__(self, folder, *, local):
-        self.folder, self.local = folder, local
+    def __init__(self, folder):
+        self.folder = folder
         self.imported = time.monotonic()
 
-    def _make(self):
-        return socket.socket(socket.AF_UNIX if self.local else socket.AF_INET, socket.SOCK_STREAM)
-
     def publisher(self, topic, queue_size):
-        listener = self._make()
-        listener.bind("" if self.local else ("127.0.0.1", 0))
-        listener.listen(1)
-        name = listener.getsockname()
-        name = name.hex() if isinstance(name, bytes) else str(name[1])
+        listener = socket.create_server(("127.0.0.1", 0))
         path = self.folder + topic.replace("/", "/bare_")
         with open(path + ".new", "w") as file:
-            file.write(name)
+            file.write(str(listener.getsockname()[1]))
         os.replace(path + ".new", path)
         there, links = threading.Event(), []
 
         def accept():
             sock, _ = listener.accept()
-            if not self.local:
-                sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             links.append(sock)
             there.set()
 
@@ -78,9 +70,7 @@ class Bare:
             while not os.path.exists(path):
                 time.sleep(0.01)
             with open(path) as file:
-                name = file.read()
-            sock = self._make()
-            sock.connect(bytes.fromhex(name) if self.local else ("127.0.0.1", int(name)))
+                sock = socket.create_connection(("127.0.0.1", int(file.read())))
             buffer, unpack, recv_into = bytearray(4096), FRAME.unpack_from, sock.recv_into
             while count := recv_into(buffer):
                 for start in range(0, count, FRAME.size):  # never a part: both sides are here

@@ -1,8 +1,8 @@
 """One role of a benchmark in a process of its own: `python_peer.py LIBRARY ROLE JSON`.
 
 LIBRARY is "ours", "rospy" or "bare" (sockets alone, bare_sockets.py); all do the same in the words of their library.
-"ours tcp" and "bare tcp" do without the local socket of one computer. Results are one JSON line on stdout, "ready"
-before them when the other side may begin. Clock: time.monotonic(), which all processes of one Linux computer share.
+Results are one JSON line on stdout, "ready" before them when the other side may begin. Clock: time.monotonic(), which
+all processes of one Linux computer share.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import time
 
 STARTED = time.monotonic()
 LIBRARY, ROLE, OPTIONS = sys.argv[1], sys.argv[2], json.loads(sys.argv[3])
-LIBRARY, _, TRANSPORT = LIBRARY.partition(" ")
 TYPE = OPTIONS.get("type", "geometry_msgs/Twist")
 
 
@@ -27,10 +26,6 @@ class Ours:
         import rosproto
         import rosproto.node  # `rosproto` itself loads its parts on first use
 
-        if TRANSPORT == "tcp":
-            from rosproto.transport import tcp_server
-
-            tcp_server.listen_locally = lambda listener: None
         self.lib = rosproto
         self.imported = time.monotonic()
         self.node = rosproto.Node("/" + name, master_uri=os.environ["ROS_MASTER_URI"], intraprocess=False)
@@ -111,7 +106,7 @@ def peer():
     if LIBRARY == "bare":
         from bare_sockets import Bare
 
-        return Bare(os.environ["BENCH_FOLDER"], local=TRANSPORT != "tcp")
+        return Bare(os.environ["BENCH_FOLDER"])
     return (Ours if LIBRARY == "ours" else Rospy)(f"{ROLE}_{os.getpid()}")
 
 

@@ -127,22 +127,3 @@ def test_a_program_that_is_stopped(strangers: dict[str, RosProcess], network: Ne
         )
         assert max(old, default=0.0) < OLDEST, kind
         assert again[kind] < BACK * crowd(), kind
-
-
-def test_one_of_ours_on_the_same_computer_that_is_stopped(network: Network) -> None:
-    """On a local socket everything lies with it: it does not take what its publisher has called void."""
-    start_robot(network.robot.python)
-    program = network.robot.another()
-    program.do(
-        f"from rosproto import Node\nnode = Node('/program', master_uri={MASTER!r})\nheard = Heard(node, '/t')"
-    )
-    program.eventually("heard.messages")
-    program.process.send_signal(signal.SIGSTOP)
-    back = wait(30.0)
-    program.process.send_signal(signal.SIGCONT)
-    program.eventually(f"heard.first_sent_after({back!r})")
-    again = program.ask(f"heard.first_sent_after({back!r})") - back
-    oldest = program.ask(f"heard.latest_after({back!r})")
-    print(f"the oldest is {oldest:.2f} s old; again after {again:.2f} s")
-    assert oldest < OLDEST
-    assert again < BACK * crowd()

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import errno
 import socket
-import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
+from rosproto.errors import ConnectionLost
 from rosproto.node.outgoing import subscriber_link
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
+from rosproto.transport.send_queue import SendQueue
 from tests.support.marks import needs_rst
 
 
@@ -261,7 +262,7 @@ def test_who_was_given_up_by_the_system_is_brought_back(
     ours.close()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
+@pytest.mark.skipif(sys.platform == "win32", reason="its socketpair is TCP: the first write after the end succeeds")
 @pytest.mark.parametrize("kind", ["small", "large", "burst"])
 def test_who_publishes_to_a_broken_link_does_not_end_it(kind: str, monitor: Monitor) -> None:
     """An end takes locks, logs, and may start a thread; a stop must wait for none of that. The monitor does it."""
@@ -291,20 +292,24 @@ def test_who_publishes_to_a_broken_link_does_not_end_it(kind: str, monitor: Moni
     assert not link.stats().connected
     monitor.tick()
     assert len(ended) == 1
-    assert "Broken pipe" in str(ended[0]) or "reset" in str(ended[0])
+    assert isinstance(ended[0], ConnectionLost)
     link.send(b"xx")  # and nothing more happens
     monitor.tick()
     assert len(ended) == 1
 
 
-def test_what_was_sent_has_arrived_when_it_was_read(pair: tuple[SubscriberLink, socket.socket]) -> None:
-    """By the program on this computer; and a link that has ended keeps nobody waiting."""
-    link, theirs = pair
-    assert link.has_arrived()
+def test_what_was_sent_has_arrived_when_the_system_says_so(
+    pair: tuple[SubscriberLink, socket.socket], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And a link that has ended keeps nobody waiting."""
+    link, _ = pair
+    answer: SendQueue | None = SendQueue(4, True)
+    monkeypatch.setattr(subscriber_link, "send_queue", lambda sock: answer)
     link.send(b"zero")
     assert link.has_arrived() is False
-    assert theirs.recv(100) == b"zero"
-    assert link.has_arrived()
-    link.send(b"more")
+    answer = SendQueue(0, False)
+    assert link.has_arrived() is True
+    answer = None
+    assert link.has_arrived() is None
     link.close()
-    assert link.has_arrived()
+    assert link.has_arrived() is True
