@@ -1,7 +1,6 @@
 """The manual of both commands, made from the parsers that make `--help`.
 
-It is docs/commands.md, the table in docs/all-commands.md, and what each command shows for `--help` alone
-(`rosproto.cli.bare_help`).
+It is docs/commands.md, and the table in docs/all-commands.md.
 
 python -m tools.manual            writes them in this source tree
 python -m tools.manual --check    exit code 1 when one of them is not current
@@ -12,13 +11,11 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
-from functools import partial
 from pathlib import Path
 
-from rosproto.cli import bare_help
 from rosproto.cli.parser import Parser, synopsis, value_names
 
-__all__ = ["bare_helps", "glance", "main", "manual", "page", "with_table"]
+__all__ = ["glance", "main", "manual", "page", "with_table"]
 
 page = Path(__file__).resolve().parents[1] / "docs" / "commands.md"
 """Where the manual is in a source tree."""
@@ -62,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when it is old")
     check = parser.parse_args(arguments).check
     old = 0
-    pages = {page: manual(), glance: with_table(glance.read_text(encoding="utf-8")), **bare_helps()}
+    pages = {page: manual(), glance: with_table(glance.read_text(encoding="utf-8"))}
     for path, text in pages.items():
         current = path.exists() and path.read_text(encoding="utf-8") == text
         if check:
@@ -73,28 +70,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             path.write_text(text, encoding="utf-8", newline="\n")
             print(f"wrote {path}")
     return 1 if old else 0
-
-
-def bare_helps() -> dict[Path, str]:
-    """What each command's parser shows for `--help`, by the file that the command has it from."""
-    import rosproto.cli.entry
-    import woosh_pure.cli.entry
-
-    return {
-        Path(rosproto.cli.entry.__file__).with_name(bare_help.FILE): _shown(
-            rosproto.cli.entry.parser_for(())[0]
-        ),
-        Path(woosh_pure.cli.entry.__file__).with_name(bare_help.FILE): _shown(
-            woosh_pure.cli.entry.parser_for(())
-        ),
-    }
-
-
-def _shown(parser: argparse.ArgumentParser) -> str:
-    """On a terminal of that width, without colours; argparse leaves two columns free."""
-    setattr(parser, "color", False)  # noqa: B010  (known from Python 3.14 on)
-    parser.formatter_class = partial(argparse.HelpFormatter, width=bare_help.COLUMNS - 2)
-    return parser.format_help()
 
 
 def with_table(text: str) -> str:

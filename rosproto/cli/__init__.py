@@ -6,11 +6,10 @@ options that refuse what is out of range, the parser, how a command ends, and wh
 
 from __future__ import annotations
 
-import sys
+from typing import TYPE_CHECKING
 
 from rosproto.late import late_names
 
-TYPE_CHECKING = False  # as in typing, which `--help` does not wait for
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from rosproto.cli.bag_progress import Progress
     from rosproto.cli.bag_record import add_output_options, follow_recording, recorder_options
     from rosproto.cli.bag_signals import interrupt_on_signals
-    from rosproto.cli.bare_help import show as show_bare_help
     from rosproto.cli.closed_console import linger_when_closed
     from rosproto.cli.completion import add_arguments as add_completion_arguments
     from rosproto.cli.completion import answer as answer_completion
@@ -116,7 +114,6 @@ __all__ = [
     "seconds",
     "serve",
     "server_options",
-    "show_bare_help",
     "shows_unicode",
     "signals_unwind",
     "terminal_size",
@@ -131,12 +128,6 @@ __all__ = [
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `rosproto` with these arguments (by default the process's own); the exit code."""
     try:
-        if argv is None:
-            from .bare_help import show
-
-            code = show(__file__, sys.argv[1:])
-            if code is not None:
-                return code
         from .entry import main as command  # late: Ctrl-C while it loads is no traceback either
     except KeyboardInterrupt:
         return 130
@@ -193,7 +184,6 @@ __getattr__ = late_names(
         "recorder_options": "bag_record",
         "say": "failure",
         "seconds": "option_types",
-        "show_bare_help": "bare_help:show",
         "shows_unicode": "console",
         "signals_unwind": "failure",
         "terminal_size": "console",

@@ -45,9 +45,3 @@ def test_check_tells_an_old_page(tmp_path, monkeypatch, capsys) -> None:
     assert manual.main([]) == 0
     assert manual.main(["--check"]) == 0
     assert "current" in capsys.readouterr().out
-
-
-def test_the_help_that_is_shown_without_a_parser_is_current() -> None:
-    """After a change of an option or of a command's line: python -m tools.manual."""
-    for path, text in manual.bare_helps().items():
-        assert path.read_text(encoding="utf-8") == text, f"{path}: run: python -m tools.manual"

@@ -63,7 +63,7 @@ def test_help_of_a_command_loads_no_sockets(module, command) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("module", ["woosh_pure", "rosproto"])
-def test_help_takes_less_than_150_ms_of_the_processor_beyond_the_interpreter(module) -> None:
+def test_help_takes_less_than_300_ms_of_the_processor_beyond_the_interpreter(module) -> None:
     """Processor time, because other tests run beside this one; one try of some is enough: they make it dearer."""
     resource = pytest.importorskip("resource", reason="Windows tells no processor time of children")
 
@@ -74,6 +74,6 @@ def test_help_takes_less_than_150_ms_of_the_processor_beyond_the_interpreter(mod
         return float(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
 
     tries: list[float] = []
-    while len(tries) < 20 and min(tries, default=1.0) >= 0.15:
+    while len(tries) < 20 and min(tries, default=1.0) >= 0.3:
         tries.append(seconds("-m", module, "--help") - seconds("-c", "pass"))
-    assert min(tries) < 0.15
+    assert min(tries) < 0.3
