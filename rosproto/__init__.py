@@ -5,15 +5,35 @@
         for scan in node.subscriber("/scan", "sensor_msgs/LaserScan"):
             print(min(scan.ranges))
 
-Names are imported when they are first used: a program that reads a bag does not load the network.
+Nodes, bags, the master and the codec are imported when they are first used (PEP 562): a program that reads
+a bag does not load the network.
 """
 
 from __future__ import annotations
 
-from rosproto.errors import RosError
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from rosproto.errors import (
+    BagError,
+    CodecError,
+    ConnectionLost,
+    DefinitionError,
+    LocalProtocolError,
+    MasterError,
+    Md5sumMismatch,
+    ProtocolError,
+    RegistrationsRefused,
+    RemoteProtocolError,
+    RosError,
+    RosTimeout,
+    ServiceError,
+    TooLarge,
+)
+from rosproto.protocol.limits import Limits
+from rosproto.time import Duration, Time
 from rosproto.version import __version__ as __version__
 
-TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
 if TYPE_CHECKING:
     from rosproto.action import ActionClient, ActionServer, GoalStatus
     from rosproto.bag import BagReader, BagWriter
@@ -27,22 +47,6 @@ if TYPE_CHECKING:
         message_class,
         service_class,
     )
-    from rosproto.errors import (
-        BagError,
-        CodecError,
-        ConnectionLost,
-        DefinitionError,
-        LocalProtocolError,
-        MasterError,
-        Md5sumMismatch,
-        ProtocolError,
-        RegistrationsRefused,
-        RemoteProtocolError,
-        RosError,
-        RosTimeout,
-        ServiceError,
-        TooLarge,
-    )
     from rosproto.master import Master
     from rosproto.node import (
         Event,
@@ -55,8 +59,6 @@ if TYPE_CHECKING:
         ServiceServer,
         Subscriber,
     )
-    from rosproto.protocol.limits import Limits
-    from rosproto.time import Duration, Time
 
 __all__ = [
     "ActionClient",
@@ -114,22 +116,6 @@ _HOME = {
         "message_class",
         "service_class",
     ),
-    "rosproto.errors": (
-        "BagError",
-        "CodecError",
-        "ConnectionLost",
-        "DefinitionError",
-        "LocalProtocolError",
-        "MasterError",
-        "Md5sumMismatch",
-        "ProtocolError",
-        "RegistrationsRefused",
-        "RemoteProtocolError",
-        "RosError",
-        "RosTimeout",
-        "ServiceError",
-        "TooLarge",
-    ),
     "rosproto.master": ("Master",),
     "rosproto.node": (
         "Event",
@@ -142,8 +128,6 @@ _HOME = {
         "ServiceServer",
         "Subscriber",
     ),
-    "rosproto.protocol.limits": ("Limits",),
-    "rosproto.time": ("Duration", "Time"),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 _SUBMODULES = (
@@ -168,8 +152,6 @@ def __getattr__(name: str) -> object:
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        from importlib import import_module
-
         found = import_module(module)
     except OSError as error:  # the process may open no more files, not even a module
         raise RosError(f"{__name__}.{name} cannot be loaded: {error}") from error

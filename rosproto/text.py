@@ -13,7 +13,7 @@ And how many columns of a terminal a text takes: Chinese characters take two eac
 
 from __future__ import annotations
 
-__all__ = ["cut", "padded", "printable", "width"]
+__all__ = ["cut", "human_bytes", "padded", "printable", "width"]
 
 _BLANKS = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
@@ -73,3 +73,12 @@ def _columns(character: str) -> int:
     if unicodedata.combining(character):
         return 0
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
+
+
+def human_bytes(size: float) -> str:
+    """As rosbag writes sizes: "1.5 MB"."""
+    for suffix in ("KB", "MB", "GB", "TB", "PB"):
+        size /= 1024.0
+        if size < 1024.0:
+            return f"{size:.1f} {suffix}"
+    return "-"

@@ -13,7 +13,6 @@ pytestmark = pytest.mark.structure
 ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS = [
-    "rosproto.late",
     "rosproto.text",
     "rosproto.sentence",
     "rosproto.errors",
@@ -51,7 +50,6 @@ LAYERS = [
 """From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
 
 PURE = [
-    "rosproto.late",
     "rosproto.msg",
     "rosproto.text",
     "rosproto.sentence",

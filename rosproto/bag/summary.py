@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from rosproto.text import printable
+from rosproto.text import human_bytes, printable
 
 if TYPE_CHECKING:
     from rosproto.bag.reader import BagReader
 
-__all__ = ["Facts", "facts", "human_bytes", "text", "yaml", "yaml_value"]
+__all__ = ["Facts", "facts", "text", "yaml", "yaml_value"]
 
 Facts = dict[str, Any]
 
@@ -222,12 +222,3 @@ def _yaml_entries(entries: list[list[tuple[str, str]]]) -> list[str]:
         for entry in entries
         for i, (name, value) in enumerate(entry)
     ]
-
-
-def human_bytes(size: float) -> str:
-    """As rosbag writes sizes: "1.5 MB"."""
-    for suffix in ("KB", "MB", "GB", "TB", "PB"):
-        size /= 1024.0
-        if size < 1024.0:
-            return f"{size:.1f} {suffix}"
-    return "-"

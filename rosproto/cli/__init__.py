@@ -1,66 +1,61 @@
 """The `rosproto` command, and the parts that another command is built of: `woosh` stands on these names.
 
-`main` owns its process: it alone prints, and its result is the exit code. The other names load on first use:
-options that refuse what is out of range, the parser, how a command ends, and what a terminal is given.
+`main` owns its process: it alone prints, and its result is the exit code. The other names are options that
+refuse what is out of range, the parser, how a command ends, and what a terminal is given.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from rosproto.late import late_names
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rosproto.cli.background_output import everything_is_written, hurry, in_background
-    from rosproto.cli.bag_progress import Progress
-    from rosproto.cli.bag_record import add_output_options, follow_recording, recorder_options
-    from rosproto.cli.bag_signals import interrupt_on_signals
-    from rosproto.cli.closed_console import linger_when_closed
-    from rosproto.cli.completion import add_arguments as add_completion_arguments
-    from rosproto.cli.completion import answer as answer_completion
-    from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, terminal_size
-    from rosproto.cli.counts import counted
-    from rosproto.cli.failure import (
-        DONE,
-        FAILED,
-        INTERRUPTED,
-        TERMINATED,
-        UNREACHABLE,
-        WRONG_USE,
-        CommandError,
-        Terminated,
-        cannot_listen,
-        explain,
-        output_is_gone,
-        say,
-        signals_unwind,
-    )
-    from rosproto.cli.foxglove import (
-        add_server_options,
-        announced,
-        serve,
-        server_options,
-    )
-    from rosproto.cli.gateway_options import gateway_watchdog, until_interrupted
-    from rosproto.cli.json_output import json_text
-    from rosproto.cli.keys import Keys, open_keys
-    from rosproto.cli.option_types import (
-        count,
-        finite,
-        folder_exists,
-        host,
-        natural,
-        port,
-        positive,
-        seconds,
-        to_float,
-        to_int,
-        whole,
-    )
-    from rosproto.cli.parser import Parser, WrongUse, give_examples, near
-    from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed, guarded, own, unguarded
+from rosproto.cli.background_output import everything_is_written, hurry, in_background
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.bag_record import add_output_options, follow_recording, recorder_options
+from rosproto.cli.bag_signals import interrupt_on_signals
+from rosproto.cli.closed_console import linger_when_closed
+from rosproto.cli.completion import add_arguments as add_completion_arguments
+from rosproto.cli.completion import answer as answer_completion
+from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, terminal_size
+from rosproto.cli.counts import counted
+from rosproto.cli.failure import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    TERMINATED,
+    UNREACHABLE,
+    WRONG_USE,
+    CommandError,
+    Terminated,
+    cannot_listen,
+    explain,
+    output_is_gone,
+    say,
+    signals_unwind,
+)
+from rosproto.cli.foxglove import (
+    add_server_options,
+    announced,
+    serve,
+    server_options,
+)
+from rosproto.cli.gateway_options import gateway_watchdog, until_interrupted
+from rosproto.cli.json_output import json_text
+from rosproto.cli.keys import Keys, open_keys
+from rosproto.cli.option_types import (
+    count,
+    finite,
+    folder_exists,
+    host,
+    natural,
+    port,
+    positive,
+    seconds,
+    to_float,
+    to_int,
+    whole,
+)
+from rosproto.cli.parser import Parser, WrongUse, give_examples, near
+from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed, guarded, own, unguarded
 
 __all__ = [
     "DONE",
@@ -132,68 +127,3 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     return command(argv)
-
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "DONE": "failure",
-        "FAILED": "failure",
-        "INTERRUPTED": "failure",
-        "TERMINATED": "failure",
-        "UNREACHABLE": "failure",
-        "WRONG_USE": "failure",
-        "Keys": "keys",
-        "Parser": "parser",
-        "Progress": "bag_progress",
-        "CommandError": "failure",
-        "Terminated": "failure",
-        "WrongUse": "parser",
-        "add_completion_arguments": "completion:add_arguments",
-        "add_output_options": "bag_record",
-        "add_server_options": "foxglove",
-        "announced": "foxglove",
-        "answer_completion": "completion:answer",
-        "as_typed": "streams",
-        "cannot_listen": "failure",
-        "count": "option_types",
-        "counted": "counts",
-        "enable_escapes": "console",
-        "escape_what_cannot_be_printed": "streams",
-        "everything_is_written": "background_output",
-        "explain": "failure",
-        "finite": "option_types",
-        "folder_exists": "option_types",
-        "follow_recording": "bag_record",
-        "give_examples": "parser",
-        "guarded": "streams",
-        "host": "option_types",
-        "hurry": "background_output",
-        "in_background": "background_output",
-        "interrupt_on_signals": "bag_signals",
-        "is_terminal": "console",
-        "json_text": "json_output",
-        "linger_when_closed": "closed_console",
-        "natural": "option_types",
-        "near": "parser",
-        "open_keys": "keys",
-        "output_is_gone": "failure",
-        "own": "streams",
-        "port": "option_types",
-        "positive": "option_types",
-        "recorder_options": "bag_record",
-        "say": "failure",
-        "seconds": "option_types",
-        "shows_unicode": "console",
-        "signals_unwind": "failure",
-        "terminal_size": "console",
-        "to_float": "option_types",
-        "to_int": "option_types",
-        "unguarded": "streams",
-        "whole": "option_types",
-        "serve": "foxglove",
-        "server_options": "foxglove",
-        "gateway_watchdog": "gateway_options",
-        "until_interrupted": "gateway_options",
-    },
-)

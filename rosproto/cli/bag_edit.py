@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal
 
-from rosproto.bag.summary import human_bytes
+from rosproto.text import human_bytes
 
 from .bag_opening import check_local, opened
 from .bag_progress import Progress

@@ -12,7 +12,7 @@ import threading
 import time
 from typing import TextIO
 
-from rosproto.text import cut, padded, printable, width
+from rosproto.text import cut, human_bytes, padded, printable, width
 
 from .streams import own
 
@@ -113,8 +113,6 @@ class Progress:
         rate = self._count / seconds if seconds > 0 else 0.0
         if not rate and seconds >= FIRST_AFTER:  # before the first step nobody knows what is left
             return f"{self._what}: {seconds:.0f} s"
-        from rosproto.bag.summary import human_bytes  # late: who drives a robot reads no bag
-
         speed = f"{human_bytes(rate)}/s" if self._in_bytes else f"{rate:.0f}/s"
         if not self._total:
             done = human_bytes(self._count) if self._in_bytes else self._count

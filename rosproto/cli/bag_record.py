@@ -8,7 +8,7 @@ import shutil
 import sys
 from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.summary import human_bytes
+from rosproto.text import human_bytes
 
 from .bag_signals import interrupt_on_signals
 from .connection import CommandError, add_graph_options, open_node

@@ -14,8 +14,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any, Protocol
 
-from rosproto.transport import Deadline
-
 from .console import is_terminal
 
 __all__ = ["KeyDecoder", "Keyboard", "Keys", "WindowsKeys", "open_keys"]
@@ -121,6 +119,8 @@ class WindowsKeys:
 
     def read(self, timeout: float) -> list[str]:
         """See `Keys`."""
+        from rosproto.transport import Deadline  # late: `--help` loads no sockets
+
         deadline = Deadline(timeout)
         while not self._console.kbhit():
             if deadline.expired:

@@ -6,18 +6,13 @@ with the first array.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosproto.codec.classes import define, message_class, service_class
+from rosproto.codec.comparison import differences
+from rosproto.codec.conversion import Conversion, ValuesLost
 from rosproto.codec.flavour import Flavour
 from rosproto.codec.functions import decode, decoder, encode, encode_parts, encoder
 from rosproto.codec.message import AnyMsg, Message, ServiceType
 from rosproto.codec.text import strify_message
-from rosproto.late import late_names
-
-if TYPE_CHECKING:
-    from rosproto.codec.comparison import differences
-    from rosproto.codec.conversion import Conversion, ValuesLost
 
 __all__ = [
     "AnyMsg",
@@ -37,12 +32,3 @@ __all__ = [
     "service_class",
     "strify_message",
 ]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "Conversion": "conversion",
-        "ValuesLost": "conversion",
-        "differences": "comparison",
-    },
-)

@@ -9,19 +9,14 @@ client (`GatewayLimits`). Nothing is written to the graph unless `Access(write=.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
-
-if TYPE_CHECKING:
-    from rosproto.gateway.access import Access, Refusal
-    from rosproto.gateway.foxglove.local_topic import LocalTopic
-    from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
-    from rosproto.gateway.limits import GatewayLimits
-    from rosproto.gateway.message_event import MessageEvent, TopicDescription
-    from rosproto.gateway.outbox import Outbox
-    from rosproto.gateway.rosbridge.server import Rosbridge
-    from rosproto.gateway.taps import Tap, Taps
+from rosproto.gateway.access import Access, Refusal
+from rosproto.gateway.foxglove.local_topic import LocalTopic
+from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
+from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.message_event import MessageEvent, TopicDescription
+from rosproto.gateway.outbox import Outbox
+from rosproto.gateway.rosbridge.server import Rosbridge
+from rosproto.gateway.taps import Tap, Taps
 
 __all__ = [
     "Access",
@@ -38,22 +33,3 @@ __all__ = [
     "Taps",
     "TopicDescription",
 ]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "Access": "access",
-        "ClientFacts": "foxglove.server",
-        "Foxglove": "foxglove.server",
-        "FoxgloveStats": "foxglove.server",
-        "LocalTopic": "foxglove.local_topic",
-        "GatewayLimits": "limits",
-        "Outbox": "outbox",
-        "Refusal": "access",
-        "Rosbridge": "rosbridge.server",
-        "MessageEvent": "message_event",
-        "Tap": "taps",
-        "Taps": "taps",
-        "TopicDescription": "message_event",
-    },
-)

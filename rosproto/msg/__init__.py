@@ -5,9 +5,6 @@ Start with `bundled()`, the definitions that ship with this package.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
 from rosproto.msg.full_text import join_full_text, split_full_text
 from rosproto.msg.learned import library_from_full_text
 from rosproto.msg.library import DefinitionLibrary, bundled
@@ -23,9 +20,7 @@ from rosproto.msg.spec import (
     MessageSpec,
     ServiceSpec,
 )
-
-if TYPE_CHECKING:
-    from rosproto.msg.user_folder import environment_paths, learned_paths, revisions_folder
+from rosproto.msg.user_folder import environment_paths, learned_paths, revisions_folder
 
 __all__ = [
     "BUILTIN_TYPES",
@@ -49,12 +44,3 @@ __all__ = [
     "revisions_folder",
     "split_full_text",
 ]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "environment_paths": "user_folder",
-        "learned_paths": "user_folder",
-        "revisions_folder": "user_folder",
-    },
-)

@@ -1,34 +1,29 @@
 """Node, publisher, subscriber, service, parameters, rosout, clock: one participant of a ROS 1 graph.
 
-Start with `Node`. Services, parameters and /rosout are imported with their first use.
+Start with `Node`.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph.master_client import MasterClient, SystemState
+from rosproto.node.graph.slave_client import NodeClient
+from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.node import Node
+from rosproto.node.options import host_names
 from rosproto.node.outgoing.publisher import Publisher
+from rosproto.node.params.parameters import Parameters, UnknownParameter
+from rosproto.node.revisions.revisions import NoRevisions, Unfit, revised_type
+from rosproto.node.revisions.topic_probe import probe_topic
+from rosproto.node.revisions.topic_types import TopicType
+from rosproto.node.services.cancellation import Cancellation
+from rosproto.node.services.client import ServiceClient
+from rosproto.node.services.prepared import PreparedCall
+from rosproto.node.services.probe import probe as probe_service
+from rosproto.node.services.server import ServiceServer
+from rosproto.node.stats import LinkStats, NodeStats
 from rosproto.node.time.clock import NodeClock, Rate, Timer, TimerEvent
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.slave_client import NodeClient
-    from rosproto.node.incoming.local_nodes import LocalNodes
-    from rosproto.node.options import host_names
-    from rosproto.node.params.parameters import Parameters, UnknownParameter
-    from rosproto.node.revisions.revisions import NoRevisions, Unfit, revised_type
-    from rosproto.node.revisions.topic_probe import probe_topic
-    from rosproto.node.revisions.topic_types import TopicType
-    from rosproto.node.services.cancellation import Cancellation
-    from rosproto.node.services.client import ServiceClient
-    from rosproto.node.services.prepared import PreparedCall
-    from rosproto.node.services.probe import probe as probe_service
-    from rosproto.node.services.server import ServiceServer
-    from rosproto.node.stats import LinkStats, NodeStats
 
 __all__ = [
     "Cancellation",
@@ -60,26 +55,3 @@ __all__ = [
     "probe_topic",
     "revised_type",
 ]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "Cancellation": "services.cancellation",
-        "LinkStats": "stats",
-        "LocalNodes": "incoming.local_nodes",
-        "NoRevisions": "revisions.revisions",
-        "NodeClient": "graph.slave_client",
-        "NodeStats": "stats",
-        "Parameters": "params.parameters",
-        "PreparedCall": "services.prepared",
-        "ServiceClient": "services.client",
-        "ServiceServer": "services.server",
-        "TopicType": "revisions.topic_types",
-        "Unfit": "revisions.revisions",
-        "UnknownParameter": "params.parameters",
-        "host_names": "options",
-        "probe_service": "services.probe:probe",
-        "probe_topic": "revisions.topic_probe",
-        "revised_type": "revisions.revisions",
-    },
-)

@@ -2,14 +2,11 @@
 
 Every function says the shape, dtype and frame of what it gives, and whether that is a view of the message or
 a copy. Views of a received message are read-only; `.copy()` gives an array of your own. Messages of both
-flavours are taken. numpy is imported with the first call.
+flavours are taken.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
 from rosproto.numeric.clouds import cloud_to_array, cloud_to_points, points_to_cloud, scan_to_points
 from rosproto.numeric.grids import array_to_grid, grid_to_array
 from rosproto.numeric.images import (
@@ -20,6 +17,7 @@ from rosproto.numeric.images import (
     picture_order,
     visible_depth,
 )
+from rosproto.numeric.pngfile import decode_png, encode_png, is_png
 from rosproto.numeric.poses import (
     matrix_to_pose,
     matrix_to_quaternion,
@@ -29,9 +27,6 @@ from rosproto.numeric.poses import (
     quaternion_to_yaw,
     yaw_to_quaternion,
 )
-
-if TYPE_CHECKING:
-    from rosproto.numeric.pngfile import decode_png, encode_png, is_png
 
 __all__ = [
     "array_to_grid",
@@ -57,12 +52,3 @@ __all__ = [
     "visible_depth",
     "yaw_to_quaternion",
 ]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "decode_png": "pngfile",
-        "encode_png": "pngfile",
-        "is_png": "pngfile",
-    },
-)

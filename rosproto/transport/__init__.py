@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
 from rosproto.transport.address import is_loopback, local_address_towards, make_uri, parse_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.host_names import HostNames, hosts_advice, parse_host_names
+from rosproto.transport.open_files import allow_open_files
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
-
-if TYPE_CHECKING:
-    from rosproto.transport.open_files import allow_open_files
 
 __all__ = [
     "Backoff",
@@ -38,10 +33,3 @@ __all__ = [
     "unpack",
     "write_header",
 ]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "allow_open_files": "open_files",
-    },
-)

@@ -60,11 +60,8 @@ def test_a_program_that_sets_logging_up_afterwards_sees_everything() -> None:
     assert run(code) == ("", "DEBUG after\n")
 
 
-def test_importing_the_node_loads_neither_logging_nor_dataclasses() -> None:
-    code = (
-        "import sys, rosproto.node; print({'logging', 'dataclasses', 'inspect', 'random'} & set(sys.modules))"
-    )
-    assert run(code)[0] == "set()\n"
+def test_importing_the_node_does_not_load_logging() -> None:
+    assert run("import sys, rosproto.node; print('logging' in sys.modules)")[0] == "False\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="counts open files the POSIX way")

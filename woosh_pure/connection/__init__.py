@@ -2,17 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
-
-if TYPE_CHECKING:
-    from woosh_pure.connection.address import master_uri_of
-    from woosh_pure.connection.clients import Clients
-    from woosh_pure.connection.connection import Connection
+from woosh_pure.connection.address import master_uri_of
+from woosh_pure.connection.clients import Clients
+from woosh_pure.connection.connection import Connection
 
 __all__ = ["Clients", "Connection", "master_uri_of"]
-
-__getattr__ = late_names(
-    __name__, {"Clients": "clients", "Connection": "connection", "master_uri_of": "address"}
-)

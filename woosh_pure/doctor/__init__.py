@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
-
-if TYPE_CHECKING:
-    from woosh_pure.doctor.examination import examine
-    from woosh_pure.doctor.finding import Finding, Level
+from woosh_pure.doctor.examination import examine
+from woosh_pure.doctor.finding import Finding, Level
 
 __all__ = ["Finding", "Level", "examine"]
-
-__getattr__ = late_names(__name__, {"Finding": "finding", "Level": "finding", "examine": "examination"})

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from woosh_pure.geometry import Pose2D
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
 __all__ = ["FREE", "OCCUPIED", "UNKNOWN", "GridMap"]
@@ -122,6 +121,8 @@ class GridMap:
 
     def to_grey(self) -> NDArray[np.uint8]:
         """(height, width) uint8 picture, north up, with map_saver's greys 254, 0, 205."""
+        import numpy as np
+
         grey = np.full(self.cells.shape, 205, np.uint8)
         grey[(self.cells >= 0) & (self.cells <= 25)] = 254
         grey[self.cells >= 65] = 0

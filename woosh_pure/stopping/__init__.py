@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
-
-if TYPE_CHECKING:
-    from woosh_pure.stopping.report import StopReport
-    from woosh_pure.stopping.running import Running
+from woosh_pure.stopping.report import StopReport
+from woosh_pure.stopping.running import Running
 
 __all__ = ["Running", "StopReport"]
-
-__getattr__ = late_names(__name__, {"Running": "running", "StopReport": "report"})

@@ -6,16 +6,7 @@ this process connects to. A reverse proxy in front of them (`proxy`) decides who
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.late import late_names
-
-if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.local_topic import LocalTopic
-    from rosproto.gateway.foxglove.server import Foxglove, FoxgloveStats
+from rosproto.gateway.foxglove.local_topic import LocalTopic
+from rosproto.gateway.foxglove.server import Foxglove, FoxgloveStats
 
 __all__ = ["Foxglove", "FoxgloveStats", "LocalTopic"]
-
-__getattr__ = late_names(
-    __name__, {"Foxglove": "server", "FoxgloveStats": "server", "LocalTopic": "local_topic"}
-)

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from rosproto.bag import BagReader, BagWriter
-from rosproto.bag.summary import human_bytes
 from rosproto.cli import main
 from rosproto.cli.bag_progress import Progress
 from rosproto.codec import message_class
+from rosproto.text import human_bytes
 
 String = message_class("std_msgs/String")
 Twist = message_class("geometry_msgs/Twist")

@@ -85,7 +85,6 @@ def test_definitions_are_read_from_a_zip(tmp_path: Path) -> None:
     with zipfile.ZipFile(archive, "w") as file:
         for pattern in (
             "rosproto/errors.py",
-            "rosproto/late.py",
             "rosproto/files.py",
             "rosproto/sentence.py",
             "rosproto/text.py",

@@ -2,21 +2,6 @@
 
 from __future__ import annotations
 
-from rosproto.late import late_names
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from woosh_pure.fleet.actions.task import Task
+from woosh_pure.fleet.actions.task import Task
 
 __all__ = ["Task"]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "Task": "task",
-    },
-)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
