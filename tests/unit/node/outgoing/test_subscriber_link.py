@@ -263,7 +263,9 @@ def test_who_was_given_up_by_the_system_is_brought_back(
     ours.close()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="its socketpair is TCP: the first write after the end succeeds")
+@pytest.mark.skipif(
+    sys.platform == "win32", reason="its socketpair is TCP: the first write after the end succeeds"
+)
 @pytest.mark.parametrize("kind", ["small", "large", "burst"])
 def test_who_publishes_to_a_broken_link_does_not_end_it(kind: str, monitor: Monitor) -> None:
     """An end takes locks, logs, and may start a thread; a stop must wait for none of that. The monitor does it."""
