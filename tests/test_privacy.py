@@ -19,7 +19,7 @@ import pytest
 
 from rosproto.codec import Message
 
-pytestmark = pytest.mark.structure
+pytestmark = [pytest.mark.structure, pytest.mark.slow]  # the first one reads all sources
 
 ROOT = Path(__file__).resolve().parent.parent
 
