@@ -1,5 +1,5 @@
 // How the page's modules are checked: `.ci/run` installs eslint and nothing else. Run from the root:
-//   npx eslint --config tests/web/eslint.config.mjs --max-warnings 0 woosh_pure/web/page/js tests/unit/web/page
+//   npx eslint --config tests/web/eslint.config.mjs --max-warnings 0 woosh_pure/web/page/js tests/web/page
 
 const browser = [
   "AbortController", "Blob", "Headers", "ReadableStream", "CSS", "URL", "URLSearchParams", "WebSocket", "ResizeObserver", "addEventListener", "console",
