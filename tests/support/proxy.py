@@ -103,6 +103,8 @@ class FaultProxy:
             self._running.set()
             self._waker.send(b"x")
             self._thread.join(5)
+            self._wake.close()  # not by the thread: it may end before the byte above is sent
+            self._waker.close()
             self.cut()
 
     def _take_links(self) -> list[_Link]:
@@ -111,7 +113,7 @@ class FaultProxy:
         return links
 
     def _accept(self) -> None:
-        with selectors.DefaultSelector() as selector, self._listener, self._wake, self._waker:
+        with selectors.DefaultSelector() as selector, self._listener:
             selector.register(self._listener, selectors.EVENT_READ)
             selector.register(self._wake, selectors.EVENT_READ)
             while not self._closed.is_set():
