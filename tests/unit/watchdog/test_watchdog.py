@@ -216,12 +216,13 @@ def test_where_it_cannot_be_started_one_warning_says_so(
     assert "there is no watchdog" in caplog.text
 
 
+@pytest.mark.skipif(os.name != "posix", reason="needs /bin/echo")
 def test_an_interpreter_that_is_another_program_is_given_up(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """`sys.executable` of an embedded Python may be anything: it ends, or says what is no line."""
     monkeypatch.setattr("rosproto.watchdog.watchdog.STARTS", 0)
-    monkeypatch.setattr(sys, "executable", "/bin/echo" if os.name == "posix" else sys.executable)
+    monkeypatch.setattr(sys, "executable", "/bin/echo")
     with caplog.at_level(logging.WARNING), Watchdog() as watchdog:
         watch = watchdog.watch(Place("http://127.0.0.1:1", "/x"))
         assert not watch.ready
