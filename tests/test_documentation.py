@@ -139,21 +139,6 @@ def _anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
-def test_each_fact_about_the_wire_names_tests_that_exist() -> None:
-    """docs/wire.md: a fact without a test, or with one that is gone, is only an opinion."""
-    tests = {
-        f"{path.stem}.{name}"
-        for path in (ROOT / "tests").rglob("test_*.py")
-        for name in re.findall(r"def test_(\w+)", path.read_text("utf-8"))
-    }
-    facts = re.split(r"^\d+\. ", (ROOT / "docs/wire.md").read_text("utf-8"), flags=re.MULTILINE)[1:]
-    assert len(facts) > 50
-    for fact in facts:
-        named = re.findall(r"`(test_\w+\.\w+)`", fact)
-        assert named, fact
-        assert set(named) <= tests, set(named) - tests
-
-
 @pytest.mark.parametrize("page", ["README.md", "README.zh-CN.md"])
 def test_the_readme_is_a_first_screen(page: str) -> None:
     """It shows, says the least that is safe, and leads on; the rest stands in docs/."""

@@ -9,6 +9,7 @@ from tests.fuzz import harness
 TARGETS, TOKENS = harness.load()
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 @pytest.mark.parametrize("name", sorted(TARGETS))
 def test_the_corpus_gives_values_or_documented_errors(name: str) -> None:
     inputs = harness.seeds(name)
@@ -17,11 +18,13 @@ def test_the_corpus_gives_values_or_documented_errors(name: str) -> None:
     assert len(kinds) > 1, "seeds should reach a value and an error"
 
 
+@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
 @pytest.mark.parametrize("name", sorted(TARGETS))
 def test_a_fixed_handful_of_mutations_finds_nothing(name: str) -> None:
     assert harness.fuzz(name, TARGETS[name], TOKENS.get(name, []), seed=1, runs=300) == 300
 
 
+@pytest.mark.promise("every input that once broke one is kept as a test")
 def test_every_corpus_belongs_to_a_target() -> None:
     folders = {path.name for path in harness.CORPUS.iterdir() if path.is_dir()}
     assert folders <= set(TARGETS)

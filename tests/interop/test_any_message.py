@@ -72,6 +72,7 @@ def heard(kind: str, master: str, folder: Path) -> Any:
         return bytes.fromhex(got[1]), got[2]
 
 
+@pytest.mark.promise("A subscriber or service client may send `*`")
 @pytest.mark.parametrize("subscriber", ["rospy", "node", "layer"])
 @pytest.mark.parametrize("publisher", ["rospy", "node", "layer"])
 def test_any_message_arrives(any_master: str, tmp_path: Path, publisher: str, subscriber: str) -> None:

@@ -238,6 +238,7 @@ while not rospy.is_shutdown():
         watcher.wait_for("watched .*deep.*value")
 
 
+@pytest.mark.promise("roslaunch refuses a master without `/run_id`")
 def test_roslaunch_takes_the_master(any_master: str, tmp_path: Path) -> None:
     """It checks /run_id, sets parameters, starts a node, and cleans up."""
     script = tmp_path / "talker.py"

@@ -71,6 +71,7 @@ def typed(value):
     return [type(value).__name__, value]
 
 
+@pytest.mark.promise("A boolean is not an integer, also on")
 def test_rospy_reads_what_we_set_with_its_types(any_master):
     with Node("/ours", master_uri=any_master) as node:
         node.params["/values"] = VALUES

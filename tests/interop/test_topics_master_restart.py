@@ -38,6 +38,7 @@ def wait_for_master(uri: str) -> float:
     raise AssertionError("the master does not start")
 
 
+@pytest.mark.promise("After the master was killed and started again")
 @pytest.mark.parametrize("kind", ["ours", "debian"])
 def test_everything_is_registered_again_within_two_seconds(kind: str, ros_installed: None) -> None:
     """Publisher, subscriber, service and parameter subscription; links meanwhile go on."""

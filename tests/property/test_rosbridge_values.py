@@ -106,6 +106,7 @@ FIELDS = sorted(
 )
 
 
+@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
 @settings(COMMON, max_examples=300)
 @given(st.data())
 def test_any_message_is_done_or_refused(data: st.DataObject) -> None:
@@ -124,6 +125,7 @@ def test_any_message_is_done_or_refused(data: st.DataObject) -> None:
                 assert isinstance(getattr(effect, name, ""), str)
 
 
+@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
 @COMMON
 @given(cases(), json_values)
 def test_any_values_fit_or_are_refused(case: Case, value: Any) -> None:

@@ -255,6 +255,7 @@ async def test_a_task_cancelled_while_a_goal_is_sent_leaves_the_robot_standing(s
         assert not chassis.under_way
 
 
+@pytest.mark.promise("an asyncio task is cancelled")
 @in_loop
 async def test_a_time_limit_cancels_the_goal(sim):
     sim.speed = 1.0
@@ -265,6 +266,7 @@ async def test_a_time_limit_cancels_the_goal(sim):
         require_standing(sim)
 
 
+@pytest.mark.promise("an asyncio task is cancelled")
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="TaskGroup is new in Python 3.11")
 @in_loop
 async def test_a_sibling_that_fails_cancels_the_goal(sim):
@@ -284,6 +286,7 @@ async def test_a_sibling_that_fails_cancels_the_goal(sim):
         require_standing(sim)
 
 
+@pytest.mark.promise("an asyncio task is cancelled")
 @in_loop
 async def test_cancelling_a_hold_stops_the_robot_within_the_block(sim):
     sim.speed = 1.0
@@ -395,6 +398,7 @@ def program(tmp_path: Path, sim: SimulatedChassis) -> Iterator[Callable[[str], s
         process.stderr.close()
 
 
+@pytest.mark.promise("an asyncio task is cancelled")
 @pytest.mark.skipif(os.name == "nt", reason="sends SIGINT to a child")
 @pytest.mark.parametrize("times", [1, 4])
 def test_ctrl_c_in_asyncio_run_leaves_the_robot_standing(sim, program, times):

@@ -184,6 +184,7 @@ def run(sim: SimulatedChassis, trials: int, delay: float, seed: int) -> list[str
     return wrong
 
 
+@pytest.mark.promise("an asyncio task is cancelled")
 @pytest.mark.parametrize("delay", [0.0, 0.1])
 def test_the_robot_stands_after_every_cancel(sim: SimulatedChassis, delay: float) -> None:
     """Whatever was cancelled, and when; and nothing is left open."""

@@ -325,6 +325,9 @@ def test_the_drive_is_over_when_the_node_that_listens_dies(slow):
         assert terminal.restored
 
 
+@pytest.mark.promise(
+    "Ctrl-C or SIGTERM in a `woosh` command", "SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command"
+)
 @pytest.mark.parametrize(
     ("end", "code"), [("ctrl-c", 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143), (signal.SIGQUIT, 143)]
 )

@@ -64,6 +64,7 @@ def end(process, number, timeout=30.0):
     return process.returncode, errors
 
 
+@pytest.mark.promise("Ctrl-C in a program that uses `with`")
 @pytest.mark.parametrize("wait", WAITS, ids=str)
 def test_ctrl_c_ends_every_wait_and_stops_the_robot(sim, real_time, until, wait):
     code, errors = end(start(program(WAITS[wait]), sim.master_uri), signal.SIGINT)
@@ -73,6 +74,7 @@ def test_ctrl_c_ends_every_wait_and_stops_the_robot(sim, real_time, until, wait)
     assert sim.pose.x < 2.0
 
 
+@pytest.mark.promise("SIGTERM to a program of yours")
 def test_a_program_that_turns_sigterm_into_an_exit_stops_the_robot(sim, until):
     """As the documentation says that a program must: the library sets no signal handler."""
     body = (
@@ -84,6 +86,7 @@ def test_a_program_that_turns_sigterm_into_an_exit_stops_the_robot(sim, until):
     until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
+@pytest.mark.promise("SIGTERM to a program of yours")
 @pytest.mark.parametrize("number", [signal.SIGTERM, getattr(signal, "SIGKILL", 9)])
 def test_a_goal_of_a_killed_program_goes_on_and_another_program_can_stop_it(
     sim, real_time, chassis, until, number

@@ -29,6 +29,7 @@ def stands(sim: SimulatedChassis) -> bool:
 # -- closing ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.promise("the `Chassis` block is left, or the program ends in an orderly way")
 @pytest.mark.parametrize("verb", ["goal", "task", "velocity"])
 def test_nothing_begins_while_a_chassis_is_being_closed(sim, until, monkeypatch, verb):
     """A worker that tries again and again, as workers do; the cancel takes its time."""
@@ -137,6 +138,11 @@ def by_the_master(node: rosproto.Node) -> None:
         node.wait(20.0)
 
 
+@pytest.mark.promise(
+    "zero comes from a new node once more",
+    "sends zero and cancels its goals before it closes",
+    "`rosnode kill` of our node",
+)
 @pytest.mark.parametrize("topic", ["smooth", "direct"])
 @pytest.mark.parametrize(
     ("shut_down", "error", "says"),
@@ -161,6 +167,7 @@ def test_zero_is_sent_before_the_driving_node_is_shut_down(sim, until, shut_down
             chassis.move(0.1)
 
 
+@pytest.mark.promise("sends zero and cancels its goals before it closes", "`rosnode kill` of our node")
 @pytest.mark.parametrize("verb", ["goal", "task"])
 def test_goals_are_cancelled_before_their_node_is_shut_down(sim, real_time, until, verb):
     with Chassis(sim.master_uri) as chassis:
@@ -173,6 +180,7 @@ def test_goals_are_cancelled_before_their_node_is_shut_down(sim, real_time, unti
         until(lambda: stands(sim) and not sim.world.tasks.busy)
 
 
+@pytest.mark.promise("`rosnode kill` of our node")
 @pytest.mark.parametrize("verb", ["goal", "steps", "task"])
 def test_goals_are_cancelled_when_another_node_takes_our_name(sim, real_time, until, verb):
     """The action server has dropped the links to us by then: a fresh node cancels, as it sends zeros.
@@ -220,6 +228,7 @@ def test_an_outcome_says_that_it_was_somebody_else(sim, real_time, chassis, unti
 # -- a storm of interrupts -------------------------------------------------------------------------------------
 
 
+@pytest.mark.promise("Ctrl-C again and again")
 @pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process, and forks")
 @pytest.mark.slow
 def test_a_storm_of_interrupts_abandons_nothing():

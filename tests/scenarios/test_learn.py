@@ -92,6 +92,7 @@ def test_a_robot_of_a_known_firmware_teaches_nothing(firmware: str, tmp_path: Pa
         assert any("another order" in line for line in of(document, "/battery")["differences"])
 
 
+@pytest.mark.promise("one new folder for each set; no existing file is replaced")
 def test_what_is_new_is_kept_once_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A field of a future firmware: learned from its publisher, then known to a client that never met it."""
     future_battery = future("woosh_msgs/Battery", FUTURE_BATTERY)
@@ -128,6 +129,7 @@ def test_what_is_new_is_kept_once_and_used(tmp_path: Path, monkeypatch: pytest.M
                 assert chassis.battery.wait(5.0).percent == 77
 
 
+@pytest.mark.promise("one new folder for each set; no existing file is replaced")
 def test_contradicting_definitions_go_into_different_sets(tmp_path: Path) -> None:
     """Two nodes of one robot with different revisions: each set is consistent in itself, and both are found."""
     texts = ["uint8 a\n", "uint16 a\n", "uint8 A\n"]
@@ -150,6 +152,7 @@ def test_names_that_differ_in_case_only_are_kept_apart() -> None:
     assert [list(learned.texts) for learned in make_sets(pairs)] == [["my_msgs/Note"], ["my_msgs/note"]]
 
 
+@pytest.mark.promise("a type whose name no file can have is left out")
 def test_a_type_no_file_can_be_named_after_is_left_out_and_told(tmp_path: Path) -> None:
     """Reserved on Windows, or longer than any file name; the others are kept all the same."""
     long = "m/" + "L" * 253
@@ -165,6 +168,7 @@ def test_a_type_no_file_can_be_named_after_is_left_out_and_told(tmp_path: Path) 
     assert [found.name for found in Path(path).rglob("*.msg")] == ["Fine.msg"]
 
 
+@pytest.mark.promise("have the md5sum it was announced with, before and after it is written")
 def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     """A name Windows reserves is refused everywhere, and no half-written folder stays."""
     (learned,) = make_sets([("my_msgs/Aux", library_from_full_text("my_msgs/Aux", "uint8 a\n"))])
@@ -173,6 +177,7 @@ def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.promise("have the md5sum it was announced with, before and after it is written")
 @pytest.mark.parametrize(
     ("definition", "md5sum", "words"),
     [
@@ -189,6 +194,7 @@ def test_a_lie_is_not_learned(definition: str, md5sum: str, words: str) -> None:
     assert words in finding.note
 
 
+@pytest.mark.promise("so none leads out of that folder")
 @pytest.mark.parametrize(
     "name", ["../../evil/T", "../T", "a/../T", "/etc/T", "a\\b/T", "a/T\x00", "C:/T", "~/T", "a/b/c"]
 )
@@ -199,6 +205,7 @@ def test_no_name_leads_out_of_the_folder(name: str) -> None:
     assert judge(Answer("topic", "/t", name, md5sum, "uint8 a"), Knowledge()).verdict == "unusable"
 
 
+@pytest.mark.promise("`--dry-run` writes nothing")
 def test_a_dry_run_writes_nothing(tmp_path: Path) -> None:
     """And says what would be kept."""
     with Master() as master, Node("/robot", master_uri=master.uri, rosout=False) as robot:

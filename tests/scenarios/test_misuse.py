@@ -293,6 +293,7 @@ def test_two_programs_that_compete_are_told_of_each_other(sim, real_time, chassi
         assert ours.wait(20.0)
 
 
+@pytest.mark.promise("`chassis.stop(everything=True)`, `woosh stop`")
 def test_stopping_everything_names_another_program_that_drives_by_velocity(sim, chassis):
     assert chassis.stop(everything=True).problems == []
     with Chassis(sim.master_uri) as other, other.velocity(bypasses_protection=True):
@@ -316,6 +317,7 @@ def test_a_fault_that_ends_a_task_here_ends_it_on_the_robot_too(sim, real_time, 
     until(lambda: sim.world.tasks.state is TaskState.CANCELLED)
 
 
+@pytest.mark.promise("the `Chassis` block is left, or the program ends in an orderly way")
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError, SystemExit])
 def test_whatever_leaves_the_block_stops_the_robot(sim, until, error):
     with pytest.raises(error), Chassis(sim.master_uri) as chassis:  # noqa: PT012

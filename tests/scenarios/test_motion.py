@@ -52,6 +52,7 @@ def test_a_goal_of_the_robot_itself_replaces_ours_and_is_told(sim, real_time, ch
     assert caught.value.outcome.kind is OutcomeKind.REPLACED
 
 
+@pytest.mark.promise("`handle.wait(timeout=...)` runs out")
 def test_a_navigation_timeout_cancels_and_confirms_the_stop(sim, real_time, chassis):
     with pytest.raises(GoalFailed) as caught:
         chassis.go_to(2.8, 0.0).wait(0.3)
@@ -141,6 +142,7 @@ def test_a_blocked_step_is_an_error(sim, chassis):
 # -- velocity --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.promise("the velocity block is left, or an exception leaves it")
 def test_a_velocity_block_moves_and_ends_in_zero(sim, real_time, chassis, until):
     with chassis.velocity(bypasses_protection=True) as drive:
         # By distance: how far it gets in a time depends on how busy this computer is.
@@ -151,6 +153,7 @@ def test_a_velocity_block_moves_and_ends_in_zero(sim, real_time, chassis, until)
     until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
+@pytest.mark.promise("the velocity block is left, or an exception leaves it")
 def test_an_exception_in_the_block_ends_in_zero(sim, real_time, chassis, until):
     with pytest.raises(ZeroDivisionError), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
         drive.set(0.2, valid_for=5.0)
@@ -159,6 +162,7 @@ def test_an_exception_in_the_block_ends_in_zero(sim, real_time, chassis, until):
     until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
+@pytest.mark.promise("a velocity is not repeated within")
 def test_a_command_that_is_not_refreshed_lapses(sim, real_time, chassis, until):
     with chassis.velocity(bypasses_protection=True) as drive:
         drive.set(0.2, valid_for=2.0)
@@ -181,6 +185,7 @@ def test_a_command_that_was_on_its_way_counts_from_when_it_was_made(sim, real_ti
         until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
+@pytest.mark.promise("emergency stop, key switch to manual")
 def test_an_emergency_stop_ends_a_drive_and_releasing_it_resumes_nothing(sim, real_time, chassis, until):
     with (  # noqa: PT012
         pytest.raises(MotionRefused, match="emergency stop") as caught,
@@ -198,6 +203,7 @@ def test_an_emergency_stop_ends_a_drive_and_releasing_it_resumes_nothing(sim, re
     assert sim.world.body.velocity.is_standing(0.0, 0.0)
 
 
+@pytest.mark.promise("emergency stop, key switch to manual")
 def test_turning_the_key_to_manual_ends_a_drive(sim, real_time, chassis, until):
     with pytest.raises(MotionRefused, match="manual"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012
         sim.set_mode(RobotMode.MANUAL)
@@ -254,6 +260,7 @@ def test_a_silent_parameter_topic_leaves_the_careful_limits():
             assert chassis.velocity(bypasses_protection=True).limits == DriveLimits(0.3, 0.5)
 
 
+@pytest.mark.promise("`chassis.stop()`, from any thread")
 def test_stop_ends_a_drive_and_it_cannot_be_revived(sim, real_time, chassis, until):
     with pytest.raises(MotionRefused, match="stop"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
         drive.set(0.2, valid_for=5.0)
@@ -267,6 +274,7 @@ def test_stop_ends_a_drive_and_it_cannot_be_revived(sim, real_time, chassis, unt
     assert sim.world.body.velocity.is_standing(0.0, 0.0)
 
 
+@pytest.mark.promise("the link is lost in a velocity block")
 def test_a_lost_subscriber_ends_the_drive_at_once_and_zero_comes_first_afterwards(
     sim, real_time, chassis, until
 ):
@@ -313,6 +321,7 @@ def test_only_one_block_is_open_at_a_time(chassis):
         pass
 
 
+@pytest.mark.promise("**the program and its watchdog are killed at once")
 def test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour(sim, real_time, until):
     publisher_side = Chassis(sim.master_uri)
     drive = publisher_side.velocity(bypasses_protection=True)
@@ -353,6 +362,7 @@ print("the program ends")
 """
 
 
+@pytest.mark.promise("the `Chassis` block is left, or the program ends in an orderly way")
 @pytest.mark.parametrize("what", ["goal", "velocity"])
 def test_an_orderly_exit_without_with_stops_the_robot_too(sim, real_time, until, what):
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}

@@ -89,6 +89,7 @@ def test_so_do_those_of_asyncio(graph, kind):
     asyncio.run(main())
 
 
+@pytest.mark.promise("`handle.wait(timeout=...)` runs out")
 @every_kind
 def test_a_wait_for_a_goal_ends_in_time_and_cancels(sim, real_time, chassis, until, kind):
     handle = chassis.go_to(kind(2.5), kind(0), kind(0.5))
@@ -140,6 +141,7 @@ def test_values_hold_floats():
     assert [type(value) for value in (pose.x, pose.y, pose.yaw, step.data, step.speed)] == [float] * 5
 
 
+@pytest.mark.promise("Ctrl-C in `handle.wait()`")
 @pytest.mark.parametrize("error", [RuntimeError, TypeError, SystemExit, GeneratorExit], ids=str)
 def test_whatever_ends_a_wait_cancels_its_goal(sim, real_time, chassis, until, error):
     def fail() -> None:

@@ -58,6 +58,7 @@ def pair() -> Iterator[tuple[Node, Node, FaultProxy]]:
         yield a, b, proxy
 
 
+@pytest.mark.promise("A publisher that closes its connection and stays")
 @pytest.mark.parametrize("fault", ["cut", "reset"])
 def test_ten_faults_in_a_row(
     fault: str, pair: tuple[Node, Node, FaultProxy], monkeypatch: pytest.MonkeyPatch

@@ -27,6 +27,7 @@ from woosh_pure.velocity import boottime
 # -- a stop meets what is just beginning -----------------------------------------------------------------------
 
 
+@pytest.mark.promise("`chassis.stop()`, from any thread")
 @pytest.mark.parametrize("door", ["wait_for_server", "send_goal"], ids=["being prepared", "being sent"])
 def test_a_stop_also_stops_the_goal_that_another_thread_is_just_about_to_send(
     sim, chassis, monkeypatch, door
@@ -148,6 +149,7 @@ class AtExit:
         self.calls = [other for other in self.calls if other != call]
 
 
+@pytest.mark.promise("Ctrl-C again and again")
 @pytest.mark.skipif(sys.gettrace() is not None, reason="a debugger or coverage has the trace function")
 @pytest.mark.parametrize("what", ["velocity", "goal"])
 @pytest.mark.parametrize("line", [1, 4, 9, 16, 25, 40, 60, 85])
@@ -183,6 +185,7 @@ def test_a_second_ctrl_c_while_the_blocks_are_left_stops_the_robot_all_the_same(
 # -- the computer stops, sleeps, sets its clock ----------------------------------------------------------------
 
 
+@pytest.mark.promise("the program was stopped for more than a second")
 @pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process")
 def test_a_drive_does_not_go_on_after_its_program_was_stopped(sim, until):
     """SIGSTOP, Ctrl-Z, a debugger that holds every thread: who drove does not know where the robot is now."""
@@ -282,6 +285,7 @@ def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
 # -- the emergency stop ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.promise("the robot stands for 3 s")
 def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, until, monkeypatch):
     """An emergency stop that was pressed before we came is told to nobody: releasing it must not let the robot start."""
     monkeypatch.setattr("woosh_pure.velocity.watch.DISOBEYED", 0.5)

@@ -22,6 +22,7 @@ SECOND = {
 }
 
 
+@pytest.mark.promise("a second motion while one of ours is under way")
 @pytest.mark.parametrize("second", SECOND)
 @pytest.mark.parametrize("first", FIRST)
 def test_a_second_motion_is_refused_and_the_first_goes_on(sim, real_time, chassis, first, second):
@@ -33,6 +34,7 @@ def test_a_second_motion_is_refused_and_the_first_goes_on(sim, real_time, chassi
     assert chassis._core.running.goals == [handle._motion]
 
 
+@pytest.mark.promise("a second motion while one of ours is under way")
 @pytest.mark.parametrize("second", SECOND)
 @pytest.mark.parametrize("first", FIRST)
 def test_one_that_is_meant_replaces_it(sim, real_time, chassis, until, first, second):

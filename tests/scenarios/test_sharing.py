@@ -71,6 +71,7 @@ def alone(chassis: Chassis) -> bool:
     return other_drivers.other_drivers(chassis.node) == ()
 
 
+@pytest.mark.promise("another program can send velocities, too")
 def test_the_second_of_two_programs_is_refused_until_the_first_has_left_its_block(sim, chassis, until):
     with program(DRIVER, sim.master_uri) as first:
         first.expect("driving")
@@ -156,6 +157,7 @@ def ticking(sim) -> Iterator[rosproto.Publisher]:
         thread.join()
 
 
+@pytest.mark.promise("another program can send velocities, too")
 @pytest.mark.parametrize("share", [False, True], ids=["came later", "was said to be silent"])
 def test_a_program_that_sends_beside_a_drive_ends_it(sim, chassis, request, monkeypatch, share):
     """Its own counters tell: the robot would obey both in turn."""

@@ -51,6 +51,7 @@ def test_what_is_there_of_a_broken_chassis_is_stopped():
     assert "/base_cmd_vel, /cmd_vel_control, /exec_task, /odom_twist" in report.problems[0]
 
 
+@pytest.mark.promise("`chassis.stop(everything=True)`, `woosh stop`")
 def test_goals_and_tasks_of_others_are_cancelled(sim, chassis, until):
     chassis.wait_until_ready()
     with Chassis(sim.master_uri, name="other") as other:
@@ -65,6 +66,7 @@ def test_goals_and_tasks_of_others_are_cancelled(sim, chassis, until):
         assert task.wait(10.0, raises=False).kind is OutcomeKind.CANCELLED
 
 
+@pytest.mark.promise("Ctrl-C in `handle.wait()`")
 @pytest.mark.parametrize("leave", [False, True], ids=["", "leave_running"])
 def test_ctrl_c_in_a_wait_cancels_the_goal_although_no_block_is_left(sim, until, leave):
     """In a notebook the robot would drive on, and `chassis.go_to(...).wait()` leaves nobody a handle."""
@@ -136,6 +138,7 @@ def test_what_ran_is_named_and_what_did_not_is_not(sim, real_time, chassis, unti
     assert report.cancelled == ["all goals of /move_base"]
 
 
+@pytest.mark.promise("`chassis.stop(end_drivers=True)`")
 def test_programs_that_drive_are_asked_to_end_and_zero_follows(sim, chassis, until):
     with Chassis(sim.master_uri, name="driver") as other:
         block = other.velocity(bypasses_protection=True)

@@ -113,6 +113,7 @@ def logs() -> Iterator[None]:
     logger.removeHandler(handler)
 
 
+@pytest.mark.promise("`stop()` or `close()` in a signal handler")
 @pytest.mark.parametrize("name", ["set", "hold", "sending", "feed", "readiness", "logging"])
 def test_stop_over_any_line_of_a_drive(sim, chassis, until, logs, name):
     with chassis.velocity(bypasses_protection=True) as drive:
@@ -134,6 +135,7 @@ def test_stop_over_any_line_of_a_drive(sim, chassis, until, logs, name):
             assert not drive.active
 
 
+@pytest.mark.promise("`stop()` or `close()` in a signal handler")
 @pytest.mark.parametrize("verb", ["go_to", "go_to_mark", "move"])
 @pytest.mark.parametrize("name", ["done", "wait", "progress", "readiness", "cancel"])
 def test_stop_over_any_line_of_a_goal(sim, chassis, until, name, verb):
@@ -179,6 +181,7 @@ def test_stop_over_any_line_of_a_goal(sim, chassis, until, name, verb):
         sim.speed = 8.0
 
 
+@pytest.mark.promise("`stop()` or `close()` in a signal handler")
 @pytest.mark.parametrize("name", ["set", "feed", "readiness"])
 def test_close_over_any_line(sim, until, name):
     for share in (0.1, 0.35, 0.6, 0.85):
@@ -202,6 +205,7 @@ def test_close_over_any_line(sim, until, name):
         chassis.close()
 
 
+@pytest.mark.promise("`stop()` or `close()` in a signal handler")
 @pytest.mark.skipif(os.name == "nt", reason="has POSIX timers")
 def test_a_real_signal_at_a_random_moment_of_a_loop_that_drives(sim, chassis, until):
     for _ in range(10):

@@ -69,6 +69,7 @@ def begun(sim: SimulatedChassis) -> Iterator[list[subprocess.Popen[str]]]:
         process.communicate()
 
 
+@pytest.mark.promise("the system gives no more threads or files")
 @pytest.mark.parametrize(
     "lacks",
     ["threads", "files", "output", pytest.param("threads+files+output", marks=pytest.mark.slow)],

@@ -41,6 +41,7 @@ def begin(command, sim, until) -> None:
     assert command.poll() is None
 
 
+@pytest.mark.promise("nobody reads what a `woosh` command prints")
 @pytest.mark.parametrize("words", DRIVES, ids=lambda words: " ".join(words[:2]))
 def test_a_signal_stops_every_motion_although_nobody_reads(words, sim, real_time, until):
     with unread_command("woosh", *words, "--master", sim.master_uri) as command:
@@ -50,6 +51,7 @@ def test_a_signal_stops_every_motion_although_nobody_reads(words, sim, real_time
         assert command.wait(15) == 143
 
 
+@pytest.mark.promise("nobody reads what a `woosh` command prints")
 @pytest.mark.parametrize("full", ["stdout", "stderr", BOTH])
 @pytest.mark.parametrize("number", CODES, ids=lambda number: number.name)
 def test_a_signal_stops_the_robot_whichever_output_is_full(full, number, sim, real_time, until):
@@ -60,6 +62,7 @@ def test_a_signal_stops_the_robot_whichever_output_is_full(full, number, sim, re
         assert command.wait(15) == CODES[number]
 
 
+@pytest.mark.promise("nobody reads what a `woosh` command prints")
 @pytest.mark.parametrize("full", ["stdout", "stderr", BOTH])
 def test_a_time_limit_fires_whichever_output_is_full(full, sim, real_time, until):
     words = ("goto", "A1", "--timeout", "1", "--master", sim.master_uri)
@@ -69,6 +72,7 @@ def test_a_time_limit_fires_whichever_output_is_full(full, sim, real_time, until
         assert command.wait(15) == 1
 
 
+@pytest.mark.promise("SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command")
 @pytest.mark.parametrize("number", CODES, ids=lambda number: number.name)
 def test_a_signal_ends_a_drive_on_a_terminal_that_takes_nothing(number, sim, real_time, until):
     """As after Ctrl-S, or with a link to the terminal that is stuck."""

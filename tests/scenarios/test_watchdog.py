@@ -56,6 +56,7 @@ def gone(pid: int) -> bool:
     return True
 
 
+@pytest.mark.promise("kill -9 (or a crash, or no memory left) of `woosh web`", "kill -9 of `rosproto bridge`")
 def test_after_kill_9_the_robot_stands_and_nobody_is_left(command: str, sim, tmp_path: Path) -> None:
     with driving(command, sim, tmp_path) as pid:
         (watchdog,) = children(pid)
@@ -64,6 +65,7 @@ def test_after_kill_9_the_robot_stands_and_nobody_is_left(command: str, sim, tmp
         assert gone(watchdog)
 
 
+@pytest.mark.promise("**the program and its watchdog are killed at once")
 def test_without_a_watchdog_it_drives_on(sim, tmp_path: Path) -> None:
     needs("bridge")
     with driving("rosproto bridge", sim, tmp_path, "--no-watchdog") as pid:
@@ -73,6 +75,7 @@ def test_without_a_watchdog_it_drives_on(sim, tmp_path: Path) -> None:
     Chassis(sim.master_uri).stop()
 
 
+@pytest.mark.promise("one of these is stopped")
 @pytest.mark.parametrize("command", ["woosh web", "Chassis, goal", "Chassis, task"])
 def test_a_program_that_is_stopped_or_hangs_is_taken_for_gone(command: str, sim, tmp_path: Path) -> None:
     if command in NEEDS:
@@ -99,6 +102,7 @@ def is_ready(node: Node) -> bool:
     return False
 
 
+@pytest.mark.promise("the watchdog itself is killed")
 def test_a_killed_watchdog_is_replaced_and_the_next_one_does_the_same(sim, tmp_path: Path) -> None:
     with driving("Chassis, velocity", sim, tmp_path) as pid:
         (first,) = children(pid)
@@ -118,6 +122,7 @@ def test_a_killed_watchdog_is_replaced_and_the_next_one_does_the_same(sim, tmp_p
         assert gone(second)
 
 
+@pytest.mark.promise("programs of ours do not take such a node for another driver")
 def test_a_watchdog_is_nobody_who_drives(sim) -> None:
     """Not for its own program, nor for others: they look for publishers of the velocity topics."""
     with (
@@ -145,6 +150,7 @@ def test_it_is_on_the_velocity_topic_only_while_somebody_drives(sim, until) -> N
         until(lambda: not there())
 
 
+@pytest.mark.promise("kill -9 (or a crash, or no memory left) of `woosh web`")
 def test_goals_that_are_left_running_are_left_by_the_watchdog_too(sim, until) -> None:
     chassis = Chassis(sim.master_uri, watchdog=True, leave_running=True)
     with chassis:

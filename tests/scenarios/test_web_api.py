@@ -108,6 +108,7 @@ def test_a_wait_that_is_over_before_the_goal_says_so(web: Served) -> None:
     web.post("stop")
 
 
+@pytest.mark.promise("STOP in the page")
 def test_stop_answers_what_stands_still(web: Served) -> None:
     web.post("goals", {"kind": "mark", "mark": "B1"})
     answer = web.post("stop")
@@ -222,6 +223,7 @@ def test_several_robots_have_one_page_each(chassis: Chassis) -> None:
 # -- who may ask ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.promise("page of another site asks for", "STOP in the page")
 def test_a_foreign_page_may_change_nothing(web: Served) -> None:
     for path in ("goals", "stop", "pose", "lease", "recordings", "login"):
         for headers in (
@@ -235,6 +237,7 @@ def test_a_foreign_page_may_change_nothing(web: Served) -> None:
     assert web.get("journal").json == []
 
 
+@pytest.mark.promise("is refused (DNS rebinding)")
 def test_a_name_that_is_not_ours_is_refused_for_everything(web: Served) -> None:
     for path in ("status", "/", "/openapi.json", "access"):
         answer = web.get(path, headers={"host": "evil.example"})
@@ -242,6 +245,7 @@ def test_a_name_that_is_not_ours_is_refused_for_everything(web: Served) -> None:
         assert "--host-name" in answer.problem
 
 
+@pytest.mark.promise("elsewhere it takes a token of at least 8 letters", "STOP in the page")
 def test_without_the_token_nothing_but_the_page_is_shown(chassis: Chassis) -> None:
     with serving(chassis, token=TOKEN) as web:
         web.token = None
@@ -268,6 +272,7 @@ def test_without_the_token_nothing_but_the_page_is_shown(chassis: Chassis) -> No
         assert web.get("status", headers={"authorization": f"Bearer {TOKEN}"}).status == 200
 
 
+@pytest.mark.promise("a cookie that scripts cannot read and other sites do not send")
 def test_the_page_logs_in_with_a_cookie_that_scripts_cannot_read(chassis: Chassis) -> None:
     with serving(chassis, token=TOKEN) as web:
         web.token = None
@@ -282,6 +287,7 @@ def test_the_page_logs_in_with_a_cookie_that_scripts_cannot_read(chassis: Chassi
         assert foreign.status == 403, "the cookie does not help a foreign page"
 
 
+@pytest.mark.promise("answered ten times, then once every six seconds")
 def test_who_guesses_tokens_is_slowed_down(chassis: Chassis) -> None:
     with serving(chassis, token=TOKEN) as web:
         wrong = {"authorization": "Bearer wrong-guess"}
@@ -298,6 +304,7 @@ def test_orders_come_at_most_five_a_second_and_stops_always(web: Served) -> None
     assert all(web.post("stop").status == 200 for _ in range(3))
 
 
+@pytest.mark.promise("(Content-Security-Policy without exceptions)")
 def test_the_page_has_a_strict_policy_and_nothing_is_framed(web: Served) -> None:
     for path in ("/", "status", "/nothing"):
         headers = web.get(path).headers
@@ -309,6 +316,7 @@ def test_the_page_has_a_strict_policy_and_nothing_is_framed(web: Served) -> None
     assert web.get("status").headers["cache-control"] == "no-store"
 
 
+@pytest.mark.promise("elsewhere it takes a token of at least 8 letters")
 def test_off_this_computer_only_with_a_token(chassis: Chassis) -> None:
     from woosh_pure import web
     from woosh_pure.web.serve import WebServer
@@ -353,6 +361,7 @@ HOSTILE: list[Any] = [
 WRITING = ("goals", "pose", "lease", "lease/grant", "recordings", "stop", "login")
 
 
+@pytest.mark.promise("nonsense ends that connection in a sentence")
 @pytest.mark.parametrize("path", WRITING)
 def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Chassis, path: str) -> None:
     access = web.app.state.context.access  # type: ignore[attr-defined]
@@ -369,6 +378,7 @@ def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Ch
     assert web.get("status").status == 200
 
 
+@pytest.mark.promise("nonsense ends that connection in a sentence")
 def test_a_body_that_is_too_large_is_not_read(web: Served) -> None:
     answer = web.post("goals", b"x" * (MOST_BODY + 1), headers={"content-type": "application/json"})
     assert answer.status == 413
@@ -402,6 +412,7 @@ def test_odd_addresses_get_a_sentence(web: Served, path: str) -> None:
     assert answer.problem
 
 
+@pytest.mark.promise("driving by velocity needs `--allow-driving`, the lease and")
 def test_odd_methods_get_a_sentence(web: Served) -> None:
     for method in ("PUT", "PATCH", "TRACE", "BREW"):
         assert web.ask(method, "status").status == 405

@@ -113,6 +113,7 @@ def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis,
     page.of("lost", text=None)
 
 
+@pytest.mark.promise("until then it costs two frames")
 def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
     web: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,6 +146,7 @@ def test_over_a_slow_link_the_pose_keeps_nothing_away(web: Served) -> None:
         assert page.frames, "scans"
 
 
+@pytest.mark.promise("until then it costs two frames")
 def test_a_page_that_stops_reading_costs_no_memory(web: Served) -> None:
     """Its socket is not read at all; the server keeps versions of kinds, and no queue."""
     import socket
@@ -198,6 +200,7 @@ NONSENSE = [
 ]
 
 
+@pytest.mark.promise("nonsense ends that connection in a sentence")
 @pytest.mark.parametrize("text", NONSENSE, ids=lambda text: repr(text[:24]))
 def test_nonsense_ends_that_connection_in_a_sentence(
     web: Served, page: PageClient, text: str | bytes
@@ -212,6 +215,7 @@ def test_nonsense_ends_that_connection_in_a_sentence(
     page.of("pose")
 
 
+@pytest.mark.promise("nonsense ends that connection in a sentence")
 def test_a_flood_ends_that_connection(web: Served) -> None:
     with PageClient(web.port, acks=False) as page:
         page.of("hello")
@@ -224,6 +228,7 @@ def test_a_flood_ends_that_connection(web: Served) -> None:
         assert page.socket.close_code == 1008
 
 
+@pytest.mark.promise("page of another site asks for")
 def test_a_foreign_page_gets_no_connection(web: Served) -> None:
     from websockets.exceptions import InvalidStatus
 
@@ -232,6 +237,7 @@ def test_a_foreign_page_gets_no_connection(web: Served) -> None:
             PageClient(web.port, additional_headers=headers)
 
 
+@pytest.mark.promise("elsewhere it takes a token of at least 8 letters")
 def test_without_the_token_the_page_is_told_why(chassis: Chassis) -> None:
     with serving(chassis, token="a-long-secret") as web:
         with PageClient(web.port) as page:
@@ -248,6 +254,7 @@ def test_a_robot_that_is_not_there_is_told(web: Served) -> None:
         assert page.socket.close_code == 4404
 
 
+@pytest.mark.promise("200 goals and 20 bags are kept")
 def test_more_pages_than_are_shown_are_told(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     from woosh_pure.web.api import live
 
@@ -355,6 +362,7 @@ def refused(page: PageClient, reason: str) -> dict[str, Any]:
     return page.of("drive", state="refused", reason=reason)
 
 
+@pytest.mark.promise("driving by velocity needs `--allow-driving`, the lease and")
 def test_driving_needs_the_lease_and_the_confirmation(page: PageClient, chassis: Chassis) -> None:
     refused(page, "no lease")
     page.say(t="lease", op="ask")
@@ -377,6 +385,7 @@ def test_nobody_drives_through_a_slow_network(web: Served, chassis: Chassis) -> 
     assert not chassis.moved
 
 
+@pytest.mark.promise("driving by velocity needs `--allow-driving`, the lease and")
 def test_driving_is_off_unless_it_was_allowed(chassis: Chassis) -> None:
     with serving(chassis) as web, PageClient(web.port) as page:
         assert page.of("hello")["allow_driving"] is False
@@ -488,6 +497,7 @@ def test_a_velocity_beyond_the_limits_is_brought_within_them(
     page.let_go()
 
 
+@pytest.mark.promise("STOP in the page")
 def test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes(
     web: Served, page: PageClient, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:

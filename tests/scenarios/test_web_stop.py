@@ -71,6 +71,7 @@ ODD: dict[str, tuple[str, str, dict[str, str], bytes | None, int]] = {
 }
 
 
+@pytest.mark.promise("STOP in the page")
 @pytest.mark.parametrize("name", ODD)
 def test_a_stop_stops_first_and_complains_afterwards(web: Served, name: str) -> None:
     method, path, headers, body, status = ODD[name]
@@ -117,6 +118,7 @@ def answer_of(one: socket.socket) -> str:
     return got.decode()
 
 
+@pytest.mark.promise("STOP in the page")
 @pytest.mark.parametrize("announced", ["Content-Length: 60000", "Transfer-Encoding: chunked"])
 def test_a_body_that_never_ends_holds_no_stop_up(web: Served, announced: str) -> None:
     web.post("goals", {"kind": "mark", "mark": "B1"})
@@ -130,6 +132,7 @@ def test_a_body_that_never_ends_holds_no_stop_up(web: Served, announced: str) ->
     assert web.get("goals/1").json["state"] == "cancelled"
 
 
+@pytest.mark.promise("A stop is carried out before its body is read")
 def test_a_body_of_100_megabytes_holds_no_stop_up(web: Served) -> None:
     size, part = 100_000_000, b"x" * 1_000_000
     with ExitStack() as stack:
@@ -163,6 +166,7 @@ def test_only_ours_is_stopped_where_the_body_says_so(web: Served, chassis: Chass
     assert wanted == [False]
 
 
+@pytest.mark.promise("STOP in the page")
 def test_a_stop_begins_although_all_threads_of_requests_and_stops_wait(web: Served, chassis: Chassis) -> None:
     """Fifty requests wait in threads, and another robot's stops for a robot that does not answer."""
     go_on = threading.Event()
@@ -209,6 +213,7 @@ def test_a_stop_while_another_is_under_way_ends_what_has_begun_meanwhile(
         first.join(20.0)
 
 
+@pytest.mark.promise("A stop is carried out before its body is read")
 def test_a_flood_of_stops_takes_few_threads_and_the_last_one_counts(web: Served, chassis: Chassis) -> None:
     stop, most, now = chassis.stop, [0], [0]
     lock = threading.Lock()
@@ -269,6 +274,7 @@ def test_a_page_stops_over_its_connection_too(web: Served, chassis: Chassis) -> 
     assert web.get(f"goals/{number}").json["state"] == "cancelled"
 
 
+@pytest.mark.promise("STOP in the page")
 def test_a_stop_over_the_connection_waits_for_nothing_that_was_asked_before(
     web: Served, until: Callable[..., None]
 ) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rosproto.bounded_cache import BoundedCache
 
 
+@pytest.mark.promise("is bounded in number and length")
 def test_the_entry_used_longest_ago_makes_room() -> None:
     kept: BoundedCache[str, int] = BoundedCache(2)
     kept.put("a", 1)

@@ -79,6 +79,7 @@ def test_a_record_that_cannot_be_written_harms_nobody() -> None:
     assert run(code) == ("", "! seen\n")
 
 
+@pytest.mark.promise("the rest is counted")
 def test_a_flood_is_counted_instead_of_told(caplog: pytest.LogCaptureFixture) -> None:
     """So much about one thing and no more; the next record after a while says how many were left out."""
     now = [0.0]
@@ -94,6 +95,7 @@ def test_a_flood_is_counted_instead_of_told(caplog: pytest.LogCaptureFixture) ->
     assert caplog.messages[-1] == "! /a: number 1000 (and 990 more like it were not told)"
 
 
+@pytest.mark.promise("the rest is counted")
 def test_a_flood_about_invented_things_is_bounded(caplog: pytest.LogCaptureFixture) -> None:
     """Peers invent names, so the sum of all is bounded as well, and what is remembered of them."""
     said = PeerLog("rosproto.test.peers", lambda: 0.0)
@@ -104,6 +106,7 @@ def test_a_flood_about_invented_things_is_bounded(caplog: pytest.LogCaptureFixtu
     assert len(said._shares) <= 256
 
 
+@pytest.mark.promise("the rest is counted")
 def test_long_texts_are_cut(caplog: pytest.LogCaptureFixture) -> None:
     said = PeerLog("rosproto.test.peers")
     said.error("/a", "! %s: %s", "/a", ValueError("x" * 1_000_000), exc_info=ValueError("cause"))

@@ -15,6 +15,7 @@ def test_legal_names(name: str) -> None:
     assert names.is_legal_name(name)
 
 
+@pytest.mark.promise("Names are ASCII")
 @pytest.mark.parametrize(
     "name",
     [
@@ -147,6 +148,7 @@ def test_a_relative_node_name_is_refused() -> None:
         names.resolve("a", "node")
 
 
+@pytest.mark.promise("Names are ASCII")
 def test_remappings_apply_after_both_sides_are_resolved() -> None:
     """`scan:=/front/scan` also catches `/ns/scan` (pitfall 42), and is applied once, not in a chain."""
     remappings = names.resolve_remappings({"scan": "/front/scan", "~x": "y", "/front/scan": "/z"}, "/ns/node")

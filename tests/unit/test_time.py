@@ -29,6 +29,7 @@ def test_constructor_refuses_nonsense() -> None:
         Time().seconds = 1  # type: ignore[attr-defined]
 
 
+@pytest.mark.promise("A time on the wire may have more")
 def test_wire_values_are_kept_raw() -> None:
     """canon() brings them to normal form, nothing else does, not even a copy or a pickle."""
     raw = Time.from_wire(1, 1_500_000_000)

@@ -383,6 +383,7 @@ def test_control_is_asked_for_and_handed_over(browser: Browser, served: tuple[Fa
         assert fake.holder == "page 2"
 
 
+@pytest.mark.promise("is put into it as text, never as HTML")
 def test_what_a_robot_says_is_shown_as_text(
     browser: Browser, served: tuple[Fake, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -47,6 +47,7 @@ def test_the_open_connection_is_the_first_way_and_enough(browser: Browser, serve
         assert ways(fake)[0] == "live"
 
 
+@pytest.mark.promise("STOP in the page")
 def test_a_session_that_is_not_known_holds_no_stop_up(browser: Browser, served: tuple[Fake, str]) -> None:
     """Nor does a connection that leads nowhere: what carries no session stops."""
     fake, url = served
@@ -59,6 +60,7 @@ def test_a_session_that_is_not_known_holds_no_stop_up(browser: Browser, served: 
         until(lambda: "beacon" in ways(fake), page)
 
 
+@pytest.mark.promise("STOP in the page")
 def test_the_red_button_is_named_within_a_second(browser: Browser, served: tuple[Fake, str]) -> None:
     """No way confirms: the connection is deaf, and no call is answered. Each of them is tried."""
     fake, url = served

@@ -52,6 +52,7 @@ def obeys(master: Master, name: str) -> None:
     master.until(lambda s: s["orderId"] == name and s["lastNodeSequenceId"] == 4 and not s["nodeStates"])
 
 
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
     """What waits is bounded, the errors of a state are, too, and the next order is driven."""
     broker, master, ours = hall
@@ -74,6 +75,7 @@ def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
     assert memory() - before < 100.0
 
 
+@pytest.mark.promise("a flood takes no room from `cancelOrder` and `startPause`")
 @pytest.mark.parametrize(("requests", "rate"), [(300, 0), (3000, 1000)])
 def test_a_cancel_behind_a_flood_of_requests_is_obeyed(hall: Any, requests: int, rate: int) -> None:
     """300 at once and the cancel behind them; 1000 a second and the cancel among them. What was dropped is told."""
@@ -101,6 +103,7 @@ def resent(master: Master) -> bool:
     return False
 
 
+@pytest.mark.promise("The broker is told to deliver no message that is longer (MQTT 5)")
 def test_a_message_that_is_too_long_is_not_delivered(hall: Any) -> None:
     """The broker drops it, by the size that the connection has told; the connection stands, and the vehicle obeys."""
     _, master, _ = hall

@@ -35,6 +35,7 @@ def master(tmp_path: Path) -> Iterator[Master]:
         yield master
 
 
+@pytest.mark.promise("serial number or major version, or with a key twice, is refused")
 @pytest.mark.parametrize(
     ("field", "value"), [("manufacturer", "Other"), ("serialNumber", "A-18"), ("version", "3.0.0")]
 )
@@ -46,6 +47,7 @@ def test_an_order_for_somebody_else_is_not_driven(master: Master, field: str, va
     assert {"referenceKey": "field", "referenceValue": field} in found["errors"][0]["errorReferences"]
 
 
+@pytest.mark.promise("serial number or major version, or with a key twice, is refused")
 def test_an_order_with_a_key_twice_is_not_driven(master: Master) -> None:
     """The last one would release what the first one does not."""
     text = json.dumps(order_over("one", "n1 n2", released=1))

@@ -124,6 +124,7 @@ def test_a_robot_that_is_lost_is_told_within_two_seconds(hall: Hall) -> None:
     hall.master.until(lambda s: "robotLost" not in errors(s), 20.0)
 
 
+@pytest.mark.promise("Retained orders and instant actions are not obeyed")
 def test_a_retained_order_is_not_obeyed(tmp_path: Path) -> None:
     """An order of yesterday would move the robot whenever it connects."""
     with (
@@ -140,6 +141,7 @@ def test_a_retained_order_is_not_obeyed(tmp_path: Path) -> None:
             assert master.until(lambda s: "now" in statuses(s))["orderId"] == ""
 
 
+@pytest.mark.promise("is answered with `validationError` and changes nothing")
 @pytest.mark.parametrize("topic", ["order", "instantActions"])
 def test_what_does_not_fit_is_answered(hall: Hall, topic: str) -> None:
     """By a validationError each; the vehicle lives on, and an order ends the warning."""

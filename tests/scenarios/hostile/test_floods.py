@@ -21,6 +21,7 @@ Unharmed = Callable[..., AbstractContextManager[None]]
 DOORS = ("master", "node", "tcpros")  # XML-RPC, XML-RPC, TCPROS
 
 
+@pytest.mark.promise("rospy reads the header inside its accept loop")
 @pytest.mark.parametrize("door", DOORS)
 def test_a_thousand_silent_connections(door: str, victim: Victim, unharmed: Unharmed) -> None:
     """Connected, nothing sent: at most `pending_handshakes` of them are kept, and those end in time."""
@@ -76,6 +77,7 @@ def _goes_on(sock: socket.socket, data: bytes) -> bool:
         sock.settimeout(60)
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 @pytest.mark.parametrize("door", DOORS)
 def test_garbage(door: str, victim: Victim, unharmed: Unharmed) -> None:
     """Three hundred connections with noise, each in another place of a good beginning."""
@@ -94,6 +96,7 @@ def test_garbage(door: str, victim: Victim, unharmed: Unharmed) -> None:
                     pass  # ended by the other side before all was sent
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 @pytest.mark.parametrize("door", DOORS)
 def test_resets_anywhere(door: str, victim: Victim, unharmed: Unharmed) -> None:
     """Five hundred connections end with RST, before, inside and after a header."""

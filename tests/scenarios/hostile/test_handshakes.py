@@ -37,6 +37,10 @@ def tcpros(node: Node, data: bytes = b"") -> socket.socket:
     return attacks.connect(("127.0.0.1", node._context.endpoints.tcpros.port), data)
 
 
+@pytest.mark.promise(
+    "gives a value or a documented error on *that one* connection",
+    "A header length of 4,294,967,295 makes rospy wait",
+)
 @pytest.mark.parametrize("length", [0, 1, 3, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, (1 << 20) + 1])
 def test_a_header_of_impossible_length_ends_the_connection(
     length: int, victim: Victim, unharmed: Unharmed
@@ -65,6 +69,7 @@ def test_a_header_of_a_hundred_thousand_fields(victim: Victim, unharmed: Unharme
             assert attacks.ended_by_peer(sock, 10)
 
 
+@pytest.mark.promise("Fields come in any order, keys nobody knows")
 def test_any_order_unknown_keys_and_equals_signs(victim: Victim) -> None:
     """1, 2: fields in reverse order, values with "=" and line breaks, a key nobody knows."""
     fields = [
@@ -111,6 +116,7 @@ def test_three_hundred_wrong_subscribers(fields: dict[str, str], victim: Victim,
                 assert list(attacks.read_header(sock)) == ["error"]
 
 
+@pytest.mark.promise("rospy's service client wants `type` in the reply")
 def test_a_probe_gets_the_header_rospy_needs(victim: Victim, unharmed: Unharmed) -> None:
     """3, 8: md5sum and type (and no more is sent); wrong sums, unknown services get an error."""
     with unharmed():
@@ -126,6 +132,7 @@ def test_a_probe_gets_the_header_rospy_needs(victim: Victim, unharmed: Unharmed)
                 assert "error" in attacks.read_header(sock)
 
 
+@pytest.mark.promise("A probe ends after the header, and `rospy.wait_for_service`")
 def test_probes_are_no_error(node: Node, caplog: pytest.LogCaptureFixture) -> None:
     """8: connect and close, a header and no wait for the answer: nothing above debug is logged."""
     caplog.set_level(logging.DEBUG)
@@ -142,6 +149,7 @@ def test_probes_are_no_error(node: Node, caplog: pytest.LogCaptureFixture) -> No
     assert not loud
 
 
+@pytest.mark.promise("`persistent`, `latching` and `tcp_nodelay` are true as `1`")
 @pytest.mark.parametrize("word", ["1", "true", "TRUE", "True"])
 def test_persistent_in_every_spelling(word: str, victim: Victim) -> None:
     """7: the link stays after an answer; without the word it ends."""
@@ -168,6 +176,7 @@ def test_pipelined_requests_are_answered_in_order(victim: Victim) -> None:
             assert attacks.read_exactly(sock, len(ANSWER))[5] == 0
 
 
+@pytest.mark.promise("Several requests may be sent before the first")
 def test_clients_that_leave_anywhere_in_a_request(victim: Victim, unharmed: Unharmed) -> None:
     """16: with FIN and with RST, three hundred times."""
     data = attacks.service_header(persistent="1") + REQUEST * 2
@@ -180,6 +189,7 @@ def test_clients_that_leave_anywhere_in_a_request(victim: Victim, unharmed: Unha
                 attacks.reset(sock)
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 @pytest.mark.parametrize("length", [0xFFFFFFFF, 1_000_000_001, 999_999_999])
 def test_request_length_bombs(length: int, victim: Victim, unharmed: Unharmed) -> None:
     """10: a gigabyte announced by fifty clients, a kilobyte sent."""
@@ -203,6 +213,7 @@ def test_garbage_requests_are_service_errors(victim: Victim, unharmed: Unharmed)
         assert attacks.read_exactly(sock, len(ANSWER)) == ANSWER
 
 
+@pytest.mark.promise("A message may have no bytes at all")
 def test_messages_without_a_byte(node: Node) -> None:
     """11: std_msgs/Empty and std_srvs/Empty are a length of zero and nothing else."""
     publisher = node.publisher("/nothing", "std_msgs/Empty")
@@ -217,6 +228,7 @@ def test_messages_without_a_byte(node: Node) -> None:
         assert attacks.read_exactly(sock, 5) == b"\x01" + bytes(4)
 
 
+@pytest.mark.promise("`tcp_nodelay` is what the subscriber asks for and")
 def test_nodelay_is_set_on_every_socket_that_is_written(node: Node, monkeypatch: pytest.MonkeyPatch) -> None:
     """13: publisher, service server, subscriber and service client, asked or not; by TCP, as between two computers."""
     monkeypatch.setattr("rosproto.transport.connecting.connect_locally", lambda *_: None, raising=False)
@@ -262,6 +274,7 @@ def test_a_name_as_host_refuses_nobody() -> None:
             assert local.subscriber("/far", "std_msgs/String").next(60).data == "far"
 
 
+@pytest.mark.promise("A refusal is one byte 0, a length")
 @pytest.mark.parametrize("text", [b"\xff\xfe no text", b"", b"=", b"x" * 100_000])
 def test_a_provider_whose_error_is_no_text(text: bytes, node: Node) -> None:
     """15: bytes that are not UTF-8, none, many; the link stays in step and open."""

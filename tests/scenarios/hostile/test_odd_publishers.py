@@ -137,6 +137,7 @@ def works_beside(publisher: Any, subscriber: Subscriber) -> None:
         assert got == f"good {number}"
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 @pytest.mark.parametrize(
     "kind",
     # One of another type is asked again after half a minute, or when the master says that something changed.
@@ -188,6 +189,7 @@ def test_a_publisher_that_floods_delays_no_other(master: Master, good: Node, hea
         eventually(lambda: heard or publisher.publish(data="good again"), what="one of them")
 
 
+@pytest.mark.promise("One segment may carry the rest of a")
 def test_header_and_messages_in_one_piece(master: Master, hearer: Node) -> None:
     """12: the reply's header and the first messages share a segment; nothing is lost."""
     whole = good_header() + b"".join(message(str(n)) for n in range(100))
@@ -196,6 +198,7 @@ def test_header_and_messages_in_one_piece(master: Master, hearer: Node) -> None:
         assert [subscriber.next(60).data for _ in range(100)] == [str(n) for n in range(100)]
 
 
+@pytest.mark.promise("`requestTopic` may offer several protocols, and unknown ones")
 @pytest.mark.parametrize("answer", [[], 0, "", "no", {}, ["TCPROS"], ["TCPROS", "127.0.0.1"], ["TCPROS", 5, "x"],
                                     ["TCPROS", "127.0.0.1", 0], ["TCPROS", "127.0.0.1", 99999], ["TCPROS", "", 80],
                                     ["UDPROS", "127.0.0.1", 5, 1, 1500, b"x"], ["TCPROS", "no.such.host.invalid", 80]],
@@ -256,6 +259,7 @@ def test_element_counts_that_are_bombs(master: Master, hearer: Node) -> None:
             tracemalloc.stop()
 
 
+@pytest.mark.promise("`message_definition` is the full text with all dependencies")
 @pytest.mark.parametrize("divider", ["=" * 80, "=" * 3, "=" * 79, "=" * 200])
 def test_dividers_in_a_definition(divider: str, master: Master, hearer: Node) -> None:
     """6: any run of three or more "=" divides the texts."""
@@ -271,6 +275,7 @@ def test_dividers_in_a_definition(divider: str, master: Master, hearer: Node) ->
         assert subscriber.next(60).i.data == "inside"
 
 
+@pytest.mark.promise("A peer that is restarted on the same")
 def test_the_own_uri_and_a_restart_on_the_same_one(master: Master, hearer: Node) -> None:
     """28, 29: a node hears itself once; a publisher that comes back under its old URI is found by its dead link."""
     own = hearer.publisher("/self", STRING)

@@ -60,6 +60,7 @@ def settled_links(victim: Victim) -> dict[str, str]:
     return links
 
 
+@pytest.mark.promise("are checked with the master instead of believed")
 def test_publisher_updates_from_strangers(victim: Victim, bystander: Bystander, unharmed: Unharmed) -> None:
     """Two thousand lists of rubbish: the master is asked a few times at most, no link is lost or made."""
     with bystander.node.publisher("/in", STRING) as into, bystander.node.subscriber("/out", STRING) as back:
@@ -104,6 +105,7 @@ def _answers(into: Any, back: Any) -> bool:
         return False
 
 
+@pytest.mark.promise("A `publisherUpdate` may come before the answer of")
 def test_updates_in_any_order_end_with_the_truth(
     victim: Victim, bystander: Bystander, unharmed: Unharmed
 ) -> None:
@@ -179,6 +181,7 @@ def test_a_crowd_of_publishers_is_cut_and_ousts_nobody() -> None:
         assert subscriber.next(60).data == "through the crowd"
 
 
+@pytest.mark.promise("are checked with the master instead of believed")
 def test_parameter_updates_from_strangers(victim: Victim, bystander: Bystander, unharmed: Unharmed) -> None:
     """A thousand lies about a parameter the node follows: what the master has is what the program sees."""
     with MasterClient(victim.master_uri, "/setter") as master:
@@ -204,6 +207,7 @@ def stranger_says_unsubscribed(victim: Victim) -> bool:
         return bool(stranger.call("paramUpdate", "/master", "/never", 1)[0] == -1)
 
 
+@pytest.mark.promise("`allow_shutdown=False` refuses `rosnode kill` too")
 @pytest.mark.parametrize("who", ["/master", "/rosnode", "", "/victim", "master"])
 @pytest.mark.parametrize("source", [STRANGER, "127.0.0.1"])
 def test_shutdown_is_refused_where_it_is_not_allowed(
@@ -217,6 +221,7 @@ def test_shutdown_is_refused_where_it_is_not_allowed(
             assert text
 
 
+@pytest.mark.promise("The master ends a node whose name is")
 def test_a_dead_nodes_port_in_new_hands() -> None:
     """31: the master sends away the old holder of a name; the node that has its port now lives on (ros_comm#2241)."""
     with Master() as master, RecordingNode(callerid=None) as old:
@@ -255,6 +260,7 @@ def test_a_closed_peer_on_a_port_of_ours() -> None:
                 assert "error" in attacks.read_header(sock)
 
 
+@pytest.mark.promise("`requestTopic` may offer several protocols, and unknown ones")
 @pytest.mark.parametrize(
     ("protocols", "code"),
     [
@@ -274,6 +280,7 @@ def test_request_topic_with_any_protocols(protocols: Any, code: int, victim: Vic
         assert caller.call("requestTopic", "/x", "/unpublished", [["TCPROS"]])[0] != 1
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 def test_a_flood_of_every_slave_call(victim: Victim, unharmed: Unharmed) -> None:
     """Eight callers, each with a thousand calls of any method with any arguments: a triple or a fault for each."""
     methods = [

@@ -120,6 +120,7 @@ EXTERNAL = (
 )
 
 
+@pytest.mark.promise("XML with a DOCTYPE or entities is refused")
 @pytest.mark.parametrize(
     "bomb", [BILLION_LAUGHS, QUADRATIC, EXTERNAL], ids=["laughs", "quadratic", "external"]
 )
@@ -135,6 +136,7 @@ def test_entities_are_refused(door: str, bomb: bytes, victim: Victim, unharmed: 
             assert not name or name not in answer
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 @pytest.mark.parametrize(
     "body",
     [
@@ -263,6 +265,7 @@ def test_an_idle_connection_is_closed_and_the_client_comes_back(victim: Victim) 
         assert client.get_pid() == pid
 
 
+@pytest.mark.promise("roscpp knows neither `i8` nor `nil`, and cuts")
 def test_integers_of_any_width_are_read_and_only_32_bits_sent(victim: Victim) -> None:
     """18, section 10: `<i8>` and `<nil/>` are read; what could not be answered is refused, and what is kept can be read."""
     for value in (b"<i8>99999999999</i8>", b"<nil/>", b"<i4>4294967296</i4>"):
@@ -320,6 +323,7 @@ def test_multicall_floods(victim: Victim, unharmed: Unharmed) -> None:
         assert b"200 OK" in head
 
 
+@pytest.mark.promise("No name server is asked for the name")
 def test_no_name_server_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     """36: a peer's address is never looked up backwards, nor the own name forwards."""
 

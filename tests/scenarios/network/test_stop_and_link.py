@@ -42,6 +42,7 @@ def begin(network: Network, what: str) -> None:
     network.robot.python.eventually("not sim.world.body.velocity.is_standing(0.005, 0.005)")
 
 
+@pytest.mark.promise("the network is away when a motion is asked to end")
 @pytest.mark.parametrize("ask", ASKS)
 @pytest.mark.parametrize("move", MOVES)
 def test_a_goal_that_was_asked_to_end_in_silence(network: Network, move: str, ask: str) -> None:
@@ -60,6 +61,7 @@ def test_a_goal_that_was_asked_to_end_in_silence(network: Network, move: str, as
     laptop.python.eventually("not chassis.under_way", 30)
 
 
+@pytest.mark.promise("the network is away when a motion is asked to end")
 @pytest.mark.parametrize("end", ["chassis.stop(timeout=2.0)", "block.__exit__(None, None, None)"])
 @pytest.mark.parametrize("feedback", [1.0, None])
 def test_a_drive_that_was_ended_in_silence(network: Network, feedback: float | None, end: str) -> None:

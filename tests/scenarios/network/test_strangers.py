@@ -83,6 +83,7 @@ def strangers(network: Network, tmp_path_factory: pytest.TempPathFactory) -> dic
     return processes
 
 
+@pytest.mark.promise("What TCP has taken is delivered whenever the", "The reset may be lost with the rest")
 @pytest.mark.parametrize("silent", [2.0, 10.0, 25.0])
 def test_silence(silent: float, strangers: dict[str, RosProcess], network: Network) -> None:
     """After a short one everything comes; after a long one only what is new, within seconds."""
@@ -106,6 +107,7 @@ def test_silence(silent: float, strangers: dict[str, RosProcess], network: Netwo
             assert max(b - a for a, b in itertools.pairwise(sent)) < 1.0, f"{kind}: TCP repeats what is lost"
 
 
+@pytest.mark.promise("What TCP has taken is delivered whenever the")
 def test_a_program_that_is_stopped(strangers: dict[str, RosProcess], network: Network) -> None:
     """What its own system had taken nobody can take back; but nothing of the time after that comes."""
     network.robot.python.do("flood = Ticker(node, '/t', 200, padding=4000)")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rosproto.action.client import ActionClient
 from rosproto.action.goal_tracker import MOST_SERVERS
 from rosproto.protocol.goal_server import MOST_ENDED, GoalList
@@ -11,6 +13,7 @@ from tests.unit.action.fakegraph import Goal, Graph
 ACTIVE = 1
 
 
+@pytest.mark.promise("is bounded in number and length")
 def test_servers_under_invented_names_are_forgotten(
     graph: Graph, client: ActionClient, clock: FakeClock
 ) -> None:
@@ -25,6 +28,7 @@ def test_servers_under_invented_names_are_forgotten(
     assert len(client._goals.arrivals._runs) <= MOST_SERVERS
 
 
+@pytest.mark.promise("is bounded in number and length")
 def test_goals_that_have_ended_are_told_of_within_bounds() -> None:
     """A flood of refused goals does not make each status array longer for five seconds."""
     goals = GoalList()

@@ -222,6 +222,7 @@ def test_two_definitions_are_refused() -> None:
     assert "1" * 32 in str(caught.value)
 
 
+@pytest.mark.promise("does not fill a table")
 def test_elements_of_no_bytes_do_not_fill_the_memory() -> None:
     """Four bytes that ask for four thousand million empty messages."""
     light = define("my_msgs/Light", "my_msgs/Nothing[] many\n" + "=" * 80 + "\nMSG: my_msgs/Nothing\n")

@@ -40,6 +40,7 @@ def test_cutting_later_never_gives_fewer_messages():
     assert counts[-1] == 60
 
 
+@pytest.mark.promise("A writer that died leaves whole chunks, and")
 @pytest.mark.parametrize("compression", COMPRESSIONS)
 def test_a_writer_that_died_leaves_its_complete_chunks(compression):
     what = entries(120)

@@ -182,6 +182,7 @@ def test_messages_outside_of_chunks() -> None:
     assert bag.connections[channel].md5sum == String._md5sum
 
 
+@pytest.mark.promise("no chunk gives more than it declares, and a length beyond the file takes no memory")
 def test_a_chunk_that_unpacks_to_more_than_it_says() -> None:
     """A gigabyte of zeros in a few bytes: refused, at the price of what the record says."""
     import lz4.frame
@@ -207,6 +208,7 @@ def header_of(data: bytes) -> bytes:
     return data[8 : 17 + size]
 
 
+@pytest.mark.promise("no chunk gives more than it declares, and a length beyond the file takes no memory")
 def test_lengths_beyond_the_file_cost_nothing() -> None:
     """A record of 2**62 bytes is a record that is cut off."""
     whole = mcap_bytes(entries(5))

@@ -51,6 +51,7 @@ def test_value(text: str, expected: object) -> None:
     assert Expression(text)(m=Point()) == expected
 
 
+@pytest.mark.promise("are walked, not evaluated")
 @pytest.mark.parametrize(
     "text",
     [
@@ -77,6 +78,7 @@ def test_refused_when_typed(text: str) -> None:
         Expression(text)
 
 
+@pytest.mark.promise("Every operation is bounded before it begins")
 @pytest.mark.parametrize(
     "text",
     [
@@ -97,6 +99,7 @@ def test_refused_when_computed(text: str) -> None:
         Expression(text)(m=Point())
 
 
+@pytest.mark.promise("Every operation is bounded before it begins")
 def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nested loops over arrays end."""
     monkeypatch.setattr(bounded, "MAX_STEPS", 20_000)
@@ -141,6 +144,7 @@ HOSTILE = [
 ]
 
 
+@pytest.mark.promise("Every operation is bounded before it begins")
 @pytest.mark.parametrize("text", HOSTILE)
 def test_what_would_take_gigabytes_or_for_ever_is_refused(text: str) -> None:
     """One clear error, before anything large is made."""

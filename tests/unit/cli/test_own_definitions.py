@@ -20,6 +20,7 @@ def package(folder: Path, service: str) -> Path:
     return folder
 
 
+@pytest.mark.promise("`--no-learned` and `Chassis(learned=False)` do without")
 @pytest.mark.parametrize("how", ["given", "learned", "left out"])
 def test_a_service_of_another_revision_is_called(
     how: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -67,6 +68,7 @@ def note(folder: Path, type_name: str, text: str) -> None:
     (place / f"{base}.msg").write_text(text)
 
 
+@pytest.mark.promise("Your own folders and the bundled definitions come before it")
 @pytest.mark.slow
 @pytest.mark.parametrize("type_name", ["my_msgs/Note", "std_msgs/String"])
 @pytest.mark.parametrize("how", ["environment", "given"])

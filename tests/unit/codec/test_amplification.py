@@ -36,6 +36,7 @@ def outcome(cls: type[Message], data: bytes) -> str:
     return ""
 
 
+@pytest.mark.promise("is decoded within about 150 times")
 @pytest.mark.parametrize("flavour", ["numpy", "rospy"])
 @pytest.mark.parametrize("element", ELEMENTS.values(), ids=ELEMENTS.keys())
 @pytest.mark.parametrize("padding", [0, 200_000])
@@ -54,6 +55,7 @@ def test_a_message_takes_a_bounded_multiple_of_its_bytes(element: str, padding: 
         assert peak < 2_000_000 + 150 * len(data)
 
 
+@pytest.mark.promise("none of the bundled definitions comes near that")
 def test_no_bundled_message_is_near_the_limit() -> None:
     """What robots really send is decoded the quick way: no array of it has elements that count as light."""
     library = bundled()

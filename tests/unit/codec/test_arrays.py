@@ -42,6 +42,7 @@ def test_mutable_buffers_are_copied_by_decode_and_owned_by_decoder() -> None:
     assert not message_class("geometry_msgs/Twist")._has_views
 
 
+@pytest.mark.promise("rospy has `uint8[]` as bytes")
 def test_any_non_zero_byte_is_true() -> None:
     """goroslib takes only 1 for true; ROS does not say so."""
     cls = define("a/Bools", "bool one\nbool[] many\nbool[3] fixed")
@@ -119,6 +120,7 @@ def _with(field: str, value: Any) -> Any:
     return message
 
 
+@pytest.mark.promise("NaN, -0.0 and denormals come back bit for")
 def test_special_floats_survive_bit_for_bit() -> None:
     """NaN payloads, negative zero, denormals."""
     cls = define("a/D", "float64 x\nfloat64[] many\nfloat32[] single")
@@ -166,6 +168,7 @@ def test_parts_of_received_and_strided_arrays(padding: int) -> None:
     assert b"".join(encode_parts(message)) == encode(received) == encode(message)
 
 
+@pytest.mark.promise("rospy has `uint8[]` as bytes")
 def test_the_rospy_flavour_has_genpys_values() -> None:
     """Tuples, bytes for octets, lists by default."""
     cls = message_class("a/Numbers", NUMBERS._binding.library, flavour="rospy")  # type: ignore[union-attr]

@@ -48,6 +48,7 @@ def test_constants_are_class_attributes() -> None:
     assert (cls.LOW, cls.HALF, cls.TEXT, cls.YES) == (-5, 0.5, "a # b", True)  # type: ignore[attr-defined]
 
 
+@pytest.mark.promise("Comments hold any bytes, and fields may be")
 def test_a_field_may_be_named_like_a_python_keyword() -> None:
     """woosh_msgs/NavMode has a field `in`; it is reached with getattr, `**{}` and as `in_`."""
     cls = define("a/B", "int8 in\nstring class\nuint16[] import\ntime None\nfloat32 serialize")
@@ -75,6 +76,9 @@ def test_a_class_can_be_made_of_a_parsed_definition() -> None:
         bundled().message("x/Y")
 
 
+@pytest.mark.promise(
+    "Nothing that is received is evaluated", "only validated identifiers and numbers enter the generated code"
+)
 @pytest.mark.parametrize("name", ["a b", "x;y", "", "_x", "a.b", "é", "x\n", "__class__", "x=1"])
 def test_a_field_name_that_is_no_identifier_never_reaches_the_generator(name: str) -> None:
     """Definitions made by hand are checked like parsed ones."""

@@ -56,6 +56,7 @@ def test_a_length_bomb_is_refused(text: str) -> None:
     assert error.offset in {0, 4}
 
 
+@pytest.mark.promise("Four billion elements without bytes cost their sender")
 @pytest.mark.parametrize("count", [MOST, b"\xff\xff\0\0"])
 def test_a_count_bomb_of_elements_without_bytes_is_refused(count: bytes) -> None:
     """2**32-1 std_msgs/Empty cost the sender nothing."""
@@ -107,6 +108,7 @@ def test_a_wide_definition_works() -> None:
     assert decode(cls, encode(message)).l39[0].s59 == "end"
 
 
+@pytest.mark.promise("Text that is not UTF-8 comes back byte")
 def test_text_that_is_not_utf_8_is_reversible() -> None:
     """Bytes become lone surrogates and the same bytes again; also beside arrays."""
     cls = define("a/B", "string s\nfloat32[] f\nstring[] many\nP[] p" + SEPARATOR + "a/P\nstring s")

@@ -47,6 +47,7 @@ def test_each_message_has_its_lane(message: Message, lane: Lane) -> None:
     assert lane_of(message) is lane
 
 
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 @pytest.mark.parametrize("message", [ORDER, MALFORMED, told("stateRequest")])
 def test_a_full_lane_drops_what_comes_and_counts_it(message: Message) -> None:
     """And takes nothing from another lane."""
@@ -77,6 +78,7 @@ def test_messages_are_read_in_the_order_in_which_they_came() -> None:
     assert read(inbox) == sent
 
 
+@pytest.mark.promise("a flood takes no room from `cancelOrder` and `startPause`")
 @pytest.mark.parametrize("seed", range(20))
 def test_whatever_comes_the_last_of_each_stop_is_kept(seed: int) -> None:
     """In a flood of everything, stops too: the newest cancel and the newest pause are read, and nothing is

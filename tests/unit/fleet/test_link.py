@@ -54,6 +54,7 @@ def opened() -> Iterator[Callable[..., Heard]]:
         yield make
 
 
+@pytest.mark.promise("at most 200 messages or 1 MB for a vehicle")
 def test_a_broker_that_does_not_read_costs_a_bounded_amount(opened: Any) -> None:
     """What is too much is dropped and counted; when it reads again that is told, so that a new state follows."""
     with StuckBroker() as broker:

@@ -15,6 +15,7 @@ from woosh_pure.fleet.order.deviation import AgvPosition
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
 
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 def test_a_flood_of_messages_is_bounded() -> None:
     """Beyond the room of their lane they are dropped, and counted."""
     from woosh_pure.fleet.inbox import ROOM, Lane

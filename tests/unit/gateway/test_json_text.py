@@ -42,6 +42,7 @@ def test_what_is_refused() -> None:
     assert "inside one another" in refused(deepest, values=100_000, nesting=64)
 
 
+@pytest.mark.promise("A message is bounded in bytes, in nesting, and in its values and keys")
 @pytest.mark.parametrize("one", ["0,", "[],", "{},", '"a",', '{"a":0},', "[[0]],"])
 def test_values_are_counted_before_they_are_decoded(one: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Never fewer than there are."""
@@ -55,6 +56,7 @@ def test_values_are_counted_before_they_are_decoded(one: str, monkeypatch: pytes
     assert "at most 100" in refused(("[" + one * 100 + "0]").encode())
 
 
+@pytest.mark.promise("A message is bounded in bytes, in nesting, and in its values and keys")
 def test_keys_count() -> None:
     """They take longer than anything else."""
     text = json.dumps({f"key {i}": 0 for i in range(60)})
@@ -78,6 +80,7 @@ def test_what_is_short() -> None:
     assert is_short(b'{"op": "publish"}')
 
 
+@pytest.mark.promise("of all clients' long messages one is decoded at a time")
 def test_one_long_text_is_decoded_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """While short ones pass: they take no time."""
     at_once: list[int] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -82,6 +83,7 @@ def test_forgetting_and_closing() -> None:
     assert (box.take(), len(box), box.bytes) == (None, 0, 0)
 
 
+@pytest.mark.promise("loses the oldest messages of its topics and costs bounded memory")
 @given(
     st.lists(
         st.one_of(

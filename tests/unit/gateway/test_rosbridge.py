@@ -82,6 +82,7 @@ def test_compressions(graph: Graph, serve: Serve, connect: Serve) -> None:
     assert "".join(p["data"] for p in pieces) == '{"op":"publish","topic":"/chat","msg":{"data":"hello"}}'
 
 
+@pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
 def test_a_client_publishes_what_a_pattern_opens(graph: Graph, serve: Serve, connect: Serve) -> None:
     """And nothing else; the refusal names the option."""
     got = graph.robot.subscriber("/chat", String)
@@ -117,6 +118,7 @@ def test_a_message_published_right_after_advertising_arrives(
             until(lambda: got.connections == 0)
 
 
+@pytest.mark.promise("leaves or is silent for half a second, zero follows")
 def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, connect: Serve) -> None:
     """At once when it leaves, after half a second when it is silent."""
     velocities: list[tuple[float, Any]] = []
@@ -139,6 +141,7 @@ def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, con
     until(lambda: bridge.stats().zeros == 10)
 
 
+@pytest.mark.promise("is published by no gateway, in whatever encoding it comes, and is no sign of life")
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "1e308"])
 def test_a_velocity_that_is_none_reaches_no_robot(
     graph: Graph, serve: Serve, connect: Serve, number: str
@@ -162,6 +165,7 @@ def test_a_velocity_that_is_none_reaches_no_robot(
     assert heard.next(10).angular.z == 0.25
 
 
+@pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
 def test_services(graph: Graph, serve: Serve, connect: Serve) -> None:
     """Called where a pattern opens it; what fails is answered, too."""
 
@@ -225,6 +229,7 @@ def test_a_client_provides_a_service(graph: Graph, serve: Serve, connect: Serve)
     until(lambda: "/lamp" not in graph.node.master.get_system_state().services)
 
 
+@pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
 def test_goals(graph: Graph, serve: Serve, connect: Serve) -> None:
     """Sent, told of, ended, cancelled, refused."""
     from rosproto import ActionServer
@@ -337,6 +342,7 @@ def test_credentials_of_rosauth_are_refused(serve: Serve, connect: Serve) -> Non
     assert (refused["id"], "?token=" in refused["msg"]) == ("a", True)
 
 
+@pytest.mark.promise("is neither read, nor written, nor listed")
 def test_what_is_denied_is_neither_read_nor_listed(graph: Graph, serve: Serve, connect: Serve) -> None:
     """By whatever spelling."""
     graph.robot.publisher("/secret", String)
@@ -404,6 +410,7 @@ def test_a_call_ends_in_time(graph: Graph, serve: Serve, connect: Serve) -> None
         graph.robot.service_client("/mine", SetBool).call(data=True, timeout=20)
 
 
+@pytest.mark.promise("of all clients' long messages one is decoded at a time")
 def test_long_calls_are_limited(graph: Graph, serve: Serve, connect: Serve) -> None:
     """Of all clients together: each takes memory until it is answered. Short ones go on."""
     over = threading.Event()
@@ -509,6 +516,7 @@ def credentials(secret: str = "secret") -> dict[str, Any]:
     return {**given, "mac": hashlib.sha512((secret + "".join(map(str, given.values()))).encode()).hexdigest()}
 
 
+@pytest.mark.promise("With `--authenticate` a rosbridge client is served only after the service")
 def test_a_client_is_served_after_its_credentials_are_accepted(
     graph: Graph, serve: Serve, connect: Serve
 ) -> None:
@@ -525,6 +533,7 @@ def test_a_client_is_served_after_its_credentials_are_accepted(
     assert len(asked) == 1
 
 
+@pytest.mark.promise("With `--authenticate` a rosbridge client is served only after the service")
 @pytest.mark.parametrize(
     ("first", "why"),
     [
@@ -556,6 +565,7 @@ def test_anything_else_ends_the_connection(
     assert "/chat" not in graph.robot.master.get_topic_types()
 
 
+@pytest.mark.promise("With `--authenticate` a rosbridge client is served only after the service")
 def test_without_the_service_nobody_is_served(graph: Graph, serve: Serve, connect: Serve) -> None:
     """The original passes such a message on, and leaves the connection open."""
     client = connect(serve(authenticate=True))
@@ -564,6 +574,7 @@ def test_without_the_service_nobody_is_served(graph: Graph, serve: Serve, connec
     assert (code, "/authenticate" in reason) == (1008, True)
 
 
+@pytest.mark.promise("With `--authenticate` a rosbridge client is served only after the service")
 def test_credentials_have_to_come_in_time(graph: Graph, serve: Serve, connect: Serve) -> None:
     """A client that says nothing does not take the place of another."""
     client = connect(serve(authenticate=True, limits=GatewayLimits(handshake_seconds=0.3)))

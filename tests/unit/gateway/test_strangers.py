@@ -61,6 +61,7 @@ def test_what_is_loopback(host: str, loopback: bool) -> None:
         require_token_off_loopback(host, "")
 
 
+@pytest.mark.promise("A web page from elsewhere is refused by its origin")
 @pytest.mark.parametrize(
     ("origin", "origins", "may"),
     [
@@ -88,6 +89,7 @@ def test_origins(origin: str | None, origins: tuple[str, ...], may: bool) -> Non
     assert (foreign_origin(origin, origins) is None) is may
 
 
+@pytest.mark.promise("A web page from elsewhere is refused by its origin")
 @pytest.mark.parametrize(
     ("host", "bound", "ours"),
     [

@@ -52,6 +52,7 @@ def asked(bridge: Any, *headers: str, path: str = "/") -> str:
         return sock.makefile("rb").readline().decode().strip()
 
 
+@pytest.mark.promise("A web page from elsewhere is refused by its origin")
 def test_pages_from_elsewhere_are_refused(serve: Serve) -> None:
     """By their origin, and by the name that led them here; a page of this computer may connect."""
     bridge = serve(origins=["https://studio.example"])
@@ -66,6 +67,7 @@ def test_pages_from_elsewhere_are_refused(serve: Serve) -> None:
     assert bridge.stats().accepted == 3
 
 
+@pytest.mark.promise("off this computer it does not start without a token")
 def test_tokens(serve: Serve) -> None:
     """In the address or in a header; none, a wrong one and two are none."""
     bridge = serve(token="s3cret & more")
@@ -84,6 +86,7 @@ def test_tokens(serve: Serve) -> None:
     assert bridge.stats().refused == {"token": 7}
 
 
+@pytest.mark.promise("off this computer it does not start without a token")
 def test_nobody_is_served_off_this_computer_without_a_token(serve: Serve) -> None:
     """The start is refused, with the way out."""
     with pytest.raises(ValueError, match="--token"):
@@ -129,6 +132,7 @@ def test_more_clients_than_allowed(serve: Serve) -> None:
         assert again.call("/rosapi/get_time")["result"]
 
 
+@pytest.mark.promise("Connections that hold back their handshake make room for new ones")
 def test_connections_that_say_nothing_make_room_and_are_ended(serve: Serve) -> None:
     """The one that holds back longest goes first; the others when their time is over."""
     bridge = serve(limits=GatewayLimits(pending_handshakes=3, handshake_seconds=0.5))
@@ -188,6 +192,7 @@ def test_wrong_frames_end_their_connection(serve: Serve) -> None:
         assert client.call("/rosapi/get_time")["result"]
 
 
+@pytest.mark.promise("gives no sign of life for twice `silence_seconds`")
 def test_a_client_that_gives_no_sign_of_life_is_given_up(serve: Serve, graph: Graph) -> None:
     """Half-open: its network has gone without a word."""
     bridge = serve(limits=GatewayLimits(silence_seconds=0.3, close_seconds=0.3, linger_seconds=0.05))
@@ -200,6 +205,7 @@ def test_a_client_that_gives_no_sign_of_life_is_given_up(serve: Serve, graph: Gr
     sock.close()
 
 
+@pytest.mark.promise("loses the oldest messages of its topics and costs bounded memory")
 def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Graph) -> None:
     """Its messages are dropped, the oldest first, its memory is bounded, the others get theirs."""
     limits = GatewayLimits(topic_bytes=1 << 20, outbox_bytes=2 << 20, linger_seconds=0.05)
@@ -221,6 +227,7 @@ def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Grap
         assert waiting[False] == 0
 
 
+@pytest.mark.promise("where nothing may be written it has 64 KiB, before authentication 4 KiB")
 def test_who_may_write_nothing_says_nothing_long(serve: Serve) -> None:
     """Refused undecoded, by its length alone; before it has authenticated even less."""
     closed = pytest.importorskip(
@@ -301,6 +308,7 @@ def test_messages_of_every_length_arrive_in_their_order(serve: Serve, graph: Gra
         assert [len(text) - 4 for text in got] == sizes
 
 
+@pytest.mark.promise("one that asks and does not read is cut off")
 def test_answers_that_are_not_read_end_the_connection(serve: Serve) -> None:
     """A client that asks, and asks, and does not read."""
     bridge = serve(limits=GatewayLimits(answer_bytes=100_000, close_seconds=0.3))
@@ -340,6 +348,7 @@ def counts() -> tuple[int, int]:
     return threading.active_count(), len(os.listdir("/proc/self/fd"))
 
 
+@pytest.mark.promise("come and go leave no thread, file or topic")
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="open files are counted in /proc")
 def test_hundreds_that_come_and_go_leave_nothing(serve: Serve, graph: Graph) -> None:

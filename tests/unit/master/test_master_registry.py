@@ -81,6 +81,7 @@ def test_a_node_lives_as_long_as_its_last_registration() -> None:
     assert graph.lookup_node("/n").triple == [-1, "unknown node [/n]", ""]
 
 
+@pytest.mark.promise("The types of topics")
 def test_a_concrete_type_replaces_the_wildcard_and_not_the_other_way() -> None:
     """`*` never squashes a known type; a later concrete publisher replaces it."""
     graph = Registry()

@@ -64,6 +64,7 @@ def test_unknown_methods_are_faults_and_known_ones_are_listed(client: MasterClie
     assert {"registerPublisher", "getParam", "shutdown", "system.multicall"} <= set(methods)  # type: ignore[call-overload]
 
 
+@pytest.mark.promise("rospy leaves the graph by `system.multicall`")
 def test_many_calls_in_one_keep_their_order_and_their_errors(client: MasterClient) -> None:
     """system.multicall: rospy unregisters everything through it."""
     answers = client.multicall([("setParam", ("/x", 1)), ("getParam", ("/x",)), ("getParam", ("/y",))])
@@ -260,6 +261,7 @@ def test_ipv6(request: pytest.FixtureRequest) -> None:
         assert stack.enter_context(MasterClient(master.uri, "/t")).get_uri() == master.uri
 
 
+@pytest.mark.promise("`allow=` takes a list of addresses")
 def test_only_allowed_addresses_may_connect() -> None:
     """Others are cut off before a byte is read."""
     with (
@@ -368,6 +370,7 @@ KEY = b"<param><value>/k</value></param>"
 ENTITIES = b"<!DOCTYPE b [<!ENTITY a 'aaaaaaaaaa'><!ENTITY b '&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;'>]>"
 
 
+@pytest.mark.promise("gives a value or a documented error on *that one* connection")
 @pytest.mark.parametrize(
     ("request_bytes", "answer"),
     [
@@ -441,6 +444,7 @@ with Master() as master:
 """
 
 
+@pytest.mark.promise("given up for each new one, then the longest idle one")
 @pytest.mark.skipif(sys.platform == "win32", reason="limits open files the POSIX way")
 def test_silent_connections_that_take_every_file_keep_nobody_out() -> None:
     """The system's bound may be below `Limits.pending_handshakes`: the oldest silent one goes then, too."""

@@ -130,6 +130,7 @@ class TestMeaning:
         found = library(A="B b\nC c\nB again", B="D d", C="D d\nE e", D="", E="D[] d")
         assert found.dependencies("p/A") == ["p/B", "p/D", "p/C", "p/E"]
 
+    @pytest.mark.promise("`message_definition` is the full text with all dependencies")
     def test_full_text_has_the_form_of_genpy(self) -> None:
         found = library(A="B b\n", B="# b\nint8 x")
         assert found.full_text("p/A") == f"B b\n\n{LINE}\nMSG: p/B\n# b\nint8 x"

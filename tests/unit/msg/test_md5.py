@@ -27,6 +27,7 @@ def test_the_empty_message() -> None:
     assert md5sum("") == md5sum("# words\n\n") == "d41d8cd98f00b204e9800998ecf8427e"
 
 
+@pytest.mark.promise("Constants come first, fields after them")
 def test_constants_come_first_in_file_order() -> None:
     """Also when they are written after fields (pitfall 45)."""
     assert hashed("int8 a\nint8 X=1\nint8 b\nint8 A=2\n") == "int8 X=1\nint8 A=2\nint8 a\nint8 b"
@@ -37,6 +38,7 @@ def test_comments_white_space_and_line_ends_do_not_matter() -> None:
     assert md5sum("int8  a   # b\r\n\r\n  int16 c") == md5sum("int8 a\nint16 c\n")
 
 
+@pytest.mark.promise("Constants come first, fields after them")
 def test_message_types_lose_their_array_suffix_and_builtin_types_keep_it() -> None:
     """`U[] u`, `U[3] u` and `U u` hash alike (pitfall 45)."""
     sums = {md5sum(f"U{array} u", U="int8 a") for array in ("", "[]", "[3]", "[4]")}
@@ -51,6 +53,7 @@ def test_a_used_type_counts_by_its_md5sum() -> None:
     assert md5sum("U u", U="int8 a") == md5sum_of_texts(f"{md5sum('int8 a')} u")
 
 
+@pytest.mark.promise("A text constant is everything behind the first")
 def test_string_constants_keep_everything_behind_the_equals_sign() -> None:
     """The sum is genmsg's own (pitfall 47)."""
     assert md5sum("string FOO=a # b") == "dbd5b370e0d325b714367f7037b8f8ec"
@@ -58,6 +61,7 @@ def test_string_constants_keep_everything_behind_the_equals_sign() -> None:
     assert hashed("string FOO=") == "string FOO="
 
 
+@pytest.mark.promise("A text constant is everything behind the first")
 def test_other_constants_keep_their_literal() -> None:
     """`True` is not `1`, `1.50` is not `1.5` (pitfall 48)."""
     assert md5sum("bool B=True") != md5sum("bool B=1")
@@ -70,6 +74,7 @@ def test_aliases_keep_their_name() -> None:
     assert len({md5sum(f"{kind} b") for kind in ("byte", "int8", "char", "uint8")}) == 4
 
 
+@pytest.mark.promise("A service's md5sum is that of both texts")
 def test_a_service_hashes_request_and_response_without_a_separator() -> None:
     """Pitfall 52; std_srvs/SetBool is known from everywhere."""
     library = DefinitionLibrary()

@@ -51,6 +51,7 @@ def test_a_comment_needs_no_space_before_it() -> None:
     assert parse("int32 a#= 3 = 4").fields == (Field("a", FieldType("int32")),)
 
 
+@pytest.mark.promise("A tab separates nothing in genmsg")
 @pytest.mark.parametrize("text", ["int32\ta", "int32 \ta b", "\tint32\ta\n"])
 def test_a_tab_is_no_separator_in_a_file(text: str) -> None:
     """genmsg splits at blanks only, so such a file breaks every other ROS tool (pitfall 50)."""
@@ -64,6 +65,7 @@ def test_the_error_about_a_tab_says_so() -> None:
         parse("int32\ta")
 
 
+@pytest.mark.promise("A tab separates nothing in genmsg")
 def test_a_tab_from_a_peer_is_read() -> None:
     """Other generators accept it, and the md5sum is the same (pitfall 50: lenient on input)."""
     spec = parse("int32\ta\nstring\tS=x\tx # y\nuint8\t\tB = 3\n", lenient=True)
@@ -148,6 +150,7 @@ def test_keywords_and_other_names_of_python_are_legal() -> None:
     assert [f.name for f in spec.fields] == ["in", "class", "None", "self", "serialize"]
 
 
+@pytest.mark.promise("Comments hold any bytes, and fields may be")
 def test_texts_may_hold_anything_in_comments() -> None:
     """Quotes, back-ticks, other alphabets and bytes that are no UTF-8 (pitfall 51)."""
     text = 'int32 a # `rm` """ \'\'\' \\ \u4e2d\u6587 \udcff\nstring S=\'"""\\\n'
@@ -159,6 +162,7 @@ def test_texts_may_hold_anything_in_comments() -> None:
 class TestHeader:
     """`Header` is special in one spelling and `header` in one place (pitfall 49)."""
 
+    @pytest.mark.promise("`Header` is `std_msgs/Header` unless it is an array")
     def test_header_is_short_for_std_msgs_anywhere(self) -> None:
         spec = parse("int32 a\nHeader h\n")
         assert spec.fields[1].type.base == "std_msgs/Header"
@@ -167,6 +171,7 @@ class TestHeader:
         assert parse("Header[] h").fields[0].type.base == "pkg/Header"
         assert parse("Header[2] h").fields[0].type.base == "pkg/Header"
 
+    @pytest.mark.promise("`Header` is `std_msgs/Header` unless it is an array")
     @pytest.mark.parametrize(
         ("text", "has"),
         [

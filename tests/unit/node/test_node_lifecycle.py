@@ -163,6 +163,7 @@ def test_waiting_to_verify_does_not_spin_while_the_master_is_away() -> None:
         assert min(looks[n + 1] - looks[n] for n in range(1, len(looks) - 1)) > 0.08
 
 
+@pytest.mark.promise("`ROS_HOSTNAME` goes before `ROS_IP`")
 def test_the_node_follows_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another address towards the master: servers and registrations move, links come back."""
     address = ["127.0.0.1"]
@@ -282,6 +283,7 @@ def test_cycles_leave_no_threads_and_no_sockets() -> None:
         eventually(lambda: open_files() <= files + 2, 10)
 
 
+@pytest.mark.promise("A node listens on the one address", "A node listens on one address, on a")
 def test_it_listens_on_one_address_only() -> None:
     """The one that routes to the master."""
     with Master() as master, Node("/n", master_uri=master.uri) as node:

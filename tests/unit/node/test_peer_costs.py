@@ -51,6 +51,7 @@ def shake_hands(
     return sock, read_header(sock, Limits(), Deadline(20))
 
 
+@pytest.mark.promise("a definition of its own goes with its connection")
 def test_a_revision_goes_with_its_last_subscriber(node: Node) -> None:
     """And `publish` is what it was: nobody is asked which other revisions there are."""
     publisher = node.publisher("/t", String)
@@ -71,6 +72,7 @@ def test_a_revision_goes_with_its_last_subscriber(node: Node) -> None:
     assert "publish" not in vars(publication)
 
 
+@pytest.mark.promise("a definition of its own goes with its connection")
 def test_one_that_leaves_during_the_handshake_leaves_nothing(node: Node) -> None:
     publication = node.publisher("/t", String)._publication
     text, md5sum = revised(2)
@@ -103,6 +105,7 @@ def test_the_revisions_of_one_topic_are_counted() -> None:
             sock.close()
 
 
+@pytest.mark.promise("a definition of its own goes with its connection")
 @pytest.mark.slow
 def test_many_subscribers_with_definitions_of_their_own_take_no_memory(node: Node) -> None:
     """300 of 50 kB that come and go: it was 274 MB of large ones, and each made `publish` slower."""
@@ -125,6 +128,7 @@ def test_many_subscribers_with_definitions_of_their_own_take_no_memory(node: Nod
     assert not publisher._publication._revised
 
 
+@pytest.mark.promise("is bounded in number and length")
 @pytest.mark.slow
 def test_what_peers_define_is_kept_by_its_length() -> None:
     """A few long texts are as much as many short ones."""
@@ -133,6 +137,7 @@ def test_what_peers_define_is_kept_by_its_length() -> None:
     assert classes._defined._weight <= classes._DEFINED_CHARACTERS
 
 
+@pytest.mark.promise("is bounded in number and length")
 def test_what_was_looked_for_in_vain_is_kept_by_number() -> None:
     """An md5sum is a stranger's text: those that are none are not even looked for."""
     revisions = Revisions()
@@ -157,6 +162,7 @@ def test_a_publisher_of_another_revision_that_comes_back_leaves_nothing(node: No
         eventually(lambda: len(subscriber._subscription._revised_deliveries) <= 1)
 
 
+@pytest.mark.promise("tried every few seconds")
 def test_a_publisher_that_agrees_and_leaves_is_not_told_of_every_time(
     node: Node, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -178,6 +184,7 @@ def test_a_publisher_that_agrees_and_leaves_is_not_told_of_every_time(
     assert sum(len(text) for text in caplog.messages) < 100_000
 
 
+@pytest.mark.promise("every few minutes")
 def test_a_publisher_of_another_type_is_asked_once(node: Node, caplog: pytest.LogCaptureFixture) -> None:
     """Waiting cures no definition: it is told once, and tried again when the master names it again."""
     asked = threading.Semaphore(0)
@@ -204,6 +211,7 @@ def test_a_publisher_of_another_type_is_asked_once(node: Node, caplog: pytest.Lo
     assert len([text for text in caplog.messages if "std_msgs/Int32" in text]) == 1
 
 
+@pytest.mark.promise("is bounded in number and length")
 def test_the_name_of_a_subscriber_is_cut(node: Node) -> None:
     """It is kept for as long as the connection lasts, and there may be thousands."""
     publisher = node.publisher("/t", String)

@@ -60,6 +60,7 @@ def test_a_length_above_the_limit_is_refused_before_its_bytes_come_and_ever_afte
         assert (caught.value.what, caught.value.size, caught.value.limit) == ("header_bytes", 101, 100)
 
 
+@pytest.mark.promise("A length is checked before memory is taken")
 def test_memory_follows_the_bytes_that_arrived_not_the_announced_length() -> None:
     decoder = FrameDecoder(1_000_000_000)
     decoder.receive(struct.pack("<I", 1_000_000_000) + b"abc")
@@ -82,6 +83,7 @@ def test_a_service_answer_is_an_ok_byte_and_a_frame() -> None:
         assert out == [b"\x01", b"", b"\x00", "Fehler: ß".encode()]
 
 
+@pytest.mark.promise("One segment may carry the rest of a")
 def test_a_header_and_the_messages_behind_it_may_share_a_segment() -> None:
     decoder = FrameDecoder(10, "header_bytes")
     decoder.receive(frame(b"head") + frame(b"m" * 50))

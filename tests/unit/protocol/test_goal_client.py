@@ -74,6 +74,7 @@ def test_a_goal_that_runs_its_course():
     assert (goal.status, goal.text, goal.result, goal.done) == (G.SUCCEEDED, "there", "result", True)
 
 
+@pytest.mark.promise("A result may come before any status")
 def test_a_result_before_any_status_passes_every_state_on_the_way():
     goal = machine()
     assert goal.result_received("r", G.SUCCEEDED, "ok") == (S.ACTIVE, S.WAITING_FOR_RESULT, S.DONE)
@@ -102,6 +103,7 @@ def test_a_status_that_is_not_for_the_wire_is_counted_and_not_believed(number):
     assert (goal.state, goal.violations) == (S.ACTIVE, 1)
 
 
+@pytest.mark.promise("A goal that is missing from the status")
 @pytest.mark.parametrize("state", [S.PENDING, S.ACTIVE, S.WAITING_FOR_CANCEL_ACK, S.RECALLING, S.PREEMPTING])
 def test_a_goal_that_vanishes_from_the_array_is_lost(state):
     goal = machine(state)
@@ -111,6 +113,7 @@ def test_a_goal_that_vanishes_from_the_array_is_lost(state):
     assert "restarted" in goal.text
 
 
+@pytest.mark.promise("A goal that is missing from the status")
 @pytest.mark.parametrize("state", [S.WAITING_FOR_GOAL_ACK, S.WAITING_FOR_RESULT, S.DONE])
 def test_a_goal_may_be_missing_before_the_ack_and_after_its_end(state):
     goal = machine(state)

@@ -98,6 +98,7 @@ def test_a_repetition_of_an_ended_goal_prolongs_its_stay():
     assert len(goals) == 1
 
 
+@pytest.mark.promise("A cancel may name a goal, a time")
 @pytest.mark.parametrize(
     ("goal_id", "stamp", "canceled"),
     [
@@ -132,6 +133,7 @@ def test_a_cancel_of_a_pending_goal_recalls_it():
     assert record.status is G.PREEMPTING
 
 
+@pytest.mark.promise("A cancel may name a goal, a time")
 def test_a_cancel_before_its_goal_recalls_the_goal_when_it_comes():
     goals = GoalList()
     assert goals.cancel_received("a", 0, 0.0) == []

@@ -82,6 +82,7 @@ def test_a_client_of_another_service_is_refused() -> None:
         hs.check_service_client_header(fields, service="/s", type_name="std_srvs/Empty", md5sum=STRING)
 
 
+@pytest.mark.promise("rospy's subscriber wants `type` and `md5sum` in the")
 def test_each_role_sends_the_fields_peers_require() -> None:
     assert sorted(publisher()) == ["callerid", "latching", "md5sum", "message_definition", "topic", "type"]
     assert sorted(subscriber()) == ["callerid", "md5sum", "tcp_nodelay", "topic", "type"]
@@ -98,11 +99,13 @@ def test_roscpps_subscriber_without_definition_is_welcome() -> None:
     assert check_sub(subscriber(type="-")).type_name == ""
 
 
+@pytest.mark.promise("A subscriber or service client may send `*`")
 @pytest.mark.parametrize("md5sum", ["*", STRING])
 def test_a_subscribers_wildcards_are_welcome(md5sum: str) -> None:
     assert check_sub(subscriber(md5sum=md5sum, type="*")).type_name == "*"
 
 
+@pytest.mark.promise("A subscriber or service client may send `*`")
 def test_a_wildcard_subscriber_takes_over_the_publishers_type() -> None:
     reply = check_pub(publisher(), "*", "*")
     assert (reply.type_name, reply.md5sum) == ("std_msgs/String", STRING)
@@ -119,6 +122,7 @@ def test_a_publisher_of_any_type_and_a_subscriber_of_any_type_agree() -> None:
     assert asked.md5sum == "*"
 
 
+@pytest.mark.promise("A subscriber or service client may send `*`")
 def test_a_publisher_of_any_type_refuses_those_that_want_one() -> None:
     """Nobody can say whether they would understand it; rospy's words."""
     with pytest.raises(Md5sumMismatch, match=r"types do not match: \[std_msgs/String\] vs\. \[\*\]"):
@@ -135,6 +139,7 @@ def test_a_publisher_may_not_use_half_a_wildcard(type_name: str, md5sum: str) ->
         check_pub(publisher(md5sum="*", type="-"), "*", "*")
 
 
+@pytest.mark.promise("rospy's subscriber wants `type` and `md5sum` in the")
 @pytest.mark.parametrize("missing", ["topic", "md5sum", "callerid"])
 def test_a_publisher_requires_topic_md5sum_and_callerid(missing: str) -> None:
     with pytest.raises(RemoteProtocolError, match=f"without {missing}"):
@@ -190,6 +195,7 @@ def test_a_refusal_that_names_another_sum_is_a_mismatch() -> None:
     assert ROSCPP_REFUSAL in str(caught.value)
 
 
+@pytest.mark.promise("A refusal is a header with the single")
 def test_any_other_refusal_shows_the_peers_words() -> None:
     with pytest.raises(hs.HandshakeRefused, match="topic types do not match") as caught:
         check_pub(hs.error_header("topic types do not match"))
@@ -207,6 +213,7 @@ def test_another_topic_is_refused() -> None:
         check_sub(subscriber(topic="/other"))
 
 
+@pytest.mark.promise("`persistent`, `latching` and `tcp_nodelay` are true as `1`")
 @pytest.mark.parametrize(
     ("value", "meaning"),
     [("1", True), ("true", True), ("True", True), ("0", False), ("", False), ("yes", False)],

@@ -200,6 +200,7 @@ def test_bytes_after_the_end_are_our_error() -> None:
         server.receive(b"x")
 
 
+@pytest.mark.promise("roscpp reads only `HTTP/1.1 200 OK` or `HTTP/1.0")
 def test_the_response_is_one_that_roscpps_client_accepts() -> None:
     data = http.HttpServerConnection(LIMITS).encode_response(200, b"<x/>")
     assert data.startswith(b"HTTP/1.1 200 OK\r\n")

@@ -73,6 +73,7 @@ def test_pythons_own_xmlrpc_reads_what_is_written_and_writes_what_is_read(value:
     assert same(xmlrpc.decode_response(document), value)
 
 
+@pytest.mark.promise("roscpp's parser knows five entities, no numeric references")
 def test_the_written_form_is_one_that_roscpps_parser_reads() -> None:
     assert xmlrpc.encode_call("m", ["a\"'<&>", 1, True, 0.5, [""], {"k": b"\0"}]) == (
         b'<?xml version="1.0"?><methodCall><methodName>m</methodName><params>'
@@ -86,6 +87,7 @@ def test_the_written_form_is_one_that_roscpps_parser_reads() -> None:
     )
 
 
+@pytest.mark.promise("roscpp's parser knows five entities, no numeric references")
 def test_no_numeric_references_and_no_cdata_are_written() -> None:
     document = xmlrpc.encode_response("".join(map(chr, range(0x20, 0x300))) + "\t\n\r]]>")
     assert b"&#" not in document
@@ -185,6 +187,7 @@ def test_reading_is_lenient_where_peers_differ(inner: str, value: object) -> Non
     assert same(read(inner), value)
 
 
+@pytest.mark.promise("`nan` and `inf` occur as texts of doubles")
 def test_nan_is_read() -> None:
     assert math.isnan(read("<value><double>nan</double></value>"))  # type: ignore[arg-type]
 
@@ -288,6 +291,7 @@ BOMB = "<!DOCTYPE x [<!ENTITY a 'aaaaaaaaaa'>" + "".join(
 )
 
 
+@pytest.mark.promise("XML with a DOCTYPE or entities is refused", "rospy's slave API expands entities")
 @pytest.mark.parametrize(
     "prologue",
     [
@@ -322,6 +326,7 @@ def test_depth_is_counted_along_a_path_not_over_the_document() -> None:
     assert xmlrpc.decode_response(flat, Limits(xml_depth=2)) == [{}] * 100
 
 
+@pytest.mark.promise("A hundred thousand nested arrays in one request")
 def test_a_hundred_thousand_nested_arrays_are_refused() -> None:
     with pytest.raises(TooLarge, match="xml_depth"):  # they kill a roscpp node
         xmlrpc.decode_response(nested(100_000))

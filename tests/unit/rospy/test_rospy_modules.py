@@ -361,6 +361,9 @@ def test_genmsg_refuses_brackets_that_do_not_close(tmp_path: Path) -> None:
     assert output(code, tmp_path) == "('a', False, None) ('a', True, None) ('a', True, 34) True\n"
 
 
+@pytest.mark.promise(
+    "A transform buffer takes 10,000 frames, 50,000 poses of each, and names of 1000 characters"
+)
 def test_frames_of_a_peer_are_bounded(tmp_path: Path) -> None:
     """BufferCore takes so many frames, so many poses of each, and no name that is longer than any; told of once."""
     code = """
@@ -388,6 +391,7 @@ def test_frames_of_a_peer_are_bounded(tmp_path: Path) -> None:
     assert done.stderr.count("frames of 1000 characters at most") == 1
 
 
+@pytest.mark.promise("the rospy layer keeps latched messages of those publishers that are connected")
 def test_latched_messages_of_publishers_that_have_gone_are_forgotten(tmp_path: Path) -> None:
     """A peer that comes under another name each time leaves nothing; a late callback hears whoever is there."""
     code = """

@@ -183,6 +183,9 @@ def test_a_loop_of_frames_ends_in_an_error():
             buffer.lookup("a", "y", time)
 
 
+@pytest.mark.promise(
+    "A transform buffer takes 10,000 frames, 50,000 poses of each, and names of 1000 characters"
+)
 def test_the_number_of_frames_and_samples_is_bounded():
     buffer = TransformBuffer(max_frames=3, max_samples=5)
     for i in range(20):
@@ -222,6 +225,9 @@ def test_clearing_forgets_what_moves():
     assert not buffer.can_lookup("map", "laser")
 
 
+@pytest.mark.promise(
+    "A transform buffer takes 10,000 frames, 50,000 poses of each, and names of 1000 characters"
+)
 def test_names_of_frames_are_bounded_in_number_and_length():
     """New parents, new children, and one that is longer than any name; what is known stays."""
     buffer = TransformBuffer(max_frames=10)

@@ -79,6 +79,7 @@ def test_the_path_of_a_uri(uri: str, path: str) -> None:
     assert address.uri_path(uri) == path
 
 
+@pytest.mark.promise("URIs are the same in another case or")
 def test_equal_uris_differ_in_case_slash_and_path_only() -> None:
     assert address.same_uri("http://Robot:1/", "http://robot:1")
     assert address.same_uri("http://robot/", "http://robot:80")
@@ -106,6 +107,7 @@ def test_loopback_is_judged_by_the_text(host: str, yes: bool) -> None:
     assert address.is_loopback(host) is yes
 
 
+@pytest.mark.promise("No name server is asked for the name")
 def test_numeric_hosts_and_localhost_ask_no_name_server(monkeypatch: pytest.MonkeyPatch) -> None:
     def forbidden(*_: object) -> None:
         raise AssertionError("asked")
@@ -179,6 +181,7 @@ def test_no_route_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         address.local_address_towards("10.0.0.7", 11311)
 
 
+@pytest.mark.promise("`ROS_HOSTNAME` goes before `ROS_IP`")
 @pytest.mark.parametrize(
     ("environment", "specials", "host"),
     [

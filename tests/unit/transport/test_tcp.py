@@ -120,6 +120,7 @@ def test_a_system_that_cannot_give_up_says_so(
     assert not tcp.expect_acknowledgement(pair[0], 4)
 
 
+@pytest.mark.promise("A node listens on one address, on a")
 def test_windows_listens_with_exclusive_address_use(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
 

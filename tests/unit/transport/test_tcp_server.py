@@ -118,6 +118,7 @@ def test_the_end_of_a_connection_is_no_failure_of_its_handler(
     assert not caplog.records
 
 
+@pytest.mark.promise("`allow=` takes a list of addresses")
 def test_a_peer_that_is_not_allowed_is_closed_at_once(clients: list[socket.socket]) -> None:
     holder = Holder()
     for allow in ([], {"10.0.0.7"}, lambda host: host != "127.0.0.1"):
@@ -130,6 +131,7 @@ def test_a_peer_that_is_not_allowed_is_closed_at_once(clients: list[socket.socke
             holder.wait()
 
 
+@pytest.mark.promise("`allow=` takes a list of addresses")
 def test_a_failing_allow_function_lets_nobody_in(clients: list[socket.socket]) -> None:
     holder = Holder()
 
@@ -142,6 +144,7 @@ def test_a_failing_allow_function_lets_nobody_in(clients: list[socket.socket]) -
         assert not holder.seen
 
 
+@pytest.mark.promise("given up for each new one, then the longest idle one")
 def test_pending_handshakes_bounds_the_unready_and_drops_the_oldest(clients: list[socket.socket]) -> None:
     holder = Holder()
     with TcpServer("127.0.0.1", 0, holder, limits=Limits(pending_handshakes=2)) as server:
@@ -186,6 +189,7 @@ def test_connections_bounds_the_open_and_refuses_the_newest(clients: list[socket
         holder.wait()
 
 
+@pytest.mark.promise("given up for each new one, then the longest idle one")
 def test_the_longest_idle_connection_makes_room(clients: list[socket.socket]) -> None:
     holder = Holder()
     with TcpServer("127.0.0.1", 0, holder, limits=Limits(connections=2)) as server:
@@ -229,6 +233,7 @@ def test_a_connection_that_is_handed_over_outlives_its_thread_and_the_server(
         assert sock.recv(1) == b"y"
 
 
+@pytest.mark.promise("rospy reads the header inside its accept loop")
 def test_a_silent_peer_keeps_nobody_waiting(clients: list[socket.socket]) -> None:
     def echo(sock: socket.socket, _peer: tuple[str, int]) -> None:
         while data := sock.recv(100):
@@ -283,6 +288,7 @@ def test_close_waits_for_a_stubborn_handler_only_so_long(clients: list[socket.so
     release.set()
 
 
+@pytest.mark.promise("given up for each new one, then the longest idle one")
 def test_running_out_of_file_descriptors_is_survived_and_logged_once(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, clients: list[socket.socket]
 ) -> None:
@@ -348,6 +354,7 @@ def test_a_handler_may_close_its_server(clients: list[socket.socket]) -> None:
     server.close()
 
 
+@pytest.mark.promise("A node listens on the one address")
 def test_it_listens_on_the_given_address_only() -> None:
     with TcpServer("127.0.0.1", 0, Holder()) as server, pytest.raises(OSError):
         socket.create_connection(("127.0.0.2", server.port), SOON)

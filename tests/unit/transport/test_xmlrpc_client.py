@@ -146,6 +146,7 @@ def test_dripping_bytes_do_not_extend_the_deadline(scripted: Callable[..., str])
         over.set()
 
 
+@pytest.mark.promise("Connections are kept, closed when idle, and capped")
 def test_a_connection_the_server_closed_while_idle_is_replaced_unnoticed(
     scripted: Callable[..., str],
 ) -> None:

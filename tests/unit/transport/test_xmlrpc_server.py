@@ -111,6 +111,7 @@ def test_both_paths_are_served(server: XmlRpcServer, path: str) -> None:
         assert client.ask(post(ECHO, path)).status == 200
 
 
+@pytest.mark.promise("`/` and `/RPC2` are served, other paths are")
 def test_another_path_is_404_and_the_connection_goes_on(server: XmlRpcServer) -> None:
     with RawClient(server) as client:
         assert client.ask(post(ECHO, "/foo")).status == 404
@@ -269,6 +270,7 @@ def test_dripping_bytes_do_not_buy_time() -> None:
                 break
 
 
+@pytest.mark.promise("Connections are kept, closed when idle, and capped")
 def test_idle_seconds_bounds_the_wait_for_a_next_request() -> None:
     with (
         XmlRpcServer("127.0.0.1", 0, dispatch, limits=Limits(idle_seconds=0.05)) as server,
@@ -382,6 +384,7 @@ def test_a_reset_in_the_middle_is_silent(server: XmlRpcServer, caplog: pytest.Lo
     assert not caplog.records
 
 
+@pytest.mark.promise("`allow=` takes a list of addresses")
 def test_peers_that_are_not_allowed_get_nothing() -> None:
     with XmlRpcServer("127.0.0.1", 0, dispatch, allow=["10.0.0.7"]) as server, RawClient(server) as client:
         try:

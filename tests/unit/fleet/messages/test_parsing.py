@@ -101,6 +101,7 @@ def test_what_does_not_fit_is_named(path: str, value: Any, where: str) -> None:
     assert caught.value.expected
 
 
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 @pytest.mark.parametrize(
     "text",
     [
@@ -120,6 +121,7 @@ def test_what_is_no_object_of_json_is_invalid(text: bytes) -> None:
         parse(text)
 
 
+@pytest.mark.promise("serial number or major version, or with a key twice, is refused")
 def test_a_key_that_comes_twice_is_invalid() -> None:
     """The last one would decide: `"released": false, "released": true` would drive."""
     text = json.dumps(order_json(nodes="ab", released=1))
@@ -146,6 +148,7 @@ def test_a_parameter_that_comes_twice_is_invalid() -> None:
     assert caught.value.path == "actions[0].actionParameters"
 
 
+@pytest.mark.promise("serial number or major version, or with a key twice, is refused")
 @pytest.mark.parametrize(
     ("field", "value"),
     [
@@ -168,6 +171,7 @@ def test_a_message_for_somebody_else_is_invalid(field: str, value: str) -> None:
     assert caught.value.path == field
 
 
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 def test_an_order_of_too_many_nodes_is_invalid() -> None:
     """The factsheet tells how many are taken."""
     data = order_json(nodes="a")
@@ -200,6 +204,7 @@ PATHS = ["orderId", "orderUpdateId", "nodes", "edges", "nodes.0", "edges.0", "no
          "nodes.0.actions.0", "nodes.0.actions.0.actionParameters", "edges.0.orientation", "zoneSetId"]  # fmt: skip
 
 
+@pytest.mark.promise("is answered with `validationError` and changes nothing")
 @settings(max_examples=100, deadline=None)
 @given(st.sampled_from(PATHS), values)
 def test_any_value_at_any_place_is_read_or_invalid(path: str, value: Any) -> None:

@@ -12,6 +12,7 @@ from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.messages.schema import Invalid
 
 
+@pytest.mark.promise("is answered with `validationError` and changes nothing")
 def test_a_malformed_order_is_a_validation_error(vehicle: PureVehicle) -> None:
     """6.6.4.1: it is not taken, it is told until an order is taken, with what of it can be read."""
     data = order_json("bad")

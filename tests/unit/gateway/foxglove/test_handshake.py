@@ -60,6 +60,7 @@ def test_a_client_of_another_protocol_is_told_so() -> None:
     assert "foxglove.sdk.v1" in refusal(request("Sec-WebSocket-Protocol: soap")).text
 
 
+@pytest.mark.promise("unless its origin is open")
 @pytest.mark.parametrize(
     ("origin", "comes_in"),
     [
@@ -82,12 +83,14 @@ def test_pages_from_elsewhere(origin: str | None, comes_in: bool) -> None:
         assert refusal(head, origins=("https://app.foxglove.dev",)).status == 403
 
 
+@pytest.mark.promise("unless its origin is open")
 def test_another_name_for_this_computer_is_no_way_in() -> None:
     """A page whose own name leads to 127.0.0.1 is of that name, and not ours."""
     assert refusal(request(SDK, host="evil.example:8765")).status == 403
     assert check(request(SDK, host="robot.local:8765"), bound="10.0.0.7", token=None)
 
 
+@pytest.mark.promise("on an address that others reach only with a token")
 def test_the_token() -> None:
     """In the address or in a header; wrong and missing are the same."""
     for head in (

@@ -43,6 +43,10 @@ class Thief:
         return self._closes and listening_port.close_listening_port(port, client)
 
 
+@pytest.mark.promise(
+    "before anything is offered, and one who was there before",
+    "Behind the proxy each viewer has an SDK server",
+)
 @linux
 def test_the_port_is_closed_when_the_viewer_is_there(ground: Ground) -> None:
     """Nobody can connect to it any more, nothing of this process listens there, and the viewer sees on."""
@@ -93,6 +97,7 @@ def test_sockets_of_others_are_left_as_they_are(monkeypatch: pytest.MonkeyPatch)
             assert server.getblocking()
 
 
+@pytest.mark.promise("before anything is offered, and one who was there before")
 @linux
 def test_who_was_there_before_ends_it(ground: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
     """The viewer is told to come again, is served then, and the other one has seen no topic."""
@@ -138,6 +143,7 @@ def follows(viewer: Viewer) -> None:
     viewer.subscribe("/chatter")
 
 
+@pytest.mark.promise("gets nothing done and ends the session")
 @pytest.mark.parametrize("act", [publishes, calls, sets, reads, follows])
 def test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer(
     ground: Ground, monkeypatch: pytest.MonkeyPatch, act: Callable[[Viewer], None]

@@ -177,6 +177,7 @@ def test_the_graph_and_what_changes_in_it(ground: Ground) -> None:
 # -- writing -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.promise("what is refused is answered with a sentence")
 def test_nothing_is_written_at_first(ground: Ground) -> None:
     """Publishing, calling and setting are answered with a sentence that names the option; nothing happens."""
     called = []
@@ -201,6 +202,7 @@ def test_nothing_is_written_at_first(ground: Ground) -> None:
     assert server.stats().refusals >= 2
 
 
+@pytest.mark.promise("what is refused is answered with a sentence")
 def test_what_is_opened_is_written(ground: Ground) -> None:
     """By a pattern, with the client's bytes, and not after it has left."""
     ground.robot.service_server("/set", SetBool, lambda request: {"success": request.data, "message": "done"})
@@ -230,6 +232,7 @@ def test_what_is_opened_is_written(ground: Ground) -> None:
     )
 
 
+@pytest.mark.promise("what is refused is answered with a sentence")
 def test_read_only_wins_over_patterns(ground: Ground) -> None:
     """Whatever `write` says."""
     viewer = ground.view(ground.serve(access=Access(write=["*"], read_only=True)))
@@ -238,6 +241,7 @@ def test_read_only_wins_over_patterns(ground: Ground) -> None:
     assert ground.publishers("/say") == []
 
 
+@pytest.mark.promise("Zero follows a viewer that drove and went or fell silent")
 def test_zero_follows_a_client_that_drove(ground: Ground) -> None:
     """When it falls silent, and at once when it has gone; a velocity that is no number is not sent."""
     heard = ground.robot.subscriber("/cmd_vel", Twist, queue_size=100)
@@ -264,6 +268,7 @@ def test_zero_follows_a_client_that_drove(ground: Ground) -> None:
     assert time.monotonic() - gone < 10
 
 
+@pytest.mark.promise("Zero follows a viewer that drove and went or fell silent")
 def test_closing_sends_zero_too(ground: Ground) -> None:
     """Also when the server ends while somebody drives."""
     heard = ground.robot.subscriber("/cmd_vel", Twist, queue_size=100)
@@ -290,6 +295,12 @@ def refused(url: str, **options: Any) -> int:
     return int(caught.value.response.status_code)
 
 
+@pytest.mark.promise(
+    "on an address that others reach only with a token",
+    "the number of viewers, of topics each follows",
+    "a page from a file says",
+    "A program opens none",
+)
 def test_strangers_stay_outside(ground: Ground) -> None:
     """Foreign pages, wrong tokens, other protocols, one client too many."""
     server = ground.serve(token="secret", limits=GatewayLimits(connections=1))
@@ -308,6 +319,7 @@ def test_strangers_stay_outside(ground: Ground) -> None:
     assert server.stats().refused == 6
 
 
+@pytest.mark.promise("on an address that others reach only with a token")
 def test_others_than_this_computer_need_a_token(ground: Ground) -> None:
     """An address that the network reaches is not served openly, and one in use is told."""
     with pytest.raises(ValueError, match="token"):
@@ -337,6 +349,7 @@ def test_tls(ground: Ground, tmp_path: Path) -> None:
         assert not _received(sock).startswith(b"HTTP")
 
 
+@pytest.mark.promise("half a request ends after five")
 def test_half_a_request_ends(ground: Ground) -> None:
     """Somebody who connects and says nothing, garbage, or too much, costs a place for seconds."""
     server = ground.serve(limits=GatewayLimits(handshake_seconds=0.3))
@@ -361,6 +374,7 @@ def _received(sock: socket.socket) -> bytes:
 # -- what it costs -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.promise("A viewer that does not read costs its own 32 MiB")
 def test_a_client_that_does_not_read_gets_the_newest_later(ground: Ground) -> None:
     """It costs bounded memory, the others nothing, and is told nothing old when it reads again."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
@@ -384,6 +398,7 @@ def test_a_client_that_does_not_read_gets_the_newest_later(ground: Ground) -> No
     assert len(seen) + dropped == 40
 
 
+@pytest.mark.promise("A viewer that does not read costs its own 32 MiB")
 def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
     """After the time of silence; the topic is left."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
@@ -401,6 +416,7 @@ def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
     until(lambda: server.stats().clients == 0 and not server.stats().topics, str(server.stats()))
 
 
+@pytest.mark.promise("the number of viewers, of topics each follows")
 def test_a_client_may_not_follow_everything(ground: Ground) -> None:
     """Beyond its number of topics it is told, and those it has go on."""
     publishers = [ground.robot.publisher(f"/t{number}", String, latch=True) for number in range(4)]

@@ -38,6 +38,7 @@ def test_what_is_cut_is_put_together(size: int) -> None:
     assert pending.held == 0
 
 
+@pytest.mark.promise("a message comes in 4096 at most")
 def test_small_fragments_of_a_large_text_are_made_larger() -> None:
     """Nobody makes us send a million messages of one character."""
     sent = cut("x" * 1_000_000, 1, "f")
@@ -72,6 +73,7 @@ def test_a_fragment_that_contradicts() -> None:
         assert pending.held == 0
 
 
+@pytest.mark.promise("16 may be incomplete, all together as large as one message, for ten minutes")
 def test_what_is_incomplete_is_bounded() -> None:
     """In number, in bytes and in time."""
     pending = Reassembly(100_000)

@@ -166,6 +166,7 @@ def test_every_operation_is_shown() -> None:
     assert {message["op"] for message, _ in CONVERSATION} == set(OPERATIONS)
 
 
+@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
 @pytest.mark.parametrize("op", sorted(OPERATIONS))
 def test_a_required_field_is_missed(op: str) -> None:
     """Each required field left out, null, of a wrong kind, too long: named in the answer, with the message's id."""
@@ -185,6 +186,7 @@ def test_a_required_field_is_missed(op: str) -> None:
                 assert len(answer["msg"]) < 300
 
 
+@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
 @pytest.mark.parametrize(
     ("message", "sentence"),
     [
@@ -255,6 +257,7 @@ def test_several_messages_at_once() -> None:
     assert "more than 100 at once" in refused("{}" * 101)
 
 
+@pytest.mark.promise("A message is bounded in bytes, in nesting, and in its values and keys")
 def test_nesting_is_bounded() -> None:
     """As deep as allowed is taken; deeper, up to what breaks a JSON reader, is refused."""
 
@@ -268,6 +271,7 @@ def test_nesting_is_bounded() -> None:
     assert isinstance(Protocol(LIMITS).receive(json.dumps(wide))[0], Publish)
 
 
+@pytest.mark.promise("A message is bounded in bytes, in nesting, and in its values and keys")
 def test_size_is_bounded() -> None:
     """A message beyond the limit ends the connection, and nothing is read any more."""
     protocol = Protocol(LIMITS)
@@ -276,6 +280,7 @@ def test_size_is_bounded() -> None:
     assert protocol.receive('{"op": "subscribe", "topic": "/t"}') == []
 
 
+@pytest.mark.promise("A message is bounded in bytes, in nesting, and in its values and keys")
 def test_values_are_bounded() -> None:
     """Refused before they are decoded, whatever they are; also when they come in fragments."""
     limits = GatewayLimits()
@@ -287,6 +292,7 @@ def test_values_are_bounded() -> None:
     assert "at most 5 are taken" in refused(few, GatewayLimits(message_values=5))
 
 
+@pytest.mark.promise("of all clients' long messages one is decoded at a time")
 def test_what_takes_long_is_left_to_a_rest() -> None:
     """In its place among the others; a short message, and a fragment, is read at once."""
     protocol = Protocol(LIMITS)
@@ -308,6 +314,7 @@ def test_what_takes_long_is_left_to_a_rest() -> None:
     assert rest.read() == [Subscribe(None, "/a")]
 
 
+@pytest.mark.promise("of all clients' long messages one is decoded at a time")
 def test_fragments_of_a_long_message_are_left_to_a_rest() -> None:
     """The last one is short; what they hold together is not."""
     protocol = Protocol(LIMITS)
@@ -381,6 +388,7 @@ def test_pictures_of_a_client() -> None:
     assert refused({"op": "png", "data": "AAAA"}).startswith("png: no PNG picture in base64: ")
 
 
+@pytest.mark.promise("A picture is measured before it is unpacked")
 def test_pictures_in_one_message_are_bounded() -> None:
     """Each costs far more than its bytes: the fifth, also inside another one, is refused."""
     one = json.dumps({"op": "png", "data": png.pack('{"op": "subscribe", "topic": "/t"}')})

@@ -88,6 +88,7 @@ def test_the_goals_of_a_client_that_left_end(nodes: tuple[Node, Node]) -> None:
         assert [goal.id for goal in republisher._server.goals] == [second.goal_id]
 
 
+@pytest.mark.promise("64 of each at a time, 500 frames, 100 Hz at most")
 @pytest.mark.parametrize(
     "change",
     [
@@ -130,6 +131,7 @@ def test_a_topic_for_clients_that_call_the_service(nodes: tuple[Node, Node]) -> 
         eventually(lambda: not republisher._topics, 10)
 
 
+@pytest.mark.promise("64 of each at a time, 500 frames, 100 Hz at most")
 def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
     """No client opens topics without end; closing ends them."""
     monkeypatch.setattr(tf_republisher, "MOST_TOPICS", 2)
@@ -145,6 +147,7 @@ def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch
     assert not republisher._topics
 
 
+@pytest.mark.promise("64 of each at a time, 500 frames, 100 Hz at most")
 def test_goals_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
     """One client, or many, send no goals without end."""
     monkeypatch.setattr(tf_republisher, "MOST_GOALS", 2)

@@ -138,6 +138,7 @@ def test_an_unknown_method_is_a_fault() -> None:
         api()[0].dispatch("format", ["/c"], "10.0.0.9")
 
 
+@pytest.mark.promise("are checked with the master instead of believed")
 def test_publisher_updates_count_from_the_master_only() -> None:
     """From elsewhere they are a hint to ask the master. Always answered with 1."""
     slave, topics, _ = api()
@@ -157,6 +158,9 @@ def test_param_updates_are_marked_with_whom_they_came_from() -> None:
     assert seen == [("/p/", {}, True), ("/p/", {}, False)]
 
 
+@pytest.mark.promise(
+    "is obeyed only when the master no longer knows our URI", "The master ends a node whose name is"
+)
 def test_a_shutdown_in_the_masters_name_is_checked() -> None:
     """Obeyed when the name is no longer ours; not when the master still has us, or cannot be asked."""
     for answer, obeyed in (
@@ -170,6 +174,7 @@ def test_a_shutdown_in_the_masters_name_is_checked() -> None:
         assert bool(ended) is obeyed
 
 
+@pytest.mark.promise("`allow_shutdown=False` refuses `rosnode kill` too")
 def test_a_shutdown_by_a_person_is_obeyed_unless_it_is_not_allowed() -> None:
     """`rosnode kill`; the refusal says why."""
     slave, _, ended = api()
@@ -234,6 +239,9 @@ def test_rosnode_kill_closes_the_node(pair: tuple[Node, Node]) -> None:
     assert "enough" in reasons[0]
 
 
+@pytest.mark.promise(
+    "are checked with the master instead of believed", "A `publisherUpdate` may come before the answer of"
+)
 def test_a_forged_publisher_update_is_put_right_by_the_master(pair: tuple[Node, Node]) -> None:
     """A list from elsewhere changes nothing but that the master is asked."""
     a, b = pair

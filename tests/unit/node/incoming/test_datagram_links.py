@@ -61,6 +61,7 @@ def test_messages_of_any_size_and_latched(nodes: tuple[Node, Node]) -> None:
     assert (row.destination, row.transport, row.connected) == (listener.name, "UDPROS", True)
 
 
+@pytest.mark.promise("A subscriber takes datagrams only after `unreliable=True`")
 def test_who_does_not_ask_for_datagrams_gets_none(nodes: tuple[Node, Node]) -> None:
     """From the same publisher that sends them to who asks."""
     talker, listener = nodes
@@ -175,6 +176,7 @@ def test_who_asks_again_has_one_connection(nodes: tuple[Node, Node]) -> None:
     assert publisher.connections == 1
 
 
+@pytest.mark.promise("with `allow=` only to the addresses in it")
 def test_datagrams_of_strangers_change_nothing(
     nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -209,6 +211,7 @@ def test_closing_ends_the_thread_at_once(nodes: tuple[Node, Node], when: str) ->
     assert not link._thread.is_alive()
 
 
+@pytest.mark.promise("with `allow=` only to the addresses in it")
 def test_a_request_that_makes_no_sense_or_may_not_be_made(master: Master) -> None:
     """The node says why, and goes on."""
     options: Any = {"allow": ["127.0.0.1"], "limits": Limits(connections=1)}

@@ -184,6 +184,7 @@ def test_only_the_newest_are_decoded() -> None:
     assert reader.messages == 10
 
 
+@pytest.mark.promise("A length is checked before memory is taken")
 def test_a_length_above_the_limit_is_refused_before_memory_is_taken() -> None:
     """4 GiB announced: an error at once."""
     reader = FrameReader(Pieces([b"\xff\xff\xff\xff"]), 1000, peer="test")  # type: ignore[arg-type]

@@ -43,6 +43,7 @@ TABLE: dict[LinkState, dict[LinkEvent, LinkState]] = {
 """The whole table, written a second time."""
 
 
+@pytest.mark.promise("A publisher that closes its connection and stays")
 def test_the_way_to_a_connection_and_back() -> None:
     """A lost connection begins again with asking, not with connecting."""
     state = LinkState.WAITING
@@ -86,6 +87,7 @@ def test_waits_are_bounded() -> None:
     assert 4.0 <= [pauses.after(None, refused=True) for _ in range(10)][-1] <= 6.0
 
 
+@pytest.mark.promise("tried every few seconds")
 def test_sessions_that_end_at_once_are_no_success() -> None:
     """A publisher that agrees and breaks off is tried every few seconds at last; one that stayed, at once."""
     pauses = Pauses()
@@ -96,6 +98,7 @@ def test_sessions_that_end_at_once_are_no_success() -> None:
     assert pauses.after(60.0) < 0.1
 
 
+@pytest.mark.promise("every few minutes")
 def test_another_definition_is_not_asked_again_and_again() -> None:
     """Each try is a warning in the publisher's log: one in the first 20 seconds, as with rospy."""
     pauses = Pauses()

@@ -20,6 +20,10 @@ def cut_at(looks: Iterable[tuple[int, int]], *, large: bool = False, in_flight: 
     return None
 
 
+@pytest.mark.promise(
+    "What TCP has taken is delivered whenever the",
+    "cut off when what is on its way to it is four seconds old",
+)
 def test_velocities_into_silence() -> None:
     """Twenty a second, none acknowledged: four seconds after the first."""
     assert cut_at((520 * n, 0) for n in range(1, 60)) == pytest.approx(MOST_AGE)

@@ -84,6 +84,7 @@ def test_nobody_gets_our_port_by_accident(topic: Topic, nobody: tuple[str, int])
             other.bind(topic.listener.getsockname())
 
 
+@pytest.mark.promise("The reset may be lost with the rest")
 def test_it_is_announced_until_it_is_back(topic: Topic, nobody: tuple[str, int]) -> None:
     """A master that is away for the moment is asked again."""
     topic.enough = 2
@@ -98,6 +99,7 @@ def test_a_node_that_closes_is_not_kept(topic: Topic, nobody: tuple[str, int]) -
     assert topic.announced == 0
 
 
+@pytest.mark.promise("At most 32 such subscribers")
 def test_no_more_than_a_few_at_a_time(
     topic: Topic, nobody: tuple[str, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,6 +21,7 @@ def test_the_answer_of_the_subscription_is_the_first_value():
     assert cache.get("/a") == 1
 
 
+@pytest.mark.promise("`paramUpdate` carries a trailing slash, an empty dict")
 def test_an_update_with_a_trailing_slash_is_an_update_of_the_key():
     cache = subscribed("/a", 1)
     assert cache.apply("/a/", 2) == [Change("/a", "/a", 2)]
@@ -40,6 +41,7 @@ def test_an_update_of_a_namespace_above_reaches_the_subscribed_key():
     assert cache.apply("/ns", {"z": 0}) == [Change("/ns/a", "/ns/a", ABSENT)]
 
 
+@pytest.mark.promise("`paramUpdate` carries a trailing slash, an empty dict")
 def test_an_empty_dict_is_a_deletion():
     cache = subscribed("/ns", {"a": 1, "b": 2})
     assert cache.apply("/ns/a/", {}) == [Change("/ns", "/ns/a", ABSENT)]

@@ -171,6 +171,7 @@ def test_waiting_for_a_turn_is_within_the_deadline(node):
     first.join(20)
 
 
+@pytest.mark.promise("A probe ends after the header, and `rospy.wait_for_service`")
 def test_a_probe_tells_the_type_and_is_silent(node, caplog):
     caplog.set_level(logging.INFO)
     calls: list[object] = []
@@ -232,6 +233,7 @@ def test_closing_a_client_ends_its_wait_and_its_calls(node, persistent):
         client.call(data=True)
 
 
+@pytest.mark.promise("A service is registered when its port accepts")
 def test_closing_a_server_lets_answers_out_ends_idle_links_and_unregisters(node):
     server = node.service_server("/set", SetBool, tell)
     client = node.service_client("/set", SetBool, persistent=True)

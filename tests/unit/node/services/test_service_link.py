@@ -89,6 +89,7 @@ def test_an_answer_byte_by_byte_is_put_together(pair):
     thread.join()
 
 
+@pytest.mark.promise("A refusal is one byte 0, a length")
 def test_an_error_answer_is_a_service_error_and_the_link_stays_in_step(pair):
     answers = iter([answer(b"no \xff way", ok=0), answer(b"yes")])
     serving(pair[1], lambda request: next(answers))
@@ -152,6 +153,7 @@ def test_closing_wakes_the_call_in_another_thread(pair):
         link.call(b"x", Deadline(10))
 
 
+@pytest.mark.promise("Several requests may be sent before the first")
 def test_pipelined_requests_are_answered_in_order(pair):
     requests = [bytes([n]) * n for n in range(50)]
     serving(pair[1], echo)

@@ -36,6 +36,7 @@ def test_addresses_in_numbers_and_localhost_are_ours(host: str) -> None:
     assert Access().check_host(host) is None
 
 
+@pytest.mark.promise("is refused (DNS rebinding)")
 @pytest.mark.parametrize("host", [*BAD_HOSTS, None])
 def test_another_name_is_dns_rebinding(host: str | None) -> None:
     refusal = Access().check_host(host)
@@ -50,6 +51,7 @@ def test_names_that_were_given_are_ours_and_those_of_origins() -> None:
     assert access.check_host("Robot.Local:8080") is None
 
 
+@pytest.mark.promise("page of another site asks for")
 @pytest.mark.parametrize(
     ("origin", "host", "good"),
     [
@@ -95,6 +97,7 @@ def test_an_origin_that_is_none_is_told_at_the_start(origin: str) -> None:
         Access(origins=[origin])
 
 
+@pytest.mark.promise("elsewhere it takes a token of at least 8 letters")
 @pytest.mark.parametrize(
     ("token", "text"),
     [("short", "at least 8"), ("", "at least 8"), ("päßwörter", "ASCII"), ("with blank", "ASCII")],
@@ -113,6 +116,7 @@ def test_the_right_token_lets_in_and_a_wrong_one_does_not() -> None:
         assert refusal.status == 401
 
 
+@pytest.mark.promise("answered ten times, then once every six seconds")
 def test_who_guesses_is_slowed_down_and_nobody_else() -> None:
     access = Access("correct-horse")
     statuses = [access.check_token("wrong", "a", 0.0).status for _ in range(12)]  # type: ignore[union-attr]

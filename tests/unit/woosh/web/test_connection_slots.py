@@ -33,6 +33,7 @@ class Door:
         self.slots.request_begins(key, now, authorized=True)
 
 
+@pytest.mark.promise("Ten seconds without a request")
 def test_who_says_nothing_leaves_after_a_while() -> None:
     door = Door(silence=10.0)
     key = door.admit(STRANGER, 0.0)
@@ -58,6 +59,7 @@ def test_a_request_under_way_is_no_silence_and_the_time_begins_anew_after_it() -
     assert door.ended == [key]
 
 
+@pytest.mark.promise("another address has 64 at most")
 def test_one_address_has_so_many_and_then_its_own_newest_takes_the_place_of_its_own_oldest() -> None:
     door = Door(most=100, reserved=10, each=3)
     other = door.admit(OWNER)
@@ -78,6 +80,7 @@ def test_one_address_that_asks_with_all_it_has_gets_no_more() -> None:
     assert door.ended == []
 
 
+@pytest.mark.promise("There are 256 places for connections")
 def test_strangers_cannot_take_the_reserved_places() -> None:
     door = Door(most=10, reserved=4, each=100)
     for n in range(6):
@@ -90,6 +93,7 @@ def test_strangers_cannot_take_the_reserved_places() -> None:
     assert door.ended == []
 
 
+@pytest.mark.promise("of whoever has asked nothing for longest")
 def test_a_newcomer_takes_the_place_of_the_most_silent_of_the_largest_crowd() -> None:
     door = Door(most=6, reserved=0, each=100)
     alone = door.admit(OWNER, 0.0)

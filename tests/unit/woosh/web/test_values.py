@@ -134,6 +134,7 @@ def test_a_lease_says_whose_it_is() -> None:
     assert lease_part(state, mine="bert")["yours"] is False
 
 
+@pytest.mark.promise("200 goals and 20 bags are kept")
 def test_the_journal_keeps_its_last_entries_and_how_they_ended() -> None:
     journal = Journal(3)
     numbers = [journal.begin("anna", f"act {i}") for i in range(5)]
@@ -180,6 +181,7 @@ def test_sessions_are_secret_different_and_can_be_taken_up_again() -> None:
     assert clients.connect("10.0.0.9", anna.session) is anna
 
 
+@pytest.mark.promise("200 goals and 20 bags are kept")
 def test_sessions_have_a_bound_and_those_that_went_first_make_room() -> None:
     clients = Clients()
     here = [clients.connect("a") for _ in range(MOST_SESSIONS)]

@@ -118,6 +118,7 @@ def test_an_action_needs_all_five_topics_and_is_told_once() -> None:
     assert action_servers(["/cancel", "/feedback", "/goal", "/result", "/status"]) == []
 
 
+@pytest.mark.promise("is in no answer of `/rosapi`, by whatever spelling of its name")
 def test_what_is_denied_is_in_no_list(nodes: tuple[Node, Node]) -> None:
     """Hidden topics, services, nodes and actions are in no answer, by whatever spelling."""
     rosapi = Rosapi(nodes[1], Access(deny=("/secret/*", "service:/lamp", "node:/robot", "action:/move_base")))
@@ -138,6 +139,7 @@ def test_what_is_denied_is_in_no_list(nodes: tuple[Node, Node]) -> None:
     assert rosapi.call("/rosapi/action_servers") == {"action_servers": []}
 
 
+@pytest.mark.promise("a million characters at most, a parameter's value 32 levels, an answer 300 types")
 @pytest.mark.parametrize(
     ("service", "args", "text"),
     [
@@ -163,6 +165,7 @@ def test_what_cannot_be_answered_is_a_sentence(
         Rosapi(nodes[1], Access()).call(service, args)
 
 
+@pytest.mark.promise("a million characters at most, a parameter's value 32 levels, an answer 300 types")
 def test_a_master_that_is_gone_is_a_sentence() -> None:
     """What cannot be reached is told; nothing else comes out."""
     with Master() as master, Node("/gateway", master_uri=master.uri, rosout=False) as node:
@@ -216,6 +219,7 @@ def test_the_same_answers_as_ros_services(nodes: tuple[Node, Node]) -> None:
     eventually(lambda: "/rosapi/topics" not in robot.master.get_system_state().services)
 
 
+@pytest.mark.promise("a million characters at most, a parameter's value 32 levels, an answer 300 types")
 def test_a_provider_that_is_silent_holds_up_nobody_for_long(
     nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch
 ) -> None:

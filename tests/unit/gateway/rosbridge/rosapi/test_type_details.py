@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rosproto.gateway.rosbridge.rosapi.types import MOST_TYPES, type_details
 from rosproto.msg import Field, FieldType, MessageSpec, bundled, library_from_full_text
 
@@ -34,6 +36,7 @@ def test_arrays_constants_and_odd_builtins() -> None:
     assert duration["type"] == "duration"
 
 
+@pytest.mark.promise("a million characters at most, a parameter's value 32 levels, an answer 300 types")
 def test_a_definition_without_end_gives_a_bounded_answer() -> None:
     """What robots say of their types is anybody's."""
 
