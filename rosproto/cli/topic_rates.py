@@ -6,19 +6,16 @@ import argparse
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_text, hz_table, hz_text
 
 from .connection import CommandError, absolute, below, master_client, open_node, print_json, warn
+from .expression import Expression
 from .option_types import count
 from .parser import near
 
-if TYPE_CHECKING:
-    from .expression import Expression
-    from .rates import Window
-
 __all__ = ["add_bw_arguments", "add_hz_arguments", "run_bw", "run_delay", "run_hz"]
-
-HZ_COLUMNS = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
 
 
 def add_hz_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,89 +45,67 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
 
 def run_hz(arguments: argparse.Namespace) -> int:
     """Intervals between arrivals, a report a second."""
-    from .rates import Window, hz_text, table
-
     wanted = _filter(arguments)
-    # N messages have N - 1 intervals between them.
-    windows = {topic: Window(arguments.window - 1) for topic in _topics(arguments)}
+    windows = _windows(arguments)
 
     def arrived(topic: str, message: Any, now: float) -> None:
         if wanted is None or wanted(m=message):
-            windows[topic].tick(now)
+            windows[topic].add(now)
 
     def report() -> None:
         if arguments.json:
-            print_json({t: _figures(w, "interval") for t, w in windows.items()})
-        elif len(windows) == 1:
-            window = next(iter(windows.values()))
-            print(hz_text(window.statistics() if window.fresh else None), flush=True)
-        else:
-            rows = [_hz_row(topic, window) for topic, window in windows.items() if window.fresh]
-            print(table(HZ_COLUMNS, rows) if rows else "no new messages", flush=True)
+            print_json({t: _figures(w.statistics(), "interval") for t, w in windows.items()})
+            return
+        found = {topic: window.news() for topic, window in windows.items()}
+        print(hz_text(*found.values()) if len(found) == 1 else hz_table(found), flush=True)
 
     return _watch(arguments, arrived, report, raw=wanted is None)
 
 
-def _hz_row(topic: str, window: Window) -> list[str]:
-    found = window.statistics()
-    assert found is not None
-    rate = 1.0 / found.mean if found.mean > 0 else 0.0
-    return [
-        topic,
-        *(f"{v:.4}" for v in (rate, found.least, found.most, found.deviation)),
-        str(found.count + 1),
-    ]
+def _windows(arguments: argparse.Namespace) -> dict[str, Window]:
+    """One for each topic; a single message has neither an interval nor a delay that counts."""
+    return {topic: Window(max(2, arguments.window)) for topic in _topics(arguments)}
 
 
-def _figures(window: Window, what: str) -> dict[str, float] | None:
-    found = window.statistics()
+def _figures(found: Statistics | None, what: str) -> dict[str, float] | None:
     if found is None:
         return None
     figures = {f"mean_{what}": found.mean, f"min_{what}": found.least, f"max_{what}": found.most}
-    figures |= {"std_dev": found.deviation, "count": found.count}
+    figures |= {"std_dev": found.deviation, "count": found.messages - 1}
     if what == "interval" and found.mean > 0:
-        figures["rate"] = 1.0 / found.mean
+        figures["rate"] = found.rate
     return figures
 
 
 def run_delay(arguments: argparse.Namespace) -> int:
     """Arrival minus header stamp; both clocks must agree for it to mean anything."""
-    from .rates import Window, delay_text
-
     wanted = _filter(arguments)
-    windows = {topic: Window(arguments.window - 1) for topic in _topics(arguments)}
+    windows = _windows(arguments)
     headless: list[str] = []
-    seen: set[str] = set()
 
     def arrived(topic: str, message: Any, now: float) -> None:
         if not message._has_header:
             headless.append(f"{topic} ({message._type})")
         elif wanted is None or wanted(m=message):
-            # The first does not count, as with rostopic: a latched message is as old as it is.
-            if topic in seen:
-                windows[topic].add(time.time() - message.header.stamp.to_sec())
-            seen.add(topic)
+            windows[topic].add(now, time.time() - message.header.stamp.to_sec())
 
     def report() -> None:
         if headless:
             raise CommandError(f"{headless[0]} has no header, so its messages do not say when they were made")
         if arguments.json:
-            print_json({t: _figures(w, "delay") for t, w in windows.items()})
+            print_json({t: _figures(w.statistics(), "delay") for t, w in windows.items()})
             return
         for topic, window in windows.items():
-            if window.empty:
-                continue
-            text = delay_text(window.statistics() if window.fresh else None)
-            print(text if len(windows) == 1 else f"{topic}: {text}", flush=True)
+            if window.values:
+                text = delay_text(window.news())
+                print(text if len(windows) == 1 else f"{topic}: {text}", flush=True)
 
     return _watch(arguments, arrived, report, raw=False)
 
 
 def run_bw(arguments: argparse.Namespace) -> int:
     """Bytes a second, a report a second."""
-    from .rates import Bandwidth, bandwidth_text
-
-    bandwidths = {topic: Bandwidth(arguments.window) for topic in _topics(arguments)}
+    bandwidths = {topic: Bandwidth(max(2, arguments.window)) for topic in _topics(arguments)}
 
     def arrived(topic: str, message: Any, now: float) -> None:
         bandwidths[topic].add(now, len(message._buff))
@@ -152,8 +127,6 @@ def run_bw(arguments: argparse.Namespace) -> int:
 
 def _filter(arguments: argparse.Namespace) -> Expression | None:
     """What a message must fulfil."""
-    from .expression import Expression
-
     return Expression(arguments.filter) if arguments.filter else None
 
 

@@ -1,9 +1,12 @@
-"""`rosproto topic hz|bw|delay` beside rostopic: fed the same messages at the same times, they print the same."""
+"""`rosproto topic hz|bw|delay` and the layer's `rostopic` beside Debian's: fed the same messages, they print the same."""
 
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,11 +17,11 @@ from rosproto.time import Time
 from tests.support import ros
 
 ROSTOPIC = """
-import json, sys, rospy, rostopic
+import json, sys, time, rospy, rostopic
 verb, window, topics, events = json.loads(sys.argv[1])
 now = [0.0]
 rospy.get_rostime = lambda: rospy.Time.from_sec(now[0])
-rostopic.time.time = lambda: now[0]
+time.time = lambda: now[0]
 class Message:
     _has_header = True
 if verb == "hz":
@@ -121,3 +124,14 @@ def test_the_same_numbers_are_the_same_text(
     of_ours(*SAMPLES[name], monkeypatch)
     assert capsys.readouterr().out == theirs
     assert theirs or "one message" in name
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_programs_that_import_rostopic_print_the_same(name: str, ros_installed: None, tmp_path: Path) -> None:
+    """The classes ROSTopicHz, ROSTopicBandwidth and ROSTopicDelay, as monitors use them."""
+    theirs = ros.run_rospy(ROSTOPIC, "http://127.0.0.1:1", json.dumps(SAMPLES[name])).stdout
+    program = tmp_path / "meter.py"
+    program.write_text(ROSTOPIC, "utf-8")
+    words = [sys.executable, "-m", "rosproto", "run", str(program), json.dumps(SAMPLES[name])]
+    ours = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    assert (ours.stdout, ours.stderr) == (theirs, "")
