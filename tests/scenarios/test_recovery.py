@@ -172,6 +172,9 @@ def test_a_peer_that_vanished_is_noticed_by_keep_alive(monkeypatch: pytest.Monke
     ):
         publisher, subscriber = a.publisher("/t", STRING), b.subscriber("/t", STRING)
         publisher.wait_for_connection(10)
+        eventually(
+            lambda: subscriber.connections == 1
+        )  # it has read the header: otherwise it would wait for that
         publication = a._topics.publication("/t")
         assert publication is not None
         link: Any = publication.links[0]

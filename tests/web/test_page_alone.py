@@ -128,6 +128,26 @@ def test_a_lost_robot_is_said_in_words(browser: Browser, served: tuple[Fake, str
         page.wait_for_selector("#lost", state="hidden")
 
 
+def test_the_end_of_a_goal_that_was_never_seen_running(browser: Browser, served: tuple[Fake, str]) -> None:
+    """A goal may begin and end between two messages. What had ended before the page came is no news."""
+    fake, url = served
+    old = {
+        "id": "1",
+        "kind": "mark",
+        "who": "page 1",
+        "description": "mark A1",
+        "state": "arrived",
+        "done": True,
+    }
+    fake.goals = [old]
+    with person(browser, url) as page:
+        page.wait_for_selector("#battery >> text=76")
+        assert not page.is_visible("#task")
+        fake.goals = [old, {**old, "id": "2", "description": "mark B1", "state": "cancelled"}]
+        page.wait_for_selector("#task >> text=Cancelled")
+        fake.goals = []
+
+
 @pytest.mark.parametrize(
     ("stands", "text"),
     [

@@ -13,12 +13,14 @@ export class Task {
     this.store = store;
     this.rest = rest;
     this.box = byId("task");
-    this.seen = null; // id of the goal that was seen running here: only its end is told
+    this.seen = null; // id of the goal that was last seen running here
     this.closed = null;
+    this.before = undefined; // id of the goal that had ended when the page came, "" if none: its end is no news
     this.far = 0; // m to the mark when it was seen first
     this.shape = ""; // what is built; progress only moves the bar
+    store.on("goal", (goal) => (this.before ??= goal && !goal.running ? goal.id : ""));
     store.on("goal journal", () => this.render());
-    store.on("anew", () => (this.seen = this.closed = null)); // its goals have other numbers
+    store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // its goals have other numbers
     store.on("pose", () => this.bar && this.progress());
     onLanguage(() => {
       this.shape = "";
@@ -33,7 +35,9 @@ export class Task {
       // Who has begun it far down the list would not see it.
       if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
     }
-    const hidden = !goal || (!goal.running && (goal.id === this.closed || goal.id !== this.seen));
+    // A goal can begin and end between two messages to a slow page: its end is told all the same.
+    const told = this.before === undefined || [this.before, this.closed].includes(goal?.id);
+    const hidden = !goal || (!goal.running && told);
     show(this.box, !hidden);
     if (hidden) return;
     const what = this.what(goal);
