@@ -268,3 +268,47 @@ def test_only_the_command_imports_the_command(module: str) -> None:
         return
     commands = {name for name in CHASSIS_IMPORTS[module] if name.startswith("woosh_pure.cli")}
     assert not commands, sorted(commands)
+
+
+CHASSIS_FLOORS = [
+    "enums firmware geometry interface lease reasons",
+    "faults",
+    "language outcome values",
+    "errors maps",
+    "connection",
+    "feed",
+    "doctor readiness stopping",
+    "core",
+    "motion readings velocity",
+    "peripherals sim",
+    "chassis",
+    "aio fleet foxglove selftest web woosh_pure",
+    "cli pytest_plugin",
+    "__main__",
+]
+"""The rooms of woosh_pure from the ground up: folders, and files that stand in none. `woosh_pure` is its face."""
+FLOOR_OF = {room: floor for floor, rooms in enumerate(CHASSIS_FLOORS) for room in rooms.split()}
+
+
+def chassis_room(module: str) -> str:
+    """ "stopping" of woosh_pure.stopping.line; "woosh_pure" of the package's own face."""
+    return module.split(".")[1] if "." in module else module
+
+
+def test_the_floors_of_the_chassis_name_every_room_once() -> None:
+    named = " ".join(CHASSIS_FLOORS).split()
+    assert sorted(named) == sorted({chassis_room(module) for module in CHASSIS})
+
+
+@pytest.mark.parametrize("module", sorted(CHASSIS))
+def test_a_room_of_the_chassis_imports_lower_floors_only(module: str) -> None:
+    """Late imports and those for types count, too: whoever reads a room has to know only what is below it."""
+    if module in TWO_FACES:
+        return
+    own = chassis_room(module)
+    wrong = {
+        other
+        for other in CHASSIS_IMPORTS[module]
+        if chassis_room(other) != own and FLOOR_OF[chassis_room(other)] >= FLOOR_OF[own]
+    }
+    assert not wrong, sorted(wrong)

@@ -11,7 +11,7 @@ from rosproto.version import __version__ as __version__
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 from woosh_pure.geometry import Footprint, Pose2D, Velocity
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness import Readiness, Ready
+from woosh_pure.reasons import Readiness, Ready
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis

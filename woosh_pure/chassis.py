@@ -16,23 +16,22 @@ from rosproto.transport import Deadline, HostNames
 from woosh_pure import interface
 from woosh_pure.connection.address import master_uri_of
 from woosh_pure.connection.timeouts import LONGEST, require_timeout
+from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused
-from woosh_pure.feed.readings import Readings
 from woosh_pure.lease import ChassisLease
-from woosh_pure.maps.localisation import Localisation
 from woosh_pure.motion.action_goal import ActionHandle, start_action
 from woosh_pure.motion.moving import Moving
 from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
 from woosh_pure.peripherals import Peripherals
-from woosh_pure.readiness.assessment import Readiness
+from woosh_pure.readings import Readings
+from woosh_pure.reasons import Readiness
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop import stop as _stop
 from woosh_pure.stopping.stop import stop_seconds
 from woosh_pure.values.messages import require_finite
 from woosh_pure.velocity.drive import Drive
 from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
-from woosh_pure.velocity.topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -52,7 +51,7 @@ _CLOSE_SECONDS, _LEAVE_SECONDS = 30.0, 10.0
 _CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for what it finds then
 
 
-class Chassis(Readings, Moving, Localisation, Peripherals):
+class Chassis(Readings, Moving, Peripherals):
     """One chassis. Use it in a `with` block: leaving it cancels what this program started and still runs.
 
     Nothing happens on the network before the first verb or feed is used. The node's name is made unique, so

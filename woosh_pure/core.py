@@ -10,13 +10,12 @@ from functools import partial
 from rosproto.logs import get_logger
 from rosproto.watchdog import Watchdog
 from woosh_pure.connection.clients import Clients
-from woosh_pure.connection.connection import Connection
+from woosh_pure.connection.connection import Connection, say_elsewhere
+from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.readiness.knowledge import Knowledge
-from woosh_pure.stopping.elsewhere import say_elsewhere
 from woosh_pure.stopping.running import Running
 from woosh_pure.stopping.watched import Watched
-from woosh_pure.velocity.topics import VelocityTopics
 
 __all__ = ["Core"]
 
@@ -71,7 +70,12 @@ class Core:
             zeros_due=lambda: self.velocity.zeros_due,
             send_zeros=self.velocity.send_due_zeros,
         )
-        self.knowledge = Knowledge(self.connection, self.feeds, self.running)
+        self.knowledge = Knowledge(
+            self.connection,
+            self.feeds,
+            own_tasks=self.running.own_tasks,
+            require_not_over=self.running.require_not_over,
+        )
 
     def start_watchdog(self) -> None:
         """Have it ready for the first motion; returns at once."""

@@ -6,15 +6,10 @@ attributes.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import both, shown
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness.reason import Reason, ReasonKey
-
-if TYPE_CHECKING:
-    from woosh_pure.readiness.assessment import Readiness
+from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
 __all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "StaleState"]
 

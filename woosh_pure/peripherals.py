@@ -1,21 +1,21 @@
-"""Lights, voice, footprint, costmaps, maps, plans, navigation mode: neither readings nor motion."""
+"""Lights, voice, footprint, costmaps, maps, plans, localisation: neither readings nor motion."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float, whole
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
+from woosh_pure.connection.limits import require_message
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
-from woosh_pure.errors import StaleState
-from woosh_pure.firmware.limits import require_message
+from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
+from woosh_pure.interface.table import row
 from woosh_pure.maps.gridmap_message import grid_from_message, grid_message
-from woosh_pure.maps.localisation import require_success
 from woosh_pure.motion.steps import MAX_SPEED
 from woosh_pure.values.messages import polygon, pose_with_covariance, stamped_pose
 from woosh_pure.values.poses import pose_of
@@ -35,7 +35,7 @@ _FOOTPRINTS = {
 
 
 class Peripherals:
-    """The part of `Chassis` that needs no permission to move."""
+    """The part of `Chassis` that needs no permission to move: what is on the robot, and where it is."""
 
     _core: Core
 
@@ -156,7 +156,7 @@ class Peripherals:
             ChassisError: The chassis refused.
             ServiceError, RosTimeout: There is no such service, or no answer in time.
         """
-        require_success(self._core.clients.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
+        _require_success(self._core.clients.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
 
     def clear_costmaps(self) -> None:
         """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in view come back.
@@ -199,7 +199,7 @@ class Peripherals:
             initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
         )
         reply = self._core.clients.call("/set_map", timeout=30.0, map=grid_message(grid), initial_pose=pose)
-        require_success(reply, "set_map")
+        _require_success(reply, "set_map")
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None, *, tolerance: float = 0.0) -> list[Pose2D]:
         """Plan a path without driving it (`/move_base/make_plan`).
@@ -304,6 +304,95 @@ class Peripherals:
         handle.wait(timeout)
         return handle.result
 
+    # -- where the robot is ----------------------------------------------------------------------------------
+
+    def set_pose(
+        self,
+        pose: Pose2D,
+        *,
+        position_deviation: float = 0.25,
+        yaw_deviation: float = 0.26,
+        via: Literal["topic", "service"] = "topic",
+        service: str | None = None,
+    ) -> None:
+        """Tell the localisation where the robot stands (`/initialpose`), after power-up for example.
+
+        Whether it has found itself there is told by `readiness()`, `faults` and `/status_code`.
+
+        Args:
+            pose: In the map, m and rad.
+            position_deviation: How sure you are, 1 sigma, m.
+            yaw_deviation: 1 sigma, rad.
+            via: "topic" sends to `/initialpose`. "service" calls the chassis's service of type
+                woosh_msgs/InitPose, which answers; its name is not documented (the simulator has it at
+                `/init_pose`, a name of ours), so it is found by its type, and not every chassis has it.
+            service: Name of that service, where you know it: it is called without a search.
+
+        Raises:
+            ValueError: A number is not finite, a deviation is not positive, or the pose is not in the map.
+            RosTimeout: Nobody listens to `/initialpose`.
+            ChassisError: This chassis has no such service, or several, or it refused.
+        """
+        if pose.frame.lstrip("/") != "map":
+            raise ValueError(f"the pose is in {pose.frame!r}; the localisation takes a pose in the map")
+        if via not in ("topic", "service"):
+            raise ValueError(f'via={via!r}: expected "topic" or "service"')
+        message = pose_with_covariance(
+            pose, position_deviation=position_deviation, yaw_deviation=yaw_deviation
+        )
+        if via == "topic":
+            self._core.clients.send("/initialpose", message)
+        else:
+            self._call_by_type("/init_pose", service=service, initial_pose=message)
+
+    def initialise(self, *, timeout: float = 30.0, service: str | None = None) -> None:
+        """Initialise the robot: the chassis's service of type woosh_msgs/WooshInit.
+
+        Its name is not documented (the simulator has it at `/woosh_init`, a name of ours), so it is found by
+        its type; what a real chassis does then is not documented either. It takes no values: no units, no
+        frame.
+
+        Args:
+            timeout: Seconds for the answer.
+            service: Name of the service, where you know it: it is called without a search.
+
+        Raises:
+            ChassisError: This chassis has no such service, or several, or it refused.
+            RosTimeout: No answer in time.
+        """
+        self._call_by_type("/woosh_init", timeout, service)
+
+    def start_localization(self, on: bool = True) -> None:
+        """Start the localisation module, or stop it (`/start_localization`).
+
+        Args:
+            on: False stops it. No units, no frame.
+
+        Raises:
+            ChassisError: The chassis refused.
+            ServiceError: This chassis has no such service.
+            RosTimeout: No answer in time.
+        """
+        _require_success(self._core.clients.call("/start_localization", data=on), "start_localization")
+
+    def _call_by_type(
+        self, name: str, timeout: float | None = None, service: str | None = None, **fields: Any
+    ) -> None:
+        type_name = row(name).type
+        found = self._core.clients.services_of_type(type_name) if service is None else [service]
+        if not found:
+            raise ChassisError(
+                f"this chassis offers no service of type {type_name}; give its position with "
+                'set_pose(..., via="topic"), or initialise it at its own display'
+            )
+        if len(found) > 1:
+            raise ChassisError(
+                f"this chassis offers several services of type {type_name}: {', '.join(found)}; say which, "
+                "with service="
+            )
+        reply = self._core.clients.call_found(found[0], type_name, timeout=timeout, **fields)
+        _require_success(reply, f"{found[0]} ({type_name})")
+
 
 def _rgb(color: int | Sequence[int] | None) -> int:
     if color is None:
@@ -318,3 +407,15 @@ def _rgb(color: int | Sequence[int] | None) -> int:
     if len(parts) != 3 or len(given) != 3:
         raise ValueError(f"color {color!r}: expected (red, green, blue) with whole numbers of 0 to 255 each")
     return (parts[0] << 16) | (parts[1] << 8) | parts[2]
+
+
+def _require_success(reply: Any, what: str) -> None:
+    """Turn a `success: false` into an error.
+
+    Raises:
+        ChassisError: With the chassis's own words.
+    """
+    if not reply.success:
+        raise ChassisError(
+            f"{what}: the chassis refused: {getattr(reply, 'message', '') or 'no reason given'}"
+        )

@@ -9,7 +9,7 @@ import pytest
 from woosh_pure import Chassis, GoalFailed, MotionRefused, SimulatedChassis
 from woosh_pure.cli.entry import main
 from woosh_pure.enums import RobotState
-from woosh_pure.readiness.assessment import Ready, ReasonKey
+from woosh_pure.reasons import Ready, ReasonKey
 
 pytestmark = pytest.mark.usefixtures("private_config")
 

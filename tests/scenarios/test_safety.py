@@ -20,7 +20,7 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from tests.scenarios.test_ends_of_programs import program, start
 from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
-from woosh_pure.readiness.assessment import Ready
+from woosh_pure.reasons import Ready
 from woosh_pure.values.rostypes import message_type
 from woosh_pure.velocity import boottime
 

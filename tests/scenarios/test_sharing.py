@@ -17,7 +17,7 @@ import rosproto
 from rosproto.errors import RosTimeout
 from tests.support import ros
 from woosh_pure import Chassis, MotionRefused, SimulatedChassis
-from woosh_pure.velocity import other_drivers
+from woosh_pure.connection import other_drivers
 
 ROOT = Path(__file__).resolve().parents[2]
 TWIST = "geometry_msgs/Twist"

@@ -17,7 +17,7 @@ from rosproto.node import Node, NodeClient
 from tests.support.driving_commands import COMMANDS, children, driving, is_alive, moving
 from tests.support.extras import needs
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.velocity.other_drivers import other_drivers
+from woosh_pure.connection.other_drivers import other_drivers
 
 STANDS = 3.0
 """Seconds in which the robot has stopped, its own ramp and an overloaded computer included; the benchmark measures."""

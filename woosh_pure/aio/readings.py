@@ -1,4 +1,4 @@
-"""The feeds of the awaited `Chassis`: those of `woosh_pure.feed.readings`, one by one, with their types."""
+"""The feeds of the awaited `Chassis`: those of `woosh_pure.readings`, one by one, with their types."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from woosh_pure.faults.codes import StatusCode
 from woosh_pure.geometry import Pose2D, Velocity
 
 if TYPE_CHECKING:
-    from woosh_pure import values
-    from woosh_pure.feed import readings
+    from woosh_pure import readings, values
     from woosh_pure.feed.feed import Feed as Threaded
 
 __all__ = ["Readings"]

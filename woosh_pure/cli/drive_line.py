@@ -80,7 +80,7 @@ class DriveLine:
         return "   ".join(parts)
 
     def _left(self, here: Pose2D) -> float | None:
-        from woosh_pure.feed.frames import known_path
+        from woosh_pure.readings import known_path
 
         reading: Any = self._chassis.feed("plan").reading
         fresh = reading is not None and reading.received >= self._began

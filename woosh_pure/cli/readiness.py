@@ -9,7 +9,7 @@ from rosproto.errors import RosTimeout
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.cli.output import Output
-    from woosh_pure.readiness.assessment import Readiness
+    from woosh_pure.reasons import Readiness
 
 __all__ = ["EXIT_CODES", "as_json", "is_there", "nobody_there", "readiness_of", "verdict"]
 
@@ -56,7 +56,7 @@ def as_json(readiness: Readiness) -> bool | None:
 
 def readiness_of(chassis: Chassis) -> Readiness:
     """`Chassis.readiness()`, but no without a chassis: scripts take "nothing known against it" for a yes."""
-    from woosh_pure.readiness.assessment import Readiness, Reason, ReasonKey
+    from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
     found = chassis.readiness()
     if not is_there(chassis):

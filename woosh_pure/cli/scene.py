@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
-from woosh_pure.feed.frames import known_path, scan_in_map
+from woosh_pure.readings import known_path, scan_in_map
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from woosh_pure.faults.codes import StatusCode
     from woosh_pure.geometry import Pose2D, Velocity
     from woosh_pure.maps.gridmap import GridMap
-    from woosh_pure.readiness.assessment import Readiness
+    from woosh_pure.reasons import Readiness
     from woosh_pure.values.state import Battery, RobotStatus
 
 __all__ = ["Observer", "Scene"]

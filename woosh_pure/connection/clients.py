@@ -16,8 +16,8 @@ from rosproto.node import Cancellation, PreparedCall
 from rosproto.transport import Deadline
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
+from woosh_pure.connection.limits import limit_error, require_message
 from woosh_pure.enums import TaskCommand
-from woosh_pure.firmware.limits import limit_error, require_message
 from woosh_pure.interface import row
 from woosh_pure.values.rostypes import message_type, service_type
 

@@ -12,7 +12,7 @@ from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.operating_mode import operating_mode
 from woosh_pure.fleet.state import Facts
-from woosh_pure.readiness.reason import ReasonKey
+from woosh_pure.reasons import ReasonKey
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis

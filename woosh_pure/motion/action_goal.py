@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline
+from woosh_pure.connection.connection import LastWord
+from woosh_pure.connection.limits import require_goal
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
-from woosh_pure.firmware.limits import require_goal
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.goal import GoalHandle
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
-from woosh_pure.stopping.elsewhere import LastWord
 from woosh_pure.values.messages import require_finite, stamped_pose
 from woosh_pure.values.poses import pose_of
 from woosh_pure.values.rostypes import message_type

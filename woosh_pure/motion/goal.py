@@ -19,8 +19,8 @@ from woosh_pure.motion.motion import Kind, Motion
 from woosh_pure.outcome import Outcome
 
 if TYPE_CHECKING:
+    from woosh_pure.connection.connection import LastWord
     from woosh_pure.core import Core
-    from woosh_pure.stopping.elsewhere import LastWord
 
 __all__ = ["OWN_DEFAULT", "Default", "GoalHandle"]
 

@@ -20,12 +20,11 @@ from rosproto.logs import get_logger
 from rosproto.transport import Deadline
 from woosh_pure.motion.life import Event, State, state_after
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
-from woosh_pure.stopping.flag import SLICE, Flag
-from woosh_pure.stopping.keeper import Job
+from woosh_pure.stopping.keeper import SLICE, Flag, Job
 
 if TYPE_CHECKING:
+    from woosh_pure.connection.connection import LastWord
     from woosh_pure.core import Core
-    from woosh_pure.stopping.elsewhere import LastWord
 
 __all__ = ["Kind", "Motion"]
 

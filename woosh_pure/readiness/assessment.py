@@ -14,19 +14,17 @@ The chassis is never probed, because every possible probe has side effects:
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from rosproto.sentence import both, say, shown
+from rosproto.sentence import say
 from woosh_pure.enums import RobotMode, RobotState, WorkMode
 from woosh_pure.faults.codes import Department, FaultLevel, StatusCode
 from woosh_pure.readiness.other_goals import ROBOT_ITSELF
-from woosh_pure.readiness.reason import Ready, Reason, ReasonKey
+from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
 if TYPE_CHECKING:
     from woosh_pure.values.state import RobotStatus
-
-__all__ = ["Readiness", "Ready", "Reason", "ReasonKey", "assess", "status_shows_fitness", "triggered_keys"]
 
 NOT_HEARD = (
     "no /robot_status heard yet (it is sent on change only), so an emergency stop, a fault or a mode from "
@@ -39,53 +37,6 @@ KEY_TRIGGERED = (
     "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "
     "is not documented"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Readiness:
-    """Whether the chassis would move: yes, no, or not known.
-
-    Attributes:
-        reasons: What speaks against moving, and what is not known. Empty when every source has been heard and
-            none speaks against it.
-    """
-
-    reasons: tuple[Reason, ...] = ()
-
-    @property
-    def answer(self) -> Ready:
-        """Yes only when the chassis itself has reported its state and nothing blocks."""
-        if self.blocked:
-            return Ready.NO
-        return Ready.UNKNOWN if any(reason.doubt for reason in self.reasons) else Ready.YES
-
-    @property
-    def ready(self) -> bool:
-        """True when the answer is yes; False when it is no or not known."""
-        return self.answer is Ready.YES
-
-    @property
-    def blocked(self) -> bool:
-        """True when something known blocks motion. "Not known" does not block: the chassis then decides."""
-        return any(reason.blocking for reason in self.reasons)
-
-    @property
-    def refuses(self) -> bool:
-        """True when a verb must not even ask the chassis. After an earlier refusal it may ask again."""
-        return any(reason.blocking and reason.key != ReasonKey.REFUSED for reason in self.reasons)
-
-    def __bool__(self) -> bool:
-        return self.ready
-
-    def __str__(self) -> str:
-        """`sentence()`."""
-        return self.sentence()
-
-    def sentence(self) -> str:
-        """All reasons in one line."""
-        if not self.reasons:
-            return say("nothing known speaks against moving")
-        return shown(both(*(reason.text for reason in self.reasons)))
 
 
 def assess(

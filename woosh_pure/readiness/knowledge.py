@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Collection
+from typing import Any
 
 from woosh_pure.connection.call_scope import current
+from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import ActiveFaults, Faults, StatusCode
+from woosh_pure.feed.feeds import Feeds
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness.assessment import Readiness, assess, status_shows_fitness, triggered_keys
+from woosh_pure.readiness.assessment import assess, status_shows_fitness, triggered_keys
 from woosh_pure.readiness.other_goals import OtherGoals
 from woosh_pure.readiness.refusals import Refusals
-
-if TYPE_CHECKING:
-    from woosh_pure.connection.connection import Connection
-    from woosh_pure.feed.feeds import Feeds
-    from woosh_pure.stopping.running import Running
-    from woosh_pure.values import RobotStatus
-
-__all__ = ["Knowledge"]
+from woosh_pure.reasons import Readiness
+from woosh_pure.values import RobotStatus
 
 _STALE = 30.0  # seconds: what /battery said before that may be over
 
@@ -31,17 +28,26 @@ class Knowledge:
     Args:
         connection: Its node listens to the goals of other clients.
         feeds: The source of states and status codes.
-        running: Our own goals, which are no obstacle.
+        own_tasks: Ids of the tasks that we have started, which are no obstacle.
+        require_not_over: Raises when nothing may move here any more.
 
     Attributes:
         other_goals: Goals of other clients, as far as heard.
         refusals: What the chassis has refused, until the cause is shown to be over.
     """
 
-    def __init__(self, connection: Connection, feeds: Feeds, running: Running) -> None:
+    def __init__(
+        self,
+        connection: Connection,
+        feeds: Feeds,
+        *,
+        own_tasks: Callable[[], Collection[int]],
+        require_not_over: Callable[[], object],
+    ) -> None:
         self._connection = connection
         self._feeds = feeds
-        self._running = running
+        self._own_tasks = own_tasks
+        self._require_not_over = require_not_over
         self._lock = threading.Lock()
         self._faults = ActiveFaults()
         self._fault_lock = threading.Lock()
@@ -92,12 +98,11 @@ class Knowledge:
         charging = None if battery is None or battery.age > _STALE else battery.value.charging
         status, outdated = self._status_known()
         faults, before = self._known_faults(status, outdated)
-        ours = {goal.kind.task_id for goal in self._running.goals if goal.kind.task_id}
         return assess(
             status,
             faults,
             charging,
-            ours,
+            self._own_tasks(),
             self.other_goals.active(),
             faults_before=before,
             keys=triggered_keys(self._known("inputs")),
@@ -180,7 +185,7 @@ class Knowledge:
             MotionRefused: With the readiness.
         """
         self._connection.require_open()
-        self._running.require_not_over()
+        self._require_not_over()
         self._listen("battery", "status", "status_code", "velocity")
         readiness = self.known_readiness()
         if check and readiness.refuses:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from woosh_pure.enums import RobotState
 from woosh_pure.faults.codes import FaultLevel, StatusCode, decode_status_code
-from woosh_pure.readiness.reason import Reason, ReasonKey
+from woosh_pure.reasons import Reason, ReasonKey
 
 __all__ = ["Refusals"]
 

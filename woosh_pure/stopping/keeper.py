@@ -1,8 +1,9 @@
-"""The thread in which motion is stopped: no KeyboardInterrupt reaches it, so no second Ctrl-C ends a stop.
+"""The threads in which motion is stopped, and the flag that can be set over any frame.
 
-Python raises KeyboardInterrupt in the main thread only, at any moment, and as often as somebody presses
-Ctrl-C or a supervisor sends SIGINT. So the main thread hands a stop over and waits for it; being interrupted
-there, it waits on, for as long as the stop itself may take, and raises the interrupt afterwards.
+No KeyboardInterrupt reaches those threads, so no second Ctrl-C ends a stop. Python raises it in the main
+thread only, at any moment, and as often as somebody presses Ctrl-C or a supervisor sends SIGINT. So the main
+thread hands a stop over and waits for it; being interrupted there, it waits on, for as long as the stop
+itself may take, and raises the interrupt afterwards.
 
 To hand over is one call of a function written in C (`SimpleQueue.put`), which `except BaseException:` makes
 first of all: CPython looks for signals between calls, not before the first one of a handler, so nothing can
@@ -24,9 +25,47 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from rosproto.errors import RosTimeout
-from woosh_pure.stopping.flag import SLICE, Flag
 
-__all__ = ["Job", "Keeper", "begin"]
+__all__ = ["SLICE", "Flag", "Job", "Keeper", "begin"]
+
+SLICE = 0.1
+"""Seconds: on Windows a lock that waits cannot be interrupted, so waits are cut into slices."""
+
+
+class Flag:
+    """An event that is set once, for good, over any frame. Safe from any thread and any signal handler.
+
+    `threading.Event.set` takes the lock of its condition. A signal handler's stop works in another thread
+    while the interrupted frame, perhaps in the middle of `Event.wait`, holds that lock until the handler
+    returns. `set` here takes no lock that somebody could hold: a waiter waits in a `SimpleQueue`, whose
+    methods are C, and are done or not begun when a handler runs.
+
+    Attributes:
+        is_set: Whether it is.
+    """
+
+    __slots__ = ("_woken", "is_set")
+
+    def __init__(self) -> None:
+        self.is_set = False
+        self._woken: queue.SimpleQueue[None] = queue.SimpleQueue()
+
+    def set(self) -> None:
+        """Set it, and wake who waits."""
+        self.is_set = True
+        self._woken.put(None)
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until it is set, for so many seconds at most; whether it is."""
+        end = time.monotonic() + timeout
+        while not self.is_set and (left := end - time.monotonic()) > 0.0:
+            try:
+                self._woken.get(timeout=min(left, SLICE))
+            except queue.Empty:
+                continue
+            self._woken.put(None)  # the next one's
+        return self.is_set
+
 
 R = TypeVar("R")
 _THREADS = 2

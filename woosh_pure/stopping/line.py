@@ -19,7 +19,7 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
-from woosh_pure.stopping.flag import Flag
+from woosh_pure.stopping.keeper import Flag
 
 __all__ = ["Ending", "StopLine", "Stoppable"]
 

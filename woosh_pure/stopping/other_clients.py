@@ -1,53 +1,135 @@
 """Stopping what others have started: tasks and goals are cancelled; programs that drive by velocity cannot
 be, so they are named, or asked to end.
+
+Who is registered at the master is asked once, in the background: what nobody is registered for is reported at
+once, instead of being waited for.
 """
 
 from __future__ import annotations
 
 import math
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Protocol
 
+import rosproto
 from rosproto.errors import RosError, RosTimeout
-from rosproto.node import NodeClient
+from rosproto.logs import get_logger
+from rosproto.node import NodeClient, SystemState
 from rosproto.transport import Deadline, HostNames
+from woosh_pure.connection.clients import Clients
+from woosh_pure.connection.connection import Connection
+from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
+from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.enums import TaskCommand, TaskState
+from woosh_pure.feed.feeds import Feeds
 from woosh_pure.interface.table import actions
 from woosh_pure.stopping.keeper import Job, begin
+from woosh_pure.stopping.report import StopReport
+from woosh_pure.stopping.running import Running
 from woosh_pure.values.rostypes import message_type
-from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 
-if TYPE_CHECKING:
-    import rosproto
-    from woosh_pure.connection.connection import Connection
-    from woosh_pure.core import Core
-    from woosh_pure.stopping.registrations import Registrations
-    from woosh_pure.stopping.report import StopReport
-
-__all__ = ["OtherPrograms", "cancel_others"]
-
+logger = get_logger("woosh_pure.stop")
+_ANSWER = 2.0  # seconds for the master
 _TASK_FIRST = 0.5
 _LEAST = 1.0
 """Seconds that every step may take, however near the deadline is."""
 _LOOK_AGAIN, _LONGER = 0.5, 10.0
 _FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
-_HAD_A_GOAL = (
-    0,
-    1,
-    2,
-    6,
-    7,
-    8,
-)  # of actionlib_msgs/GoalStatus: pending, active, and cancelled ones
+_HAD_A_GOAL = (0, 1, 2, 6, 7, 8)  # of actionlib_msgs/GoalStatus: pending, active, and cancelled ones
 _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
+
+class Parts(Protocol):
+    """What a stop works with: these parts of `woosh_pure.core.Core`, which stands above."""
+
+    @property
+    def connection(self) -> Connection: ...
+
+    @property
+    def clients(self) -> Clients: ...
+
+    @property
+    def feeds(self) -> Feeds: ...
+
+    @property
+    def velocity(self) -> VelocityTopics: ...
+
+    @property
+    def running(self) -> Running: ...
+
+
+class Registrations:
+    """Topics and services that somebody other than us has, and those that were found missing.
+
+    While the master has not answered nothing counts as missing: links stand without it. Safe from any thread.
+
+    Args:
+        connection: Whose master is asked.
+
+    Attributes:
+        missing: Names that nobody is there for, in the order of `miss`.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._state: SystemState | None = None
+        self._own_name = ""
+        self._lock = threading.Lock()
+        self.missing: list[str] = []
+        self._asking = Job(self._ask, _ANSWER)
+        begin(self._asking, "woosh:registrations")
+
+    def _ask(self) -> None:
+        try:
+            node = self._connection.open_node()
+            self._own_name = node.name
+            self._state = node.master.get_system_state(timeout=_ANSWER)
+        except (RosError, OSError, RuntimeError) as error:
+            logger.debug("! who is there is not known: %s", error)
+
+    def wait(self, timeout: float) -> bool:
+        """Wait, with a bound, for the master's answer; whether it has come."""
+        self._asking.join(timeout)
+        return self._state is not None
+
+    def lacks_publisher(self, topic: str) -> bool:
+        """True when the master has answered, and nobody publishes the topic."""
+        return self._state is not None and not self._others(self._state.publishers.get(topic, ()))
+
+    def lacks_subscriber(self, topic: str) -> bool:
+        """True when the master has answered, and nobody subscribes to the topic."""
+        return self._state is not None and not self._others(self._state.subscribers.get(topic, ()))
+
+    def lacks_service(self, name: str) -> bool:
+        """True when the master has answered, and nobody offers the service."""
+        return self._state is not None and name not in self._state.services
+
+    def _others(self, nodes: Iterable[str]) -> list[str]:
+        return [node for node in nodes if node != self._own_name]
+
+    def miss(self, name: str) -> None:
+        """Note that nobody is there for a topic, service or action."""
+        with self._lock:
+            self.missing.append(name)
+
+    def sentence(self) -> str:
+        """What was missed, in words; "" when nothing was."""
+        if not self.missing:
+            return ""
+        master_uri = self._connection.master_uri
+        return (
+            f"nobody is there for {', '.join(sorted(self.missing))} at {master_uri}: no chassis "
+            "runs there, or not all of it; try `woosh doctor`"
+        )
 
 
 # -- tasks and goals -----------------------------------------------------------------------------------------
 
 
-def cancel_others(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+def cancel_others(core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
     """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it.
 
     Args:
@@ -91,7 +173,7 @@ def _begin(work: Callable[[], None], deadline: Deadline) -> Job[None]:
 
 
 def _cancel_action(
-    core: Core,
+    core: Parts,
     registrations: Registrations,
     name: str,
     report: StopReport,
@@ -118,7 +200,7 @@ def _cancel_action(
         report.problems.append(f"cancelling {name} ({error})")
 
 
-def _begin_listening(core: Core, name: str) -> rosproto.Subscriber:
+def _begin_listening(core: Parts, name: str) -> rosproto.Subscriber:
     return core.connection.open_node().subscriber(
         f"{name}/status", message_type("actionlib_msgs/GoalStatusArray"), queue_size=1
     )
@@ -136,7 +218,7 @@ def _ran(status: rosproto.Subscriber) -> bool:
     return any(goal.status in _HAD_A_GOAL for goal in goals)
 
 
-def _cancel_task(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+def _cancel_task(core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
     try:
         status = core.feeds.get("status").latest
     except RosError:

@@ -21,9 +21,9 @@ from typing import Protocol
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from woosh_pure.connection.call_scope import current
+from woosh_pure.connection.connection import LastWord
 from woosh_pure.errors import MotionRefused
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
-from woosh_pure.stopping.elsewhere import LastWord
 from woosh_pure.stopping.keeper import Job, Keeper, begin
 from woosh_pure.stopping.line import Ending, StopLine, Stoppable
 from woosh_pure.stopping.report import StopReport
@@ -135,6 +135,10 @@ class Running:
     def goals(self) -> list[OwnMotion]:
         """Goals under way."""
         return [goal for goal in self._goals if not goal.gone]
+
+    def own_tasks(self) -> set[int]:
+        """Ids of the tasks under way."""
+        return {goal.kind.task_id for goal in self.goals if goal.kind.task_id}
 
     @property
     def drives(self) -> list[OwnDrive]:

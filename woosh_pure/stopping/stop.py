@@ -9,24 +9,17 @@ from __future__ import annotations
 import math
 import time
 from functools import partial
-from typing import TYPE_CHECKING
 
+import rosproto
 from rosproto.errors import RosError, RosTimeout
 from rosproto.numbers import as_float
 from rosproto.transport import Deadline
+from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.stopping.keeper import Job, begin
 from woosh_pure.stopping.line import Ending
-from woosh_pure.stopping.other_clients import OtherPrograms, cancel_others
-from woosh_pure.stopping.registrations import Registrations
+from woosh_pure.stopping.other_clients import OtherPrograms, Parts, Registrations, cancel_others
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.running import cancel_goals
-from woosh_pure.velocity.topics import VELOCITY_TOPICS
-
-if TYPE_CHECKING:
-    import rosproto
-    from woosh_pure.core import Core
-
-__all__ = ["stop", "stop_seconds"]
 
 _REPEATS = 6
 _WRITTEN = 0.5  # seconds for the first round, which takes a millisecond
@@ -45,7 +38,7 @@ def stop_seconds(given: float) -> float:
     return min(seconds, _LONGEST) if seconds is not None and 0.0 <= seconds < math.inf else 5.0
 
 
-def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
+def stop(core: Parts, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`: what can be written at once is written by `line`, the rest is done here."""
     drives = core.running.drives
     ending = core.running.note_stop()
@@ -67,7 +60,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
 
 
 def _stop(
-    core: Core, ending: Ending, report: StopReport, *, everything: bool, end_drivers: bool, timeout: float
+    core: Parts, ending: Ending, report: StopReport, *, everything: bool, end_drivers: bool, timeout: float
 ) -> None:
     deadline = Deadline(timeout)
     ending.written.wait(_WRITTEN)
@@ -98,7 +91,7 @@ def _stop(
 
 
 def _standing(
-    core: Core, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
+    core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
 ) -> bool | None:
     """Whether it stands still, and stays so where another program may drive it."""
     try:
@@ -116,7 +109,7 @@ def _standing(
         return None
 
 
-def _zeros(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+def _zeros(core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
     waiting: dict[str, rosproto.Publisher] = {}
     failed: dict[str, list[str]] = {}  # the same words for both topics are said once
@@ -136,7 +129,7 @@ def _zeros(core: Core, registrations: Registrations, report: StopReport, deadlin
 
 
 def _send_zeros(
-    core: Core,
+    core: Parts,
     registrations: Registrations,
     waiting: dict[str, rosproto.Publisher],
     report: StopReport,

@@ -22,11 +22,11 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
 from rosproto.transport import Deadline
+from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
-from woosh_pure.stopping.flag import SLICE, Flag
+from woosh_pure.stopping.keeper import SLICE, Flag
 from woosh_pure.velocity.heartbeat import Heartbeat
-from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
 from woosh_pure.velocity.watch import DriveWatch
 

@@ -14,13 +14,13 @@ from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, Ro
 from rosproto.logs import get_logger
 from rosproto.node import NodeClient
 from rosproto.transport import parse_uri
+from woosh_pure.connection.other_drivers import is_refused
 from woosh_pure.interface.table import ROBOT_NODES
 from woosh_pure.velocity import boottime
-from woosh_pure.velocity.other_drivers import is_refused
 
 if TYPE_CHECKING:
     import rosproto
-    from woosh_pure.stopping.flag import Flag
+    from woosh_pure.stopping.keeper import Flag
 
 __all__ = ["LATE", "Heartbeat"]
 

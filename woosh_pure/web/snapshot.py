@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from woosh_pure.feed.feed import Reading
     from woosh_pure.geometry import Pose2D, Velocity
     from woosh_pure.lease import LeaseState
-    from woosh_pure.readiness.assessment import Readiness
+    from woosh_pure.reasons import Readiness
     from woosh_pure.stopping.report import StopReport
     from woosh_pure.values.state import Battery, RobotStatus
 

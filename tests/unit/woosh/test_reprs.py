@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, cast
 
 from woosh_pure import Chassis, MotionRefused, SimulatedChassis
-from woosh_pure.readiness.assessment import Readiness, Reason
+from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.velocity.drive import Drive
 from woosh_pure.velocity.shaper import DriveLimits
 

@@ -27,11 +27,11 @@ from woosh_pure.cli.screen import Screen
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults.codes import decode_status_code
-from woosh_pure.feed.frames import scan_in_base, scan_in_map
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness.assessment import Readiness, Reason
+from woosh_pure.readings import scan_in_base, scan_in_map
+from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.values.state import Image, LaserScan
 
 # -- printing ------------------------------------------------------------------------------------------------

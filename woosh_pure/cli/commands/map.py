@@ -94,7 +94,7 @@ def _save(args: Namespace, out: Output) -> int:
 
 def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
     from woosh_pure.cli.picture import chart_png
-    from woosh_pure.feed.frames import scan_in_map
+    from woosh_pure.readings import scan_in_map
 
     pose = scan = None
     path: Sequence[Pose2D] = ()
@@ -113,7 +113,7 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
 
     A standing robot has none.
     """
-    from woosh_pure.feed.frames import known_path
+    from woosh_pure.readings import known_path
 
     if not chassis.measured_velocity.wait(listen, new=False).is_standing():
         try:

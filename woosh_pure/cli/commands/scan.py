@@ -40,7 +40,7 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     if args.map and not args.png:
         raise ValueError("--map draws the scan into the map: give --png FILE too")
-    from woosh_pure.feed.frames import scan_in_base
+    from woosh_pure.readings import scan_in_base
 
     with connect(args, out) as chassis:
         chassis.feed("tf_static").open()
@@ -114,8 +114,8 @@ def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
 
 def _draw(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) -> bytes:
     from woosh_pure.cli.picture import blank_around, chart_png
-    from woosh_pure.feed.frames import scan_in_base, scan_in_map
     from woosh_pure.geometry import Pose2D
+    from woosh_pure.readings import scan_in_base, scan_in_map
 
     if not args.map:
         points = scan_in_base(chassis, scan)

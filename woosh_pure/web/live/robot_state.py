@@ -8,8 +8,8 @@ import math
 import time
 from typing import TYPE_CHECKING, Any
 
-from woosh_pure.feed.frames import known_path
 from woosh_pure.geometry import Pose2D
+from woosh_pure.readings import known_path
 from woosh_pure.web.snapshot import faults_part, points_part, readiness_part, state_parts
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def laser_mounting(robot: Robot, scan: LaserScan) -> Mounting:
     """
     import numpy as np
 
-    from woosh_pure.feed.frames import in_base
+    from woosh_pure.readings import in_base
 
     corners: NDArray[np.float64] = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     origin, ahead, left = in_base(robot.chassis, corners, scan.frame)[:, :2]

@@ -11,8 +11,9 @@ from tests.unit.woosh.test_values import status
 from woosh_pure.enums import RobotMode, RobotState
 from woosh_pure.errors import MotionRefused
 from woosh_pure.faults.codes import Faults, decode_status_code
-from woosh_pure.readiness.assessment import Readiness, Ready, Reason, ReasonKey, assess, triggered_keys
+from woosh_pure.readiness.assessment import assess, triggered_keys
 from woosh_pure.readiness.refusals import Refusals
+from woosh_pure.reasons import Readiness, Ready, Reason, ReasonKey
 
 STOP, RELEASED = 110201000013, 110201000000
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from woosh_pure.stopping.flag import Flag
+from woosh_pure.stopping.keeper import Flag
 from woosh_pure.stopping.line import Ending, StopLine, Stoppable
 
 MADE = ("open", "import", "socket", "subprocess", "_thread.start_new_thread", "os.fork", "logging")

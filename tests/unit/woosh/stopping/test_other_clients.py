@@ -10,10 +10,10 @@ import pytest
 
 from rosproto.errors import RosTimeout
 from rosproto.transport import Deadline
+from woosh_pure.connection.other_drivers import OtherDriver
 from woosh_pure.stopping import other_clients
 from woosh_pure.stopping.other_clients import OtherPrograms
 from woosh_pure.stopping.report import StopReport
-from woosh_pure.velocity.other_drivers import OtherDriver
 
 
 class Graph:

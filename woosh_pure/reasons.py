@@ -1,11 +1,13 @@
-"""Three-valued answers about moving, and the reasons for them, as values."""
+"""Whether the chassis would move (yes, no or not known) and the reasons, as values."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
 
-__all__ = ["Ready", "Reason", "ReasonKey"]
+from rosproto.sentence import both, say, shown
+
+__all__ = ["Readiness", "Ready", "Reason", "ReasonKey"]
 
 
 class Ready(Enum):
@@ -78,3 +80,50 @@ class Reason:
     def doubted(self) -> Reason:
         """The same, when it may be over: what blocked no longer does, and the answer is not known."""
         return replace(self, blocking=False, doubt=self.blocking or self.doubt)
+
+
+@dataclass(frozen=True, slots=True)
+class Readiness:
+    """Whether the chassis would move: yes, no, or not known.
+
+    Attributes:
+        reasons: What speaks against moving, and what is not known. Empty when every source has been heard and
+            none speaks against it.
+    """
+
+    reasons: tuple[Reason, ...] = ()
+
+    @property
+    def answer(self) -> Ready:
+        """Yes only when the chassis itself has reported its state and nothing blocks."""
+        if self.blocked:
+            return Ready.NO
+        return Ready.UNKNOWN if any(reason.doubt for reason in self.reasons) else Ready.YES
+
+    @property
+    def ready(self) -> bool:
+        """True when the answer is yes; False when it is no or not known."""
+        return self.answer is Ready.YES
+
+    @property
+    def blocked(self) -> bool:
+        """True when something known blocks motion. "Not known" does not block: the chassis then decides."""
+        return any(reason.blocking for reason in self.reasons)
+
+    @property
+    def refuses(self) -> bool:
+        """True when a verb must not even ask the chassis. After an earlier refusal it may ask again."""
+        return any(reason.blocking and reason.key != ReasonKey.REFUSED for reason in self.reasons)
+
+    def __bool__(self) -> bool:
+        return self.ready
+
+    def __str__(self) -> str:
+        """`sentence()`."""
+        return self.sentence()
+
+    def sentence(self) -> str:
+        """All reasons in one line."""
+        if not self.reasons:
+            return say("nothing known speaks against moving")
+        return shown(both(*(reason.text for reason in self.reasons)))

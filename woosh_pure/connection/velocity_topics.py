@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from rosproto.codec import encode
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from woosh_pure.connection.connection import LastWord
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
-from woosh_pure.stopping.elsewhere import LastWord
 from woosh_pure.values.messages import twist
 from woosh_pure.values.rostypes import message_type
 
