@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.node import Node
 
-__all__ = ["ActionClient"]
-
 _counter = itertools.count(
     1
 )  # shared by all clients of the process: two with the same node name must not make the same id

@@ -11,8 +11,6 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.protocol.goal_client import CommState, GoalStatus
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["GoalHandle"]
-
 
 class GoalHandle:
     """One goal; made by `ActionClient.send_goal`.

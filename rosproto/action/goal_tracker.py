@@ -22,8 +22,6 @@ from rosproto.protocol.goal_client import CommState, GoalStatus
 from rosproto.transport.clock import Clock
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["Arrivals", "Dispatcher", "GoalTracker"]
-
 _log = get_logger("rosproto.action")
 
 RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result

@@ -14,8 +14,6 @@ from typing import Any
 from rosproto.protocol.goal_client import CommState, GoalMachine
 from rosproto.time import Time
 
-__all__ = ["FEEDBACK_KEPT", "SentGoal"]
-
 FEEDBACK_KEPT = 100  # messages
 _NOT_ARRIVED = (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_CANCEL_ACK)
 

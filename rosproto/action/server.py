@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.node import Node
 
-__all__ = ["ActionServer", "ServerGoal"]
-
 # -- a goal -------------------------------------------------------------------------------------------------
 
 

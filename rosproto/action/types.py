@@ -12,8 +12,6 @@ from rosproto.errors import CodecError, DefinitionError
 if TYPE_CHECKING:
     from rosproto.node.revisions.revisions import Revisions
 
-__all__ = ["ActionType", "action_type", "part_from"]
-
 
 @dataclass(frozen=True, slots=True)
 class ActionType:

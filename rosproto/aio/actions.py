@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from rosproto.action import CommState, GoalStatus
     from rosproto.action import GoalHandle as ThreadedHandle
 
-__all__ = ["ActionClient", "ActionServer", "GoalHandle"]
-
 FEEDBACK_KEPT = 100
 LOOK_AGAIN = 0.25  # seconds, as the threaded handle does
 SETTLE = 5.0  # seconds for the last callback of a goal to return

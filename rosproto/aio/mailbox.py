@@ -14,8 +14,6 @@ from typing import Generic, TypeVar
 from rosproto.aio.pool import notify
 from rosproto.numbers import as_float
 
-__all__ = ["Closed", "Mailbox"]
-
 T = TypeVar("T")
 
 

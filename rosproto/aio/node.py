@@ -19,8 +19,6 @@ from rosproto.errors import ConnectionLost
 if TYPE_CHECKING:
     from rosproto.node import Node as ThreadedNode
 
-__all__ = ["Node", "view"]
-
 T = TypeVar("T")
 V = TypeVar("V", bound=Closing)
 

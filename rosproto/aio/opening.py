@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Generator
 from typing import Any, Generic, Protocol, TypeVar
 
-__all__ = ["Closing", "Opening"]
-
 
 class Closing(Protocol):
     """What can be opened can be closed again."""

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from rosproto.node.params.parameters import Parameters as ThreadedParameters
     from rosproto.node.params.parameters import ParameterSubscription as ThreadedSubscription
 
-__all__ = ["ParameterSubscription", "Parameters"]
-
 _REQUIRED = object()
 
 

@@ -16,8 +16,6 @@ from typing import Any, Generic, TypeVar
 
 from rosproto.logs import get_logger
 
-__all__ = ["Pool", "notify"]
-
 logger = get_logger("rosproto.aio")
 
 T = TypeVar("T")

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from rosproto.node.services.client import ServiceClient as ThreadedClient
     from rosproto.node.services.server import ServiceServer as ThreadedServer
 
-__all__ = ["ServiceClient", "ServiceServer", "handler_in_loop"]
-
 
 class ServiceClient:
     """Calls one service; any number of tasks may call at the same time.

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from rosproto.node import Publisher as ThreadedPublisher
     from rosproto.node import Subscriber as ThreadedSubscriber
 
-__all__ = ["Publisher", "Subscriber"]
-
 
 class Publisher:
     """A publisher; `publish` does not block and so is no coroutine.

@@ -10,8 +10,6 @@ from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.run_source import RunWriter
 from rosproto.codec.source import merge_codes
 
-__all__ = ["MAX_LOOP_DEPTH", "MAX_STATEMENTS", "ArrayWriter"]
-
 MAX_LOOP_DEPTH = 3
 """Deeper arrays of messages are decoded by a function of their own (Python allows 20 nested blocks)."""
 MAX_STATEMENTS = 3000

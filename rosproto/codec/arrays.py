@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["bool_view", "fixed_bytes", "fixed_part", "number_part", "plain_bools", "read_only"]
-
 
 def number_part(value: Any, code: str, dtype: str) -> tuple[Any, int]:
     """Turn a field's value into something `bytes.join` takes, and the number of elements.

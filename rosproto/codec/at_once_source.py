@@ -14,8 +14,6 @@ from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.source import Source, merge_codes
 
-__all__ = ["AtOnceWriter", "fits_at_once", "fits_in_fours"]
-
 AT_ONCE_FROM = 32
 """Elements from which packing all in one comprehension pays."""
 BLOCK_OBJECTS = 10

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
     from rosproto.msg import DefinitionLibrary, MessageSpec
 
-__all__ = ["Binding"]
-
 
 class Binding:
     """Joins a class, its definition and the generated code.

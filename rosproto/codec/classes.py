@@ -17,8 +17,6 @@ from rosproto.msg.spec import MessageSpec
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary
 
-__all__ = ["define", "message_class", "pickled", "restore", "service_class"]
-
 _lock = RLock()
 _DEFINED_KEPT = 256
 _DEFINED_CHARACTERS = 2 << 20  # of all their texts; a class takes thirty times its text

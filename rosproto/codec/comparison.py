@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from rosproto.msg.spec import Field, MessageSpec
 
-__all__ = ["Difference", "differences", "side_by_side"]
-
 
 class Difference(NamedTuple):
     """One field that two definitions do not share.

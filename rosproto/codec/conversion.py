@@ -21,8 +21,6 @@ from rosproto.msg.spec import Field
 if TYPE_CHECKING:
     from rosproto.codec.message import Message
 
-__all__ = ["Conversion", "ConversionError", "ValuesLost"]
-
 Convert = Callable[[Any], Any]
 
 

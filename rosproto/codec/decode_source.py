@@ -32,8 +32,6 @@ from rosproto.codec.layout import FieldLayout, Layout
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
 
-__all__ = ["ERRORS", "decode_function"]
-
 ERRORS = (struct.error, ValueError, TypeError, AttributeError, OverflowError)
 
 

@@ -18,8 +18,6 @@ from rosproto.codec.source import Source
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
 
-__all__ = ["fill_function"]
-
 
 def fill_function(layout: Layout, flavour: Flavour, maker: Callable[[str], Any]) -> Callable[[Any], None]:
     """Generate `fill(message)`."""

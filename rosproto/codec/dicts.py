@@ -16,8 +16,6 @@ from rosproto.time import Duration, Time, TVal
 if TYPE_CHECKING:
     from rosproto.codec.message import Message
 
-__all__ = ["fill", "from_dict", "plain", "to_dict"]
-
 INTEGERS = frozenset("int8 uint8 int16 uint16 int32 uint32 int64 uint64 char byte".split())
 FLOATS = frozenset(("float32", "float64"))
 TIMES: dict[str, type[Time] | type[Duration]] = {"time": Time, "duration": Duration}

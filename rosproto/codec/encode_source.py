@@ -41,8 +41,6 @@ from rosproto.codec.source import Source, merge_codes, quickest
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
 
-__all__ = ["encode_function"]
-
 MAX_STRINGS = 6
 """More strings in one run than this are packed one by one: their lengths never repeat together."""
 CACHED_STRUCTS = 256

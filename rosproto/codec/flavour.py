@@ -15,8 +15,6 @@ from rosproto.time import Duration, Time, TVal
 if TYPE_CHECKING:
     from rosproto.errors import CodecError
 
-__all__ = ["NUMPY", "ROSPY", "Flavour", "flavour_named"]
-
 
 def _same(error: CodecError) -> Exception:
     return error

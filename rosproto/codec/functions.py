@@ -7,8 +7,6 @@ from typing import Any, TypeVar
 
 from rosproto.codec.message import AnyMsg, Message
 
-__all__ = ["decode", "decoder", "encode", "encode_parts", "encoder"]
-
 M = TypeVar("M", bound=Message)
 
 LARGE_PART = 4096

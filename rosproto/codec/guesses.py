@@ -15,8 +15,6 @@ from typing import Any
 from rosproto.codec.layout import Layout
 from rosproto.codec.source import quickest
 
-__all__ = ["flat_codes", "length_offsets", "strings_inside", "structs"]
-
 
 def flat_codes(layout: Layout) -> list[str]:
     """struct codes of a message without arrays; a string's are "I" and "%ds"."""

@@ -17,18 +17,6 @@ from rosproto.msg.parser import INTEGER_RANGES
 if TYPE_CHECKING:
     from rosproto.msg.spec import Field, MessageSpec
 
-__all__ = [
-    "DTYPES",
-    "FORMATS",
-    "RANGES_BY_CODE",
-    "FieldLayout",
-    "Layout",
-    "SpecSource",
-    "attribute_name",
-    "check_field_name",
-    "resolve",
-]
-
 FORMATS = {
     "bool": "?",
     "int8": "b",

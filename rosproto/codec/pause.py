@@ -13,8 +13,6 @@ from __future__ import annotations
 import gc
 from threading import Lock
 
-__all__ = ["pause", "resume"]
-
 _lock = Lock()
 _inside = 0
 _was_on = False

@@ -9,8 +9,6 @@ from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 if TYPE_CHECKING:
     from rosproto.codec.binding import Binding
 
-__all__ = ["from_plain", "to_plain"]
-
 
 def to_plain(layout: Layout, message: Any) -> Any:
     """A message as the reference codec takes it; fields without a value are left out.

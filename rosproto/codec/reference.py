@@ -14,9 +14,6 @@ from typing import Any
 from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.errors import CodecError
 
-__all__ = ["decode_layout", "encode_layout"]
-
-
 LIGHT_SPARE = 1 << 18
 LIGHT_PER_BYTE = 16
 """Bytes of memory that elements of (nearly) no bytes may take in one message: so many, and as many more for

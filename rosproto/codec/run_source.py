@@ -14,8 +14,6 @@ from rosproto.codec.source import Source
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
 
-__all__ = ["RunWriter", "shared_dtype"]
-
 
 class RunWriter:
     """Collects fixed-size fields until something of variable size comes, then reads them with one struct.

@@ -12,8 +12,6 @@ from collections.abc import Callable
 from struct import Struct
 from typing import Any
 
-__all__ = ["Source", "merge_codes", "quickest"]
-
 
 class Source:
     """Lines of one function and the globals it runs with."""

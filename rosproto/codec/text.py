@@ -8,8 +8,6 @@ from typing import Any
 from rosproto.codec.message import Message
 from rosproto.time import TVal
 
-__all__ = ["strify_message"]
-
 
 def strify_message(value: Any, indent: str = "", *, width: int | None = None) -> str:
     """A value as text; below the top level it begins on a line of its own where genpy's does.

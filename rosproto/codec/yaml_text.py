@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["double_quoted", "list_item"]
-
 WIDTH = 80
 INDENT = "  "
 _ESCAPES = {"\0": "0", "\a": "a", "\b": "b", "\t": "t", "\n": "n", "\v": "v", "\f": "f", "\r": "r"}

@@ -23,8 +23,6 @@ from .notifications import Notification
 from .parameters import ParameterTree, subscription_key
 from .registry import ERROR, FAILURE, SUCCESS, Answer, Registry
 
-__all__ = ["MasterApi", "UnknownMethod"]
-
 _log = get_logger("rosproto.master")
 
 Handler = Callable[..., Answer]

@@ -13,8 +13,6 @@ from .identity import CALLER_ID, Verdict, identify
 from .notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
 from .notifier import Delivery
 
-__all__ = ["NodeSender"]
-
 _log = get_logger("rosproto.master")
 
 

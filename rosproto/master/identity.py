@@ -28,8 +28,6 @@ from rosproto.transport import Deadline, XmlRpcClient, connect, read_header, unp
 
 from .notifications import Shutdown
 
-__all__ = ["Verdict", "identify"]
-
 CALLER_ID = "/master"
 COMMON_TOPICS = frozenset({"/rosout", "/clock"})
 MAX_ASKED = 3  # publications asked for the callerid

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from rosproto.protocol.limits import Limits
     from rosproto.transport import HostNames
 
-__all__ = ["LocalClient"]
-
 _DIRECT = frozenset(
     {
         "getPid",

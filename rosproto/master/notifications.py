@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["Notification", "ParamUpdate", "PublisherUpdate", "Shutdown"]
-
 
 class PublisherUpdate(NamedTuple):
     """The complete list of a topic's publishers, for one subscriber (slave API publisherUpdate).

@@ -28,8 +28,6 @@ from rosproto.numbers import as_float
 
 from .notifications import Notification
 
-__all__ = ["Delivery", "Notifier", "Sender"]
-
 _log = get_logger("rosproto.master")
 
 # Seconds before each further attempt, a quarter of an hour together: a laptop that was asleep gets the newest

@@ -18,8 +18,6 @@ from collections.abc import Iterator, Mapping
 
 from .notifications import ParamUpdate
 
-__all__ = ["ParameterTree", "subscription_key"]
-
 Subscribers = Mapping[str, Mapping[tuple[str, str], None]]
 
 _INT_MIN, _INT_MAX = -(1 << 31), (1 << 31) - 1

@@ -23,8 +23,6 @@ from typing import NamedTuple
 
 from .notifications import Notification, PublisherUpdate, Shutdown
 
-__all__ = ["Answer", "Registry"]
-
 ANY_TYPE = "*"
 FAILURE, SUCCESS, ERROR = 0, 1, -1
 

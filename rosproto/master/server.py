@@ -20,8 +20,6 @@ from .notifier import Notifier
 from .parameters import ParameterTree
 from .registry import SUCCESS, Registry
 
-__all__ = ["Master"]
-
 _log = get_logger("rosproto.master")
 
 ROS_DISTRO = "noetic\n"  # with the newline that roscore's `rosversion -d` leaves

@@ -15,8 +15,6 @@ from rosproto.protocol.xmlrpc import DateTime
 if TYPE_CHECKING:
     from typing import TypeGuard
 
-__all__ = ["Check", "Invalid", "is_text", "resolve"]
-
 MAX_LENGTH = 4096  # of names, types and URIs, which a master keeps
 
 Check = Callable[[object, str], object]

@@ -11,8 +11,6 @@ from collections.abc import Iterable
 from rosproto.errors import DefinitionError
 from rosproto.msg.parser import is_legal_type_name
 
-__all__ = ["SEPARATOR", "join_full_text", "split_full_text"]
-
 SEPARATOR = "=" * 80
 
 

@@ -8,8 +8,6 @@ from rosproto.msg.library import DefinitionLibrary
 from rosproto.msg.limits import DefinitionLimits, check_length, check_limits
 from rosproto.msg.parser import parse_message
 
-__all__ = ["library_from_full_text"]
-
 
 def library_from_full_text(
     name: str,

@@ -10,8 +10,6 @@ if sys.platform == "win32":  # pragma: no cover - one of the two, on each system
 else:
     from pathlib import PosixPath as SystemPath
 
-__all__ = ["LearnedFolder"]
-
 
 class LearnedFolder(SystemPath):
     """One learned set. Its types count only where neither the user's folders nor the bundled ones have them.

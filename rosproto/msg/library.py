@@ -20,8 +20,6 @@ from rosproto.msg.revisions import Revision, Row, read_table, revision_source
 from rosproto.msg.sources import DefinitionSource, bundled_source, folder_source
 from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec
 
-__all__ = ["DefinitionLibrary", "bundled"]
-
 Spec = MessageSpec | ServiceSpec | ActionSpec
 
 

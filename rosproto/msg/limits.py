@@ -11,8 +11,6 @@ from typing import NamedTuple
 from rosproto.errors import DefinitionError
 from rosproto.msg.spec import FieldType, MessageSpec
 
-__all__ = ["DefinitionLimits", "check_length", "check_limits"]
-
 BUILTIN_SIZES = {
     **dict.fromkeys(("bool", "int8", "uint8", "char", "byte"), 1),
     **dict.fromkeys(("int16", "uint16"), 2),

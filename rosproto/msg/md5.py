@@ -15,8 +15,6 @@ try:
 except ImportError:
     from hashlib import md5
 
-__all__ = ["md5_text", "md5sum_of_texts"]
-
 
 def md5_text(spec: MessageSpec, md5sum_of: Callable[[str], str]) -> str:
     """The text that is hashed: constants first, then fields, without comments.

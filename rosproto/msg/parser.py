@@ -26,8 +26,6 @@ from rosproto.msg.spec import (
     ServiceSpec,
 )
 
-__all__ = ["ACTION_SUFFIXES", "is_legal_type_name", "parse_action", "parse_message", "parse_service"]
-
 CONSTANT_TYPES = BUILTIN_TYPES - {"time", "duration"}
 INTEGER_RANGES = {
     **{f"int{bits}": (-(1 << bits - 1), (1 << bits - 1) - 1) for bits in (8, 16, 32, 64)},

@@ -22,8 +22,6 @@ from rosproto.msg.sources import DefinitionSource, Folder
 if TYPE_CHECKING:
     from rosproto.msg.library import DefinitionLibrary
 
-__all__ = ["Revision", "Row", "read_table", "revision_source"]
-
 TABLE = "revisions.txt"
 
 

@@ -15,16 +15,6 @@ from rosproto.errors import DefinitionError
 from rosproto.files import read_file
 from rosproto.msg.parser import is_legal_base
 
-__all__ = [
-    "KINDS",
-    "DefinitionSource",
-    "FileTree",
-    "Folder",
-    "ResourceTree",
-    "bundled_source",
-    "folder_source",
-]
-
 KINDS = ("msg", "srv", "action")
 SEARCH_DEPTH = 6
 """How far below a search path packages are looked for: workspace/src/repository/stack/package is four."""

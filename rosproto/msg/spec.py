@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["BUILTIN_TYPES", "ActionSpec", "Constant", "Field", "FieldType", "MessageSpec", "ServiceSpec"]
-
 BUILTIN_TYPES = frozenset(
     "bool int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 "
     "string time duration char byte".split()

@@ -19,15 +19,6 @@ if TYPE_CHECKING:
 
     from rosproto.msg.library import DefinitionLibrary
 
-__all__ = [
-    "environment_paths",
-    "is_learned",
-    "learned_paths",
-    "library_of",
-    "own_and_learned",
-    "revisions_folder",
-]
-
 
 def revisions_folder(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Path:
     """Where this user's revisions are, whether the folder exists or not.

@@ -24,16 +24,6 @@ from rosproto.transport.forking import on_fork
 if TYPE_CHECKING:
     from rosproto.node.context import Context
 
-__all__ = [
-    "CLOSE_SECONDS",
-    "close",
-    "close_at_exit",
-    "close_servers",
-    "give_up",
-    "leave_master",
-    "shut_down_later",
-]
-
 _log = get_logger("rosproto.node")
 
 CLOSE_SECONDS = 1.0  # for each step of closing that waits for somebody else

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from rosproto.node.revisions.revisions import Revisions
     from rosproto.protocol.limits import Limits
 
-__all__ = ["Context"]
-
 MASTER_CALL_SECONDS = 10.0
 FAREWELL_SECONDS = 2.0  # what is not taken back by then is taken back by the watchdog
 

@@ -11,8 +11,6 @@ from typing import NamedTuple
 from rosproto.logs import get_logger
 from rosproto.node.interrupts import is_interrupt
 
-__all__ = ["Event", "EventKind", "Events", "without_frames"]
-
 _log = get_logger("rosproto.node")
 
 MOST_KEPT = 64

@@ -16,8 +16,6 @@ from rosproto.node.incoming import local_nodes
 if TYPE_CHECKING:
     from rosproto.node.context import Context
 
-__all__ = ["leave_to_parent"]
-
 
 def leave_to_parent(nodes: Mapping[Context, int]) -> None:
     """Runs in the child; takes no lock, as other threads may have held them when the process was copied.

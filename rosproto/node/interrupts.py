@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import threading
 
-__all__ = ["is_interrupt"]
-
 
 def is_interrupt(error: BaseException) -> bool:
     """Whether it is to be raised on. In other threads Python raises none: there it is the function's own."""

@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from rosproto.errors import RosTimeout
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["NameLocks"]
-
 
 class NameLocks:
     """A lock for each name in use."""

@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from rosproto.node.services.table import Services
     from rosproto.node.stats import NodeStats
 
-__all__ = ["Node"]
-
 
 class Node:
     """A node: publishes, subscribes, calls and provides services, under one name at one master.

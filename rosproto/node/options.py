@@ -10,8 +10,6 @@ from rosproto.msg.user_folder import environment_paths
 from rosproto.transport.address import host_from_environment
 from rosproto.transport.host_names import VARIABLE, parse_host_names
 
-__all__ = ["callback_or_none", "from_environment", "host_names", "message_path", "node_name", "queue_length"]
-
 
 def node_name(name: str, namespace: str, anonymous: bool) -> str:
     """The global name; a "/" in a relative one would hide its namespace (roscpp refuses it too).

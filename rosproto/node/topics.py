@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from rosproto.protocol.udpros import DatagramRequest
     from rosproto.transport.deadline import Deadline
 
-__all__ = ["TopicTable"]
-
 _log = get_logger("rosproto.node")
 
 

@@ -8,8 +8,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["octets"]
-
 
 def octets(data: Any) -> NDArray[np.uint8]:
     """A flat uint8 array: a view of arrays and bytes, a copy of lists."""

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["array_to_grid", "grid_to_array"]
-
 
 def grid_to_array(grid: Any) -> NDArray[np.int8]:
     """The cells of a nav_msgs/OccupancyGrid.

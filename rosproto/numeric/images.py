@@ -13,19 +13,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "ENCODINGS",
-    "PICTURES",
-    "PixelLayout",
-    "array_to_image",
-    "compressed_image_bytes",
-    "depth_millimetres",
-    "image_to_array",
-    "picture_order",
-    "pixel_layout",
-    "visible_depth",
-]
-
 
 def image_to_array(image: Any) -> NDArray[Any]:
     """The pixels of a sensor_msgs/Image.

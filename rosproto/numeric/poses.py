@@ -12,16 +12,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "matrix_to_pose",
-    "matrix_to_quaternion",
-    "matrix_to_transform",
-    "pose_to_matrix",
-    "quaternion_to_matrix",
-    "quaternion_to_yaw",
-    "yaw_to_quaternion",
-]
-
 
 def _unit(quaternion: Any) -> tuple[float, float, float, float]:
     """x, y, z, w of length 1."""

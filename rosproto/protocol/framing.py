@@ -13,8 +13,6 @@ from typing import Any
 
 from rosproto.errors import LocalProtocolError, TooLarge
 
-__all__ = ["FrameDecoder", "frame"]
-
 _LENGTH = Struct("<I")
 _length = _LENGTH.unpack_from
 

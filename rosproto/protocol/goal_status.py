@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import IntEnum
 
-__all__ = ["GoalStatus", "read_table"]
-
 
 class GoalStatus(IntEnum):
     """What the server says of a goal; LOST is a client's own conclusion and never on the wire."""

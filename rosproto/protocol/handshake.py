@@ -16,24 +16,6 @@ from typing import NamedTuple
 from rosproto.errors import LocalProtocolError, Md5sumMismatch, RemoteProtocolError
 from rosproto.text import printable
 
-__all__ = [
-    "HandshakeRefused",
-    "PublisherReply",
-    "ServiceReply",
-    "ServiceRequest",
-    "SubscriberRequest",
-    "check_publisher_header",
-    "check_service_client_header",
-    "check_service_server_header",
-    "check_subscriber_header",
-    "error_header",
-    "is_md5sum",
-    "publisher_header",
-    "service_client_header",
-    "service_server_header",
-    "subscriber_header",
-]
-
 ANY = "*"
 _MD5SUM = r"(?<![0-9a-f])[0-9a-f]{32}(?![0-9a-f])"
 _TRUE = ("1", "true")

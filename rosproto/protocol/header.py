@@ -11,8 +11,6 @@ from struct import Struct
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError
 
-__all__ = ["decode_header", "encode_header"]
-
 _LENGTH = Struct("<I")
 MOST_FIELDS = 1000  # real ones have a dozen; each costs far more than the bytes it came in
 

@@ -14,18 +14,6 @@ from typing import NamedTuple
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol.limits import Limits
 
-__all__ = [
-    "CONTINUE",
-    "ContinueWanted",
-    "HttpClientConnection",
-    "HttpServerConnection",
-    "HttpStatusError",
-    "PeerClosed",
-    "Request",
-    "Response",
-    "error_status",
-]
-
 CONTINUE = b"HTTP/1.1 100 Continue\r\n\r\n"
 _REASONS = {
     200: "OK",

@@ -22,8 +22,6 @@ from typing import NamedTuple
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol.header import decode_header, encode_header
 
-__all__ = ["DATAGRAM_BYTES", "UDPROS", "DatagramAnswer", "DatagramRequest", "Reassembly", "datagrams"]
-
 UDPROS = "UDPROS"
 DATAGRAM_BYTES = 1472
 """What fits into an Ethernet frame with IP's and UDP's headers (roscpp asks for 1500, and IP cuts them)."""

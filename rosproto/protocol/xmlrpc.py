@@ -25,16 +25,6 @@ from rosproto.protocol.limits import Limits
 if TYPE_CHECKING:
     from rosproto.protocol.xmlrpc_reader import Document
 
-__all__ = [
-    "DateTime",
-    "Fault",
-    "decode_call",
-    "decode_response",
-    "encode_call",
-    "encode_fault",
-    "encode_response",
-]
-
 _HEAD = '<?xml version="1.0"?>'
 _INT_MIN, _INT_MAX = -(2**31), 2**31 - 1
 _MAX_DEPTH = 64  # a value that its receiver could not read (Limits.xml_depth) is not sent either

@@ -16,8 +16,6 @@ from rosproto.errors import RemoteProtocolError, TooLarge
 from rosproto.protocol.limits import Limits
 from rosproto.protocol.xmlrpc import DateTime
 
-__all__ = ["Document", "read_document"]
-
 _INTEGERS = ("int", "i4", "i8", "i2", "i1")
 _SCALARS = frozenset(
     [*_INTEGERS, "boolean", "string", "double", "float", "base64", "dateTime.iso8601", "nil"]

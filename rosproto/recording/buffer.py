@@ -17,8 +17,6 @@ from rosproto.time import Time
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["Entry", "MessageBuffer", "TopicTap"]
-
 SLICE_BYTES = 8 << 20
 OVERHEAD = 200  # bytes that the objects around each message's data take
 

@@ -21,8 +21,6 @@ from rosproto.time import Time
 if TYPE_CHECKING:
     from rosproto.bag.mcap import McapWriter
 
-__all__ = ["BagSeries", "bag_name"]
-
 ACTIVE = ".active"
 Compression = Literal["none", "bz2", "lz4"]
 

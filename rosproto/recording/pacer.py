@@ -18,8 +18,6 @@ from rosproto.time import Time
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["ClockOutput", "Pacer", "RateControl"]
-
 LEAST_SPIN = 0.0001
 MOST_SPIN = 0.003  # seconds; spinning cannot make up for wake-ups later than this
 

@@ -25,8 +25,6 @@ from rosproto.time import Time
 if TYPE_CHECKING:
     from rosproto.node import Node, Publisher
 
-__all__ = ["Player"]
-
 NS = 1_000_000_000
 SHORT = 0.01
 TICK = 0.05  # seconds between two calls of `on_tick`, and the longest sleep

@@ -29,8 +29,6 @@ from rosproto.recording.files import BagSeries, Compression, bag_name
 if TYPE_CHECKING:
     from rosproto.node import Node, Subscriber
 
-__all__ = ["Recorder", "RecorderStats", "TopicSelection"]
-
 _log = get_logger("rosproto.recording")
 
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk

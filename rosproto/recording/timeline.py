@@ -10,8 +10,6 @@ from rosproto.bag import BagReader, Connection, RawMessage
 from rosproto.errors import BagError
 from rosproto.time import Time
 
-__all__ = ["Timeline", "TimelineEntry"]
-
 NS = 1_000_000_000
 
 

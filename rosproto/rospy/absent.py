@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["absence", "is_imported"]
-
 _BRING = "it is pure Python; put its folder %s on PYTHONPATH"
 _CPP = "it is a front end to C++ code of a ROS installation; "
 _GUI = "it is one of ROS's windows; use matplotlib or a web page, or run that part on a computer with ROS"

@@ -11,8 +11,6 @@ from rosproto.msg import bundled
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary
 
-__all__ = ["MSG_PATH", "library"]
-
 MSG_PATH = "ROSPROTO_MSG_PATH"
 """Environment: folders with definitions, joined as PATH is; children of a program find them there."""
 

@@ -22,8 +22,6 @@ from types import ModuleType
 from rosproto.rospy.definitions import library
 
 # No base class from importlib.abc: importing that takes 20 ms, and Python asks only for the methods.
-__all__ = ["serve"]
-
 KINDS = ("msg", "srv")
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 """The stand-ins for ROS's modules: a folder, also inside a zip."""

@@ -14,8 +14,6 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import parse_uri
 from rosproto.transport.host_names import HostNames
 
-__all__ = ["Caller", "ProgramNode", "refusal"]
-
 
 class ProgramNode(Node):
     """A `Node` for rospy: the layer has its own clock and /rosout, and decides when the node is closed.

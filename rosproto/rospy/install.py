@@ -4,6 +4,4 @@ from __future__ import annotations
 
 from rosproto.rospy.finder import serve
 
-__all__: list[str] = []
-
 serve()

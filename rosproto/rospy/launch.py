@@ -22,8 +22,6 @@ from rosproto.rospy.definitions import MSG_PATH
 if TYPE_CHECKING:
     import argparse
 
-__all__ = ["add_arguments", "main", "run", "run_program"]
-
 DEFAULT_PORT = 11311
 
 

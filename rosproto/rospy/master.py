@@ -11,8 +11,6 @@ from rosproto.node.options import host_names
 from rosproto.transport.host_names import HostNames
 from rosproto.transport.xmlrpc_client import XmlRpcClient
 
-__all__ = ["call"]
-
 TIMEOUT = 60.0  # seconds; rospy has no limit, and hangs with a master that hangs
 
 _clients: dict[tuple[int, str], XmlRpcClient] = {}

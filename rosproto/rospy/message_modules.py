@@ -19,8 +19,6 @@ from rosproto.rospy.definitions import library
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
 
-__all__ = ["MessageModuleLoader"]
-
 
 class MessageModuleLoader:
     """Fills a module according to its name."""

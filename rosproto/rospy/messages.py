@@ -14,8 +14,6 @@ from typing import Any
 from rosproto.codec import Flavour, Message, message_class, service_class
 from rosproto.rospy.definitions import library
 
-__all__ = ["Encoded", "is_ours", "message", "node_class", "node_service", "service"]
-
 
 @cache
 def flavour() -> Flavour:

@@ -8,8 +8,6 @@ from __future__ import annotations
 import atexit
 from collections.abc import Iterable
 
-__all__ = ["start"]
-
 
 def start(marks: Iterable[str] = (), files: Iterable[str] = ()) -> str:
     """Start a simulated chassis that runs as long as the program; returns the URI of its master.

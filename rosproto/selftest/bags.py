@@ -7,8 +7,6 @@ from pathlib import Path
 
 from rosproto.selftest.nodes import expect
 
-__all__ = ["check_bags"]
-
 _MESSAGES = 500
 
 

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from typing import NamedTuple
 
-__all__ = ["LIMIT", "Check", "CheckFailed", "NotHere", "Outcome", "State", "run"]
-
 LIMIT = 15.0
 """Seconds that a check may take; on a quiet machine the longest takes two."""
 

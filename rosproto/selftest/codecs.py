@@ -11,8 +11,6 @@ from rosproto.selftest.checking import CheckFailed
 if TYPE_CHECKING:
     from rosproto.codec.layout import FieldLayout, Layout
 
-__all__ = ["check_codec", "sample"]
-
 _TEXTS = ("", "map", "底盘", "a longer text, of more than sixteen bytes")
 
 

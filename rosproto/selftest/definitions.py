@@ -12,8 +12,6 @@ from importlib import resources
 from rosproto.errors import DefinitionError
 from rosproto.selftest.checking import CheckFailed
 
-__all__ = ["check_definitions", "known_md5sums"]
-
 
 def known_md5sums() -> Iterator[tuple[str, str, str]]:
     """(first digits of the md5sum, kind, name) of every message and service; kind is "msg" or "srv"."""

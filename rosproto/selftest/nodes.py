@@ -7,8 +7,6 @@ from typing import Any
 
 from rosproto.selftest.checking import CheckFailed
 
-__all__ = ["check_master", "check_nodes", "expect"]
-
 _WAIT = 5.0  # seconds for each step: on one machine each takes milliseconds
 
 

@@ -14,8 +14,6 @@ from typing import Any
 from rosproto.selftest.checking import CheckFailed, NotHere
 from rosproto.selftest.nodes import expect
 
-__all__ = ["check_ros", "find_ros"]
-
 _PATIENCE = 12.0  # seconds: `import rospy` takes one, ten on a busy machine
 _PROGRAM = """
 import rospy

@@ -15,8 +15,6 @@ from rosproto.tf.transform import Transform
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["StaticTransformBroadcaster", "TransformBroadcaster"]
-
 _Self = TypeVar("_Self", bound="_Broadcaster")
 
 

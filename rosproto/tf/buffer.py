@@ -27,8 +27,6 @@ from rosproto.tf.tree import (
 )
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["TransformBuffer"]
-
 UNIT_TOLERANCE = 1e-2  # as in tf2: the squared length of a rotation may differ by this from 1
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from rosproto.errors import RosError
 
-__all__ = ["ExtrapolationError", "NotConnected", "TransformError", "UnknownFrame"]
-
 
 class TransformError(RosError, LookupError):
     """A transform cannot be had.

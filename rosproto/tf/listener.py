@@ -15,8 +15,6 @@ from rosproto.tf.buffer import TransformBuffer
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["TransformListener"]
-
 logger = get_logger("rosproto.tf")
 MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may make up names for ever
 

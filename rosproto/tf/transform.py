@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Transform"]
-
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 

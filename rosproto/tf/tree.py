@@ -14,20 +14,6 @@ from typing import NamedTuple
 from rosproto import quaternion
 from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
 
-__all__ = [
-    "LONGEST_NAME",
-    "MOST_FRAMES",
-    "MOST_SAMPLES",
-    "FrameTree",
-    "Gap",
-    "History",
-    "Loop",
-    "NoWay",
-    "Sample",
-    "Unconnected",
-    "Way",
-]
-
 MOST_FRAMES = 10_000
 MOST_SAMPLES = 50_000  # of one frame
 LONGEST_NAME = 1000  # characters

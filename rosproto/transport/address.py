@@ -14,21 +14,6 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
 
-__all__ = [
-    "DEFAULT_MASTER_URI",
-    "format_address",
-    "host_from_environment",
-    "is_loopback",
-    "is_numeric",
-    "local_address_towards",
-    "make_uri",
-    "parse_uri",
-    "plain_host",
-    "resolve",
-    "same_uri",
-    "uri_path",
-]
-
 DEFAULT_MASTER_URI = "http://localhost:11311/"
 _DOTS = "\u3002\uff0e\uff61"  # what RFC 3490 takes for a dot, besides the dot
 

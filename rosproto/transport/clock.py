@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
-__all__ = ["SYSTEM", "Clock", "SystemClock", "Waitable"]
-
 
 class Waitable(Protocol):
     """A `threading.Event` or a `threading.Condition` (held by the caller)."""

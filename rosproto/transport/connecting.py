@@ -23,8 +23,6 @@ from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import tune
 from rosproto.transport.waking import open_selector
 
-__all__ = ["connect"]
-
 PATIENCE = 1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
 STAGGER = 0.5  # seconds between the others
 MOST_PENDING = 8  # then the oldest is given up: an answer that takes four seconds is none

@@ -6,8 +6,6 @@ from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float
 from rosproto.transport.clock import SYSTEM, Clock
 
-__all__ = ["Deadline"]
-
 
 class Deadline:
     """A moment on the monotonic clock, `timeout` seconds from now; None never comes.

@@ -13,8 +13,6 @@ import socket
 from collections.abc import Callable
 from weakref import WeakSet
 
-__all__ = ["leave_to_parent", "left_to_parent", "on_fork"]
-
 _sockets: WeakSet[socket.socket] = WeakSet()
 _in_child: list[Callable[[], object]] = []
 

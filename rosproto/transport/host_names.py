@@ -19,8 +19,6 @@ from rosproto.logs import get_logger
 from rosproto.transport.address import is_numeric, resolve
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["VARIABLE", "HostNames", "hosts_advice", "hosts_file", "parse_host_names"]
-
 VARIABLE = "ROSPROTO_RESOLVE"
 """Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
 PATIENCE = 1.5

@@ -12,8 +12,6 @@ import socket
 import sys
 from collections.abc import Iterator
 
-__all__ = ["interface_addresses"]
-
 
 class _Entry(ctypes.Structure):
     """struct ifaddrs, as far as it is the same everywhere."""

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["allow_open_files", "open_file_limit"]
-
 
 def open_file_limit() -> int | None:
     """How many files this process may have open; None where there is no such number, or nobody tells."""

@@ -10,18 +10,6 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.open_files import open_file_limit
 
-__all__ = [
-    "address_is_not_ours",
-    "closed_by_peer",
-    "connection_is_over",
-    "no_file_left",
-    "no_route",
-    "port_is_taken",
-    "program_ends",
-    "system_errors",
-    "translate",
-]
-
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
 _UNREACHABLE |= {getattr(errno, "EHOSTDOWN", 10064), 10064}  # macOS: nobody has that address

@@ -11,8 +11,6 @@ import struct
 import sys
 from typing import NamedTuple
 
-__all__ = ["SendQueue", "send_queue"]
-
 _UNACKED = 24  # struct tcp_info, linux/tcp.h: segments on their way
 
 

@@ -10,8 +10,6 @@ import sys
 import time
 from collections.abc import Callable
 
-__all__ = ["SleepDetector"]
-
 NOTICEABLE = 5.0
 """Seconds; less is a busy computer, or a clock that was set."""
 

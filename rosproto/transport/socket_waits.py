@@ -12,8 +12,6 @@ import socket
 import struct
 import sys
 
-__all__ = ["limit_waits"]
-
 _TIMEVAL = struct.Struct("@ll")  # seconds, microseconds; macOS pads its shorter microseconds to the same
 _KERNEL = sys.platform in ("linux", "darwin") and _TIMEVAL.size == 16
 

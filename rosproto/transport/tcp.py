@@ -10,22 +10,6 @@ from rosproto.errors import ConnectionLost
 from rosproto.transport.address import format_address, resolve
 from rosproto.transport.os_errors import system_errors, translate
 
-__all__ = [
-    "KEEPALIVE_COUNT",
-    "KEEPALIVE_IDLE",
-    "KEEPALIVE_INTERVAL",
-    "SILENCE_COUNT",
-    "SILENCE_IDLE",
-    "SILENCE_INTERVAL",
-    "bind_beside",
-    "expect_acknowledgement",
-    "expect_data",
-    "interrupt",
-    "listen",
-    "set_linger",
-    "tune",
-]
-
 # A peer that vanished (power, Wi-Fi) is noticed after idle + count * interval = 30 s; the system's own
 # defaults are two hours, and a quarter of an hour when data is on its way. What we send to subscribers is
 # looked after more closely (rosproto/node/outgoing/backlog.py).

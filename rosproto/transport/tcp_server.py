@@ -30,8 +30,6 @@ from rosproto.transport.os_errors import connection_is_over, no_file_left, progr
 from rosproto.transport.tcp import bind_beside, interrupt, listen, tune
 from rosproto.transport.waking import open_selector, wake_pair
 
-__all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
-
 log = get_logger("rosproto.transport")
 
 Allow = Callable[[str], bool] | Collection[str] | None

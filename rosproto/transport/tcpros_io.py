@@ -17,8 +17,6 @@ from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import closed_by_peer, translate
 
-__all__ = ["ClosedBeforeHeader", "peer_name", "read_header", "write_all", "write_header"]
-
 
 class ClosedBeforeHeader(ConnectionLost):
     """The peer connected and closed without a byte: somebody looked whether we are there. No error."""

@@ -8,8 +8,6 @@ from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import system_errors, translate
 
-__all__ = ["open_receiver", "open_sender"]
-
 BUFFER_BYTES = 2 << 20  # asked for; systems give what they allow. A picture is a thousand datagrams at once
 
 

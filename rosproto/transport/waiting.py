@@ -14,8 +14,6 @@ from collections.abc import Callable
 
 from rosproto.numbers import as_float
 
-__all__ = ["wait_event", "wait_for"]
-
 SLICE = 0.25 if sys.platform == "win32" else None
 """Seconds until Ctrl-C is noticed; None: at once."""
 

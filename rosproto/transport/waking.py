@@ -10,8 +10,6 @@ import socket
 
 from rosproto.transport.os_errors import system_errors
 
-__all__ = ["open_selector", "wake_pair"]
-
 
 def open_selector(doing: str) -> selectors.BaseSelector:
     """The system's best selector.

@@ -17,8 +17,6 @@ from rosproto.transport.host_names import HostNames
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import interrupt
 
-__all__ = ["XmlRpcClient", "unpack"]
-
 _RECV_BYTES = 1 << 16
 _MAX_IDLE = 4
 _IDLE_SECONDS = 20.0  # roscpp and rosmaster close idle connections later than this

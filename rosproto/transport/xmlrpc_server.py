@@ -29,8 +29,6 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import Allow, ServerStats, TcpServer
 from rosproto.transport.tcpros_io import write_all
 
-__all__ = ["Dispatch", "Peer", "XmlRpcServer"]
-
 log = get_logger("rosproto.transport")
 
 _PATHS = ("/", "/RPC2")

@@ -39,8 +39,6 @@ from rosproto.watchdog.protocol import (
     write_line,
 )
 
-__all__ = ["WatchdogProcess", "main"]
-
 CONNECT = 1.0  # seconds for a subscriber that the master knows
 CALL = 2.0
 LAST = 10.0  # seconds after the parent's end in which a robot out of reach is waited for

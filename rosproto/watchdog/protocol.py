@@ -15,25 +15,6 @@ from typing import Any
 
 from rosproto.errors import RemoteProtocolError
 
-__all__ = [
-    "Arm",
-    "Beat",
-    "Disarm",
-    "Drop",
-    "LastCall",
-    "LastMessage",
-    "Line",
-    "Place",
-    "Prepare",
-    "Ready",
-    "Sent",
-    "WatchTable",
-    "is_watchdog_name",
-    "read_line",
-    "watchdog_name",
-    "write_line",
-]
-
 BEAT = 0.1  # seconds between two signs of life while something is watched
 SILENCE = 0.8  # seconds without one after which the program counts as gone
 ROUNDS = 5

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 
     from rosproto.node import Node
 
-__all__ = ["Watch", "Watchdog", "place_beside"]
-
 _log = get_logger("rosproto.watchdog")
 
 READY = 2.0  # seconds that a motion waits for its watch

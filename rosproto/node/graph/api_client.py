@@ -12,8 +12,6 @@ from rosproto.node.graph import replies
 from rosproto.protocol.limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient, unpack
 
-__all__ = ["ApiClient"]
-
 T = TypeVar("T")
 Client = TypeVar("Client", bound="ApiClient")
 

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from rosproto.protocol.limits import Limits
     from rosproto.transport.host_names import HostNames
 
-__all__ = ["Caller"]
-
 
 class Caller(Protocol):
     """A `Node`, or the `Context` of one.

@@ -19,8 +19,6 @@ from rosproto.transport.xmlrpc_server import Dispatch, XmlRpcServer
 if TYPE_CHECKING:
     from rosproto.protocol.limits import Limits
 
-__all__ = ["Endpoints", "listening_address"]
-
 
 class Endpoints:
     """Both servers of a node, opened together and closed together.

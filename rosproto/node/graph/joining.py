@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
     from rosproto.transport.deadline import Deadline
 
-__all__ = ["GraphFacts", "Listen", "ask_facts", "join", "rebind"]
-
 REBIND_SECONDS = 1.0  # for looking up names, and for ending what used the old address
 
 

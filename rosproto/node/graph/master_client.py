@@ -13,8 +13,6 @@ from rosproto.node.graph import replies
 from rosproto.node.graph.api_client import ApiClient
 from rosproto.transport import unpack
 
-__all__ = ["MasterClient", "SystemState"]
-
 
 class SystemState(NamedTuple):
     """The whole graph; each maps a topic or service to the nodes there.

@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from rosproto import names
 from rosproto.logs import get_logger
 
-__all__ = ["Naming"]
-
 _log = get_logger("rosproto.node")
 
 MOST_WARNINGS = 100  # names of a program that makes up a new one each time

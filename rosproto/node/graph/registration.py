@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
 
-__all__ = ["Announcement", "Registration", "Together"]
-
 
 class Registration(Protocol):
     """One thing the master knows about us.

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from rosproto.node.graph.registration import Registration, Together
     from rosproto.transport.deadline import Deadline
 
-__all__ = ["Registrations"]
-
 _log = get_logger("rosproto.node")
 _AT_ONCE = 100  # registrations in one request, so that neither it nor its time grows without a bound
 

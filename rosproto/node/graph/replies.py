@@ -11,8 +11,6 @@ from typing import TypeVar
 
 from rosproto.errors import RemoteProtocolError
 
-__all__ = ["as_bool", "as_int", "as_pairs", "as_rows", "as_str", "as_str_list", "checked", "int_or_none"]
-
 T = TypeVar("T")
 
 

@@ -24,8 +24,6 @@ from rosproto.protocol.xmlrpc import Fault
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
 
-__all__ = ["SlaveApi", "Topics"]
-
 _log = get_logger("rosproto.node")
 
 Reply = list[Any]

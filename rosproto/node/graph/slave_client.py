@@ -10,8 +10,6 @@ from rosproto.node.graph.api_client import ApiClient
 from rosproto.protocol.limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient, unpack
 
-__all__ = ["BusConnection", "NodeClient"]
-
 
 class BusConnection(NamedTuple):
     """One connection of a node, as getBusInfo tells it; peers differ in what they fill in.

@@ -24,8 +24,6 @@ from rosproto.transport.tcpros_io import read_header, write_all, write_header
 if TYPE_CHECKING:
     from rosproto.protocol.limits import Limits
 
-__all__ = ["TcprosServer"]
-
 _log = get_logger("rosproto.node")
 
 # What the first four bytes of an HTTP request are as the length of a header.

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
     from rosproto.node.graph.registration import Registration
 
-__all__ = ["Watchdog"]
-
 _log = get_logger("rosproto.node")
 
 PERIOD = 1.0  # seconds between two looks at a master that answers

@@ -28,8 +28,6 @@ from typing import Any
 from rosproto.logs import get_logger
 from rosproto.node.incoming.inbox import Inbox
 
-__all__ = ["CallbackRunner", "InlineCaller"]
-
 _log = get_logger("rosproto.node")
 
 SLOW_CALL = 0.002  # seconds for one call, or for `CHUNK` messages received at once

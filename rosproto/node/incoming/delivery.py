@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from rosproto.node.context import Context
     from rosproto.node.incoming.recipient import Recipient
 
-__all__ = ["Delivery", "RevisedDelivery", "Topic", "encoded", "raw_message"]
-
 
 class Topic(Protocol):
     """A subscription, as far as delivering goes."""

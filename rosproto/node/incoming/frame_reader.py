@@ -19,8 +19,6 @@ from typing import Any, Protocol
 from rosproto.errors import ConnectionLost
 from rosproto.protocol.framing import Decode, FrameDecoder
 
-__all__ = ["FrameReader"]
-
 FIRST_BUFFER = 4 << 10  # bytes; most topics never need more, and a node may have hundreds
 
 LOOK_AFTER = 32  # messages between two looks at the clock

@@ -13,8 +13,6 @@ from typing import Any
 
 from rosproto.transport.waiting import wait_for
 
-__all__ = ["Inbox"]
-
 
 class Inbox:
     """Bounded queue of (message, receive time), oldest dropped; filled by link threads.

@@ -21,8 +21,6 @@ import enum
 
 from rosproto.transport.backoff import Backoff
 
-__all__ = ["LEAST", "STEADY", "LinkEvent", "LinkState", "Pauses", "next_state"]
-
 STEADY = 5.0  # seconds
 LEAST = 0.25  # seconds
 MISMATCH = (30.0, 300.0)  # seconds: the first wait after another definition, and the longest

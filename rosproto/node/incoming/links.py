@@ -6,8 +6,6 @@ from rosproto.node.incoming.local_link import LocalLink
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.incoming.tcpros_link import TcprosLink
 
-__all__ = ["make_link"]
-
 
 def make_link(subscription: LinkOwner, uri: str) -> PublisherLink:
     """A link to the publisher with that URI; not started yet."""

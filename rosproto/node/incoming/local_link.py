@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from rosproto.node.outgoing.publication import Publication
     from rosproto.node.stats import LinkStats
 
-__all__ = ["LocalLink"]
-
 MOST_AT_ONCE = 256
 IN_FLIGHT = 1 << 20  # bytes under way before the queue size counts, as a TCP connection's buffers hold them
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from rosproto.protocol.limits import Limits
     from rosproto.transport import HostNames, XmlRpcClient
 
-__all__ = ["EVERYBODY", "FindPublication", "LocalNodes", "chosen", "forget_all"]
-
 FindPublication = Callable[[str], Any]
 """Asked with a resolved topic: the `Publication` of a node there, or None."""
 

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from rosproto.node.stats import LinkStats
     from rosproto.protocol.handshake import PublisherReply
 
-__all__ = ["LinkOwner", "PublisherLink"]
-
 _log = get_logger("rosproto.node")
 
 REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLarge)

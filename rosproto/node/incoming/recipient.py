@@ -13,8 +13,6 @@ from rosproto.node.interrupts import is_interrupt
 if TYPE_CHECKING:
     from rosproto.node.revisions.topic_types import TopicType
 
-__all__ = ["Recipient"]
-
 _log = get_logger("rosproto.node")
 
 

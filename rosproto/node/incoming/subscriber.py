@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from rosproto.node.incoming.subscription import Subscription
     from rosproto.node.stats import LinkStats
 
-__all__ = ["Subscriber"]
-
 
 class Subscriber:
     """Receives one topic; made by `Node.subscriber`. Close it, or use it in a `with` block.

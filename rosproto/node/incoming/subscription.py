@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from rosproto.node.stats import LinkStats
     from rosproto.protocol.handshake import PublisherReply
 
-__all__ = ["Subscription"]
-
 MOST_ERRORS = 32
 
 

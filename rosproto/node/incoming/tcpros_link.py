@@ -24,8 +24,6 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import expect_data, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
-__all__ = ["TcprosLink"]
-
 # For asking and connecting together. Not less, for slow networks; not more, because what was sent into a
 # network that was away is repeated late by some systems, and a new question is faster.
 TRY_SECONDS = 5.0

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from rosproto.node.incoming.publisher_link import LinkOwner
     from rosproto.node.stats import LinkStats
 
-__all__ = ["UdprosLink"]
-
 QUIET_SECONDS = 3.0  # of silence, after which the publisher is asked
 LATE_SECONDS = 0.5
 MOST_BYTES = 1 << 16  # of a datagram, by UDP

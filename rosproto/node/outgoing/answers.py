@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from rosproto.node.context import Context
 
-__all__ = ["Answers"]
-
 _log = get_logger("rosproto.node")
 
 

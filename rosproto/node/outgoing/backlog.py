@@ -20,8 +20,6 @@ from collections import deque
 
 from rosproto.transport.send_queue import SendQueue
 
-__all__ = ["BULK", "LOOK", "MOST_AGE", "Backlog"]
-
 LOOK = 0.5  # seconds between two looks: by so much an age may be overestimated, and so much later it is seen
 MOST_AGE = 4.0  # seconds; with a look and the way to the subscriber this stays below five
 BULK = 256 << 10  # bytes

@@ -31,8 +31,6 @@ from rosproto.transport.udp import open_sender
 if TYPE_CHECKING:
     from rosproto.node.outgoing.publication import Publication
 
-__all__ = ["DatagramLink", "accept"]
-
 _log = get_logger("rosproto.node")
 
 ADDRESS_SECONDS = 2.0  # for looking up the subscriber's name, while it waits for our answer

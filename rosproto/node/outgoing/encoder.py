@@ -11,8 +11,6 @@ from rosproto.node.outgoing.frames import LARGE, LargeFrame, small_frame
 from rosproto.node.outgoing.outgoing_link import Frame
 from rosproto.node.revisions.topic_types import TopicType
 
-__all__ = ["RAW", "FrameEncoder"]
-
 RAW = (bytes, bytearray, memoryview, AnyMsg)
 """What is published as it is, without being decoded: a relay."""
 

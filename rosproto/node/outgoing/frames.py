@@ -11,8 +11,6 @@ from typing import Any
 
 from rosproto.errors import CodecError
 
-__all__ = ["LARGE", "LargeFrame", "prefix", "remaining", "small_frame"]
-
 LARGE = 32 << 10  # bytes; below this one copy costs less than a second system-call argument
 prefix = struct.Struct("<I").pack
 _prefix_and_seq = struct.Struct("<II").pack

@@ -26,8 +26,6 @@ from rosproto.logs import get_logger
 from rosproto.node.outgoing.backlog import LOOK
 from rosproto.transport.waking import open_selector, wake_pair
 
-__all__ = ["LinkMonitor", "MonitoredLink"]
-
 _log = get_logger("rosproto.node")
 
 TICK = 0.001  # seconds until the end of a burst is sent at the latest, when this thread gets to run

@@ -17,8 +17,6 @@ from __future__ import annotations
 
 import enum
 
-__all__ = ["OutgoingEvent", "OutgoingState", "next_state"]
-
 
 class OutgoingState(enum.Enum):
     """Where a link stands; the text is what `stats()` says."""

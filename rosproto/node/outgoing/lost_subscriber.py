@@ -22,8 +22,6 @@ from rosproto.logs import get_logger
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["LostSubscriber"]
-
 _log = get_logger("rosproto.node")
 
 GIVE_UP = 300.0  # seconds

@@ -13,8 +13,6 @@ from collections.abc import Iterable
 
 from rosproto.node.outgoing.frames import LargeFrame, remaining
 
-__all__ = ["Outbox"]
-
 BATCH = 64 << 10  # bytes joined for one send: more gains nothing (measured)
 
 Frame = bytes | LargeFrame

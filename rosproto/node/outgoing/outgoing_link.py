@@ -9,8 +9,6 @@ from rosproto.node.outgoing.frames import LargeFrame
 if TYPE_CHECKING:
     from rosproto.node.stats import LinkStats
 
-__all__ = ["Frame", "OutgoingLink", "send_frame"]
-
 Frame = bytes | LargeFrame
 
 

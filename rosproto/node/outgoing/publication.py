@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
     from rosproto.node.stats import LinkStats
 
-__all__ = ["Handle", "Publication"]
-
 _log = get_logger("rosproto.node")
 
 # Seconds from one publish to the next that count as a burst. A loop takes one or two of a millionth; the next

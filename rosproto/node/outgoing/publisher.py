@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from rosproto.node.outgoing.publication import Publication
     from rosproto.node.stats import LinkStats
 
-__all__ = ["Publisher"]
-
 
 class Publisher:
     """Publishes one topic; made by `Node.publisher`. Close it, or use it in a `with` block.

@@ -20,8 +20,6 @@ from rosproto.node.outgoing.outbox import Outbox
 if TYPE_CHECKING:
     from rosproto.node.stats import LinkStats
 
-__all__ = ["OnClosed", "QueuedLink"]
-
 OnClosed = Callable[[Any, "ConnectionLost | None"], None]
 
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.node.outgoing.outgoing_link import OutgoingLink
 
-__all__ = ["RevisedOutput"]
-
 PREFIX = 4  # bytes of the length before a message
 
 

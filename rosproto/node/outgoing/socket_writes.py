@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 from rosproto.node.outgoing.frames import remaining
 
-__all__ = ["send_some"]
-
 MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 
 

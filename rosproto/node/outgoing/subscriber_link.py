@@ -24,8 +24,6 @@ from rosproto.node.outgoing.socket_writes import send_some
 from rosproto.transport.send_queue import send_queue
 from rosproto.transport.tcp import expect_acknowledgement, set_linger
 
-__all__ = ["SubscriberLink"]
-
 BATCH_BYTES = 16 << 10
 BATCH_SECONDS = 200e-6
 RETRY_SECONDS = 500e-6  # publish() tries a blocked link this often itself: the monitor may not get to run

@@ -17,8 +17,6 @@ import threading
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-__all__ = ["ABSENT", "Absent", "Change", "ParameterCache", "canonical_key", "same_value"]
-
 # Deeper keys than this are no parameters of anybody; the bound keeps recursive comparison safe.
 MOST_PARTS = 128
 

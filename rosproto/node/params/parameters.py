@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
 
-__all__ = ["ParameterSubscription", "Parameters", "UnknownParameter"]
-
 logger = get_logger("rosproto.node")
 T = TypeVar("T")
 Callback = Callable[[str, Any], None]

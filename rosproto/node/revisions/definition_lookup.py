@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.node.graph.caller import Caller
 
-__all__ = ["DefinitionLookup", "Learn"]
-
 _log = get_logger("rosproto.node")
 
 FETCH_SECONDS = 3.0  # the subscriber waits for our answer meanwhile

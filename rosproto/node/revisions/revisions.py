@@ -28,18 +28,6 @@ if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary
     from rosproto.node.graph.caller import Caller
 
-__all__ = [
-    "NoRevisions",
-    "RevisedType",
-    "Revisions",
-    "ServiceRevision",
-    "Unfit",
-    "explained",
-    "note_differences",
-    "revised_service",
-    "revised_type",
-]
-
 _log = get_logger("rosproto.node")
 
 MOST_FOUND = 1000

@@ -21,8 +21,6 @@ from rosproto.transport.tcpros_io import read_header, write_header
 if TYPE_CHECKING:
     from rosproto.node.graph.caller import Caller
 
-__all__ = ["probe_topic"]
-
 
 def probe_topic(caller: Caller, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
     """What one publisher says about a topic.

@@ -14,8 +14,6 @@ from rosproto.errors import CodecError, DefinitionError, RemoteProtocolError
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary
 
-__all__ = ["ANY", "TopicType", "TypeGiven", "resolve_type"]
-
 ANY = "*"
 
 TypeGiven = type[Message] | str | None

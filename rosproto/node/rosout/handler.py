@@ -5,8 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-__all__ = ["RosoutHandler"]
-
 
 class RosoutHandler(logging.Handler):
     """Publishes records, with the text that the formatter makes of them."""

@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-__all__ = ["LEVELS", "level_name", "python_level", "ros_level"]
-
 _TABLE = (
     # name, rosgraph_msgs/Log, logging
     ("debug", 1, 10),

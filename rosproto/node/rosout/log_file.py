@@ -15,8 +15,6 @@ from typing import IO, Any
 from rosproto.logs import get_logger
 from rosproto.text import printable
 
-__all__ = ["RosoutLog"]
-
 _log = get_logger("rosproto.node")
 
 MOST_BYTES = 100 << 20  # of one file

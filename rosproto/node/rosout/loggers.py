@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from rosproto.node.services.server import ServiceServer
 
-__all__ = ["Loggers", "logger_names", "set_level"]
-
 ROOT = "root"
 
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from rosproto.node.outgoing.publisher import Publisher
     from rosproto.node.revisions.topic_types import TypeGiven
 
-__all__ = ["Rosout", "log_messages"]
-
 OWN = "rosproto"
 
 

@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from rosproto.errors import ConnectionLost
 from rosproto.node.services.link import ServiceLink
 
-__all__ = ["Cancellation"]
-
 
 class Cancellation:
     """A way to end one call from another thread, used by the asyncio face."""

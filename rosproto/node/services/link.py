@@ -28,8 +28,6 @@ from rosproto.transport.tcpros_io import read_header, write_header
 if TYPE_CHECKING:
     from rosproto.node.revisions.revisions import ServiceRevision
 
-__all__ = ["ServiceLink"]
-
 ROOM = 4 << 10  # bytes; what most answers fit into
 POST = 0.05  # seconds
 STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing

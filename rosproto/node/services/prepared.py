@@ -15,8 +15,6 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.node.services.link import ServiceLink
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["PreparedCall"]
-
 
 class PreparedCall:
     """A call that is ready; made by `ServiceClient.prepare`, which see. Close it when it is not needed any

@@ -20,8 +20,6 @@ from rosproto.transport.deadline import Deadline
 if TYPE_CHECKING:
     from rosproto.node.graph.caller import Caller
 
-__all__ = ["lookup", "probe", "wait"]
-
 # A provider usually appears within a second of being waited for; afterwards twice a second does not hurt a
 # master that a whole fleet of clients may be asking.
 FIRST_PAUSE = 0.02

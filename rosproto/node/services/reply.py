@@ -12,8 +12,6 @@ from typing import Any
 from rosproto.codec import encode
 from rosproto.errors import ServiceError
 
-__all__ = ["encode_error", "encode_reply", "error_text", "response_from"]
-
 LONGEST_ERROR = 64 << 10  # bytes of error text; rospy reads 256 at a time, nobody reads a book
 
 

@@ -24,8 +24,6 @@ from rosproto.transport.tcpros_io import write_header
 if TYPE_CHECKING:
     from rosproto.node.context import Context
 
-__all__ = ["ServiceServer"]
-
 logger = get_logger("rosproto.node")
 
 

@@ -16,8 +16,6 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.socket_waits import limit_waits
 from rosproto.transport.tcp import interrupt
 
-__all__ = ["ServiceSession"]
-
 logger = get_logger("rosproto.node")
 
 ROOM = 4 << 10  # bytes; what most requests fit into

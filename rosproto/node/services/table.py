@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
 
-__all__ = ["ServiceRegistration", "Services"]
-
 CLOSE_SECONDS = 1.0  # for answers in progress when the node closes
 
 logger = get_logger("rosproto.node")

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from rosproto.node.graph.caller import Caller
     from rosproto.node.revisions.revisions import Revisions
 
-__all__ = ["ServiceTypeGiven", "ask_type", "resolve_service_type"]
-
 ServiceTypeGiven = type | str | None
 """A service class, "package/Type", or None: ask the provider for its type."""
 

@@ -22,8 +22,6 @@ from rosproto.transport.waiting import wait_event
 if TYPE_CHECKING:
     from types import TracebackType
 
-__all__ = ["NodeClock", "Rate", "Timer", "TimerEvent"]
-
 _log = get_logger("rosproto.node")
 
 LONGEST_WAIT = 1.0  # seconds of real time between two looks whether the node is closed
