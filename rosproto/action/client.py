@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping
 from functools import partial
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rosproto.action.goal_handle import GoalHandle
@@ -18,7 +19,7 @@ from rosproto.action.goal_tracker import GoalTracker
 from rosproto.action.sent_goal import SentGoal
 from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
-from rosproto.codec import encode
+from rosproto.codec import Message, encode
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.numbers import as_float
 from rosproto.sentence import say
@@ -27,9 +28,6 @@ from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
-    from rosproto.codec import Message
     from rosproto.node import Node
 
 _counter = itertools.count(

@@ -14,10 +14,12 @@ import itertools
 import threading
 from collections.abc import Callable
 from functools import partial
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
+from rosproto.codec import Message
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
@@ -26,9 +28,6 @@ from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
-    from rosproto.codec import Message
     from rosproto.node import Node
 
 # -- a goal -------------------------------------------------------------------------------------------------

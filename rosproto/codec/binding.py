@@ -9,15 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import plain_values as values
+from rosproto.codec.flavour import Flavour
 from rosproto.codec.layout import Layout, resolve
 from rosproto.errors import CodecError
-
-if TYPE_CHECKING:
-    from rosproto.codec.flavour import Flavour
-    from rosproto.msg import DefinitionLibrary, MessageSpec
+from rosproto.msg import DefinitionLibrary, MessageSpec
 
 
 class Binding:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from threading import RLock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.codec.binding import Binding
@@ -11,11 +11,8 @@ from rosproto.codec.flavour import Flavour, flavour_named
 from rosproto.codec.layout import attribute_name, check_field_name
 from rosproto.codec.message import DynamicMessage, Message, MessageMeta, ServiceType
 from rosproto.errors import DefinitionError
-from rosproto.msg import bundled, library_from_full_text
+from rosproto.msg import DefinitionLibrary, bundled, library_from_full_text
 from rosproto.msg.spec import MessageSpec
-
-if TYPE_CHECKING:
-    from rosproto.msg import DefinitionLibrary
 
 _lock = RLock()
 _DEFINED_KEPT = 256

@@ -10,16 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from keyword import iskeyword
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec.classes import message_class
 from rosproto.codec.comparison import side_by_side
 from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
+from rosproto.codec.message import Message
 from rosproto.errors import CodecError
 from rosproto.msg.spec import Field
-
-if TYPE_CHECKING:
-    from rosproto.codec.message import Message
 
 Convert = Callable[[Any], Any]
 

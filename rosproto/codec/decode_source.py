@@ -23,14 +23,12 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import arrays
 from rosproto.codec.array_source import MAX_STATEMENTS, ArrayWriter
+from rosproto.codec.flavour import Flavour
 from rosproto.codec.layout import FieldLayout, Layout
-
-if TYPE_CHECKING:
-    from rosproto.codec.flavour import Flavour
 
 ERRORS = (struct.error, ValueError, TypeError, AttributeError, OverflowError)
 

@@ -9,14 +9,12 @@ may be assigned. (In the rospy flavour they are lists, and bytes for uint8[] and
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec.array_source import MAX_STATEMENTS
+from rosproto.codec.flavour import Flavour
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.source import Source
-
-if TYPE_CHECKING:
-    from rosproto.codec.flavour import Flavour
 
 
 def fill_function(layout: Layout, flavour: Flavour, maker: Callable[[str], Any]) -> Callable[[Any], None]:

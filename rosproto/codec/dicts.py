@@ -7,14 +7,12 @@ bare value for a message of one field, `now` for a time, `auto` for a Header (ge
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec.classes import message_class
+from rosproto.codec.message import Message
 from rosproto.errors import CodecError
 from rosproto.time import Duration, Time, TVal
-
-if TYPE_CHECKING:
-    from rosproto.codec.message import Message
 
 INTEGERS = frozenset("int8 uint8 int16 uint16 int32 uint32 int64 uint64 char byte".split())
 FLOATS = frozenset(("float32", "float64"))

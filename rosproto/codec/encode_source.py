@@ -27,19 +27,17 @@ from __future__ import annotations
 import struct
 from collections import UserString
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import arrays
 from rosproto.codec.array_source import MAX_LOOP_DEPTH, MAX_STATEMENTS
 from rosproto.codec.at_once_source import AtOnceWriter, fits_at_once, fits_in_fours
 from rosproto.codec.decode_source import ERRORS
+from rosproto.codec.flavour import Flavour
 from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.run_source import shared_dtype
 from rosproto.codec.source import Source, merge_codes, quickest
-
-if TYPE_CHECKING:
-    from rosproto.codec.flavour import Flavour
 
 MAX_STRINGS = 6
 """More strings in one run than this are packed one by one: their lengths never repeat together."""

@@ -8,12 +8,9 @@ bytes, genpy's Time, genpy's errors); the compatibility layer makes a second fam
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from rosproto.errors import CodecError
 from rosproto.time import Duration, Time, TVal
-
-if TYPE_CHECKING:
-    from rosproto.errors import CodecError
 
 
 def _same(error: CodecError) -> Exception:

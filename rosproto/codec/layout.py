@@ -9,13 +9,11 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Container
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from rosproto.errors import DefinitionError
 from rosproto.msg.parser import INTEGER_RANGES
-
-if TYPE_CHECKING:
-    from rosproto.msg.spec import Field, MessageSpec
+from rosproto.msg.spec import Field, MessageSpec
 
 FORMATS = {
     "bool": "?",

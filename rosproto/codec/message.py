@@ -5,13 +5,11 @@ Source: genpy/message.py; tools written for rospy messages rely on these names.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from rosproto.codec.binding import Binding
-    from rosproto.msg import MessageSpec
+from rosproto.codec.binding import Binding
+from rosproto.msg import MessageSpec
 
 __all__ = ["AnyMsg", "DynamicMessage", "Message", "MessageMeta", "ServiceType"]
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from itertools import repeat, starmap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import arrays
+from rosproto.codec.flavour import Flavour
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.source import Source
-
-if TYPE_CHECKING:
-    from rosproto.codec.flavour import Flavour
 
 
 class RunWriter:

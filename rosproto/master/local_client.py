@@ -7,15 +7,10 @@ takes the port.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rosproto.transport import Peer
+from rosproto.master.server import Master
+from rosproto.protocol.limits import Limits
+from rosproto.transport import HostNames, Peer
 from rosproto.transport.xmlrpc_client import XmlRpcClient
-
-if TYPE_CHECKING:
-    from rosproto.master.server import Master
-    from rosproto.protocol.limits import Limits
-    from rosproto.transport import HostNames
 
 _DIRECT = frozenset(
     {

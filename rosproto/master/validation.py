@@ -8,12 +8,9 @@ itself `/rosparam-1234`, roslaunch writes keys with dots), so only what breaks t
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TypeGuard
 
 from rosproto.protocol.xmlrpc import DateTime
-
-if TYPE_CHECKING:
-    from typing import TypeGuard
 
 MAX_LENGTH = 4096  # of names, types and URIs, which a master keeps
 

@@ -12,12 +12,11 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import DefinitionError
+from rosproto.msg.library import DefinitionLibrary
 from rosproto.msg.sources import folder_source
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from rosproto.msg.library import DefinitionLibrary
 
 
 def revisions_folder(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Path:

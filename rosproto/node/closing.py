@@ -14,15 +14,12 @@ import os
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
 from rosproto.node import forking
+from rosproto.node.context import Context
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import on_fork
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
 
 _log = get_logger("rosproto.node")
 

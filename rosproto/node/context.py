@@ -14,21 +14,21 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import PeerLog
 from rosproto.node.events import Event, Events
+from rosproto.node.graph.endpoints import Endpoints
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.naming import Naming
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
+from rosproto.node.revisions.revisions import Revisions
 from rosproto.node.time.clock import NodeClock
+from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.host_names import HostNames
 
 if TYPE_CHECKING:
     import logging
 
-    from rosproto.node.graph.endpoints import Endpoints
-    from rosproto.node.revisions.revisions import Revisions
-    from rosproto.protocol.limits import Limits
 
 MASTER_CALL_SECONDS = 10.0
 FAREWELL_SECONDS = 2.0  # what is not taken back by then is taken back by the watchdog

@@ -9,12 +9,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
+from rosproto.node.context import Context
 from rosproto.node.incoming import local_nodes
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
 
 
 def leave_to_parent(nodes: Mapping[Context, int]) -> None:

@@ -8,9 +8,12 @@ as a callable; nothing below this file names `Node`.
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from functools import partial
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rosproto import names
@@ -27,8 +30,12 @@ from rosproto.node.graph.watchdog import Watchdog
 from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.outgoing.publisher import Publisher
+from rosproto.node.params.parameters import Parameters
 from rosproto.node.revisions.revisions import Revisions
 from rosproto.node.revisions.topic_types import ANY, TypeGiven, resolve_type
+from rosproto.node.services.client import ServiceClient
+from rosproto.node.services.server import ServiceServer
+from rosproto.node.stats import NodeStats
 from rosproto.node.topics import TopicTable
 from rosproto.protocol.limits import Limits
 from rosproto.transport.deadline import Deadline
@@ -37,16 +44,9 @@ from rosproto.transport.waiting import wait_event
 
 if TYPE_CHECKING:
     import logging
-    import os
-    from contextlib import AbstractContextManager
-    from types import TracebackType
 
-    from rosproto.node.params.parameters import Parameters
     from rosproto.node.rosout.rosout import Rosout
-    from rosproto.node.services.client import ServiceClient
-    from rosproto.node.services.server import ServiceServer
     from rosproto.node.services.table import Services
-    from rosproto.node.stats import NodeStats
 
 
 class Node:

@@ -8,10 +8,11 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.incoming.subscriber import Subscriber
@@ -21,12 +22,9 @@ from rosproto.node.outgoing import datagram_link
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.revisions.topic_types import TopicType
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
-    from rosproto.node.stats import LinkStats
-    from rosproto.protocol.udpros import DatagramRequest
-    from rosproto.transport.deadline import Deadline
+from rosproto.node.stats import LinkStats
+from rosproto.protocol.udpros import DatagramRequest
+from rosproto.transport.deadline import Deadline
 
 _log = get_logger("rosproto.node")
 

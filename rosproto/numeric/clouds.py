@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from rosproto.codec import message_class
 from rosproto.numeric.buffers import octets
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from rosproto.codec import message_class
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 

@@ -6,11 +6,12 @@ import re
 import sys
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from rosproto.codec import message_class
 from rosproto.numeric.buffers import octets
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 

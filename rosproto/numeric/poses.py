@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from rosproto import quaternion as rotation
 from rosproto.codec import message_class
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 

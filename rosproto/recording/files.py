@@ -11,15 +11,13 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from rosproto.bag import BagWriter, RawMessage, create_bag
+from rosproto.bag.mcap import McapWriter
 from rosproto.bag.opening import is_mcap_name
 from rosproto.errors import BagError
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.bag.mcap import McapWriter
 
 ACTIVE = ".active"
 Compression = Literal["none", "bz2", "lz4"]

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import os
 from functools import cache
-from typing import TYPE_CHECKING
 
-from rosproto.msg import bundled
-
-if TYPE_CHECKING:
-    from rosproto.msg import DefinitionLibrary
+from rosproto.msg import DefinitionLibrary, bundled
 
 MSG_PATH = "ROSPROTO_MSG_PATH"
 """Environment: folders with definitions, joined as PATH is; children of a program find them there."""

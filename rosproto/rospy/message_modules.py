@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib.machinery import ModuleSpec
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import DefinitionError
 from rosproto.rospy import messages
 from rosproto.rospy.definitions import library
-
-if TYPE_CHECKING:
-    from importlib.machinery import ModuleSpec
 
 
 class MessageModuleLoader:

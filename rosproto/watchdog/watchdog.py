@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RemoteProtocolError
@@ -36,8 +37,6 @@ from rosproto.watchdog.protocol import (
 )
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from rosproto.node import Node
 
 _log = get_logger("rosproto.watchdog")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from rosproto.node.graph.master_client import MasterClient
-    from rosproto.protocol.limits import Limits
-    from rosproto.transport.host_names import HostNames
+from rosproto.node.graph.master_client import MasterClient
+from rosproto.protocol.limits import Limits
+from rosproto.transport.host_names import HostNames
 
 
 class Caller(Protocol):

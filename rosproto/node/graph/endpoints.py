@@ -9,15 +9,12 @@ master is listened on, and the name announced.
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.node.graph.tcpros_server import OnConnection, TcprosServer
+from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, local_address_towards, make_uri, resolve
 from rosproto.transport.xmlrpc_server import Dispatch, XmlRpcServer
-
-if TYPE_CHECKING:
-    from rosproto.protocol.limits import Limits
 
 
 class Endpoints:

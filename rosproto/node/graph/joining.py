@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.node.context import Context
 from rosproto.node.graph import replies
 from rosproto.node.graph.endpoints import Endpoints, listening_address
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.transport.address import resolve
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
-    from rosproto.node.graph.master_client import MasterClient
-    from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import Deadline
 
 REBIND_SECONDS = 1.0  # for looking up names, and for ending what used the old address
 

@@ -6,10 +6,9 @@ Source: wiki.ros.org/ROS/Master_API.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
-if TYPE_CHECKING:
-    from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.master_client import MasterClient
 
 
 class Registration(Protocol):

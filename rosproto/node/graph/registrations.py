@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rosproto.errors import (
     ConnectionLost,
@@ -25,11 +25,9 @@ from rosproto.errors import (
 )
 from rosproto.logs import get_logger
 from rosproto.node.graph import replies
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.graph.registration import Registration, Together
-    from rosproto.transport.deadline import Deadline
+from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.registration import Registration, Together
+from rosproto.transport.deadline import Deadline
 
 _log = get_logger("rosproto.node")
 _AT_ONCE = 100  # registrations in one request, so that neither it nor its time grows without a bound

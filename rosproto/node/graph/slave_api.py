@@ -14,15 +14,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import PeerLog, get_logger
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.protocol.udpros import UDPROS, DatagramRequest
 from rosproto.protocol.xmlrpc import Fault
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.master_client import MasterClient
 
 _log = get_logger("rosproto.node")
 

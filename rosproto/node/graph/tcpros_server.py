@@ -12,17 +12,14 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout, TooLarge
 from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.handshake import error_header
+from rosproto.protocol.limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_all, write_header
-
-if TYPE_CHECKING:
-    from rosproto.protocol.limits import Limits
 
 _log = get_logger("rosproto.node")
 

@@ -19,21 +19,19 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Collection, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.graph.joining import Listen, rebind
+from rosproto.node.graph.master_client import MasterClient, SystemState
+from rosproto.node.graph.registration import Registration
 from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.os_errors import no_route
 from rosproto.transport.sleep import SleepDetector
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
-    from rosproto.node.graph.master_client import MasterClient, SystemState
-    from rosproto.node.graph.registration import Registration
 
 _log = get_logger("rosproto.node")
 

@@ -7,15 +7,13 @@ leaves, so links need no lock to ask for it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from rosproto.codec import AnyMsg, encode
+from rosproto.node.context import Context
+from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.revisions.revisions import Unfit
 from rosproto.node.revisions.topic_types import TopicType
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
-    from rosproto.node.incoming.recipient import Recipient
 
 
 class Topic(Protocol):

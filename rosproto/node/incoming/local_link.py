@@ -12,17 +12,14 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import deque
-from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
 from rosproto.node.incoming.link_state import LinkEvent
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.outgoing.frames import LargeFrame
+from rosproto.node.outgoing.publication import Publication
+from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
-
-if TYPE_CHECKING:
-    from rosproto.node.outgoing.publication import Publication
-    from rosproto.node.stats import LinkStats
 
 MOST_AT_ONCE = 256
 IN_FLIGHT = 1 << 20  # bytes under way before the queue size counts, as a TCP connection's buffers hold them

@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from rosproto.protocol.limits import Limits
+from rosproto.transport import HostNames, XmlRpcClient
 from rosproto.transport.address import parse_uri
 
 if TYPE_CHECKING:
     from rosproto.master import Master
-    from rosproto.protocol.limits import Limits
-    from rosproto.transport import HostNames, XmlRpcClient
 
 FindPublication = Callable[[str], Any]
 """Asked with a resolved topic: the `Publication` of a node there, or None."""

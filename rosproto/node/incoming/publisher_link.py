@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from time import monotonic
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from rosproto.errors import (
     CodecError,
@@ -24,14 +24,11 @@ from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.incoming.delivery import Delivery, Topic
 from rosproto.node.incoming.link_state import LEAST, STEADY, LinkEvent, LinkState, Pauses, next_state
-from rosproto.protocol.handshake import HandshakeRefused
+from rosproto.node.revisions.revisions import RevisedType
+from rosproto.node.revisions.topic_types import TopicType
+from rosproto.node.stats import LinkStats
+from rosproto.protocol.handshake import HandshakeRefused, PublisherReply
 from rosproto.transport.os_errors import program_ends, translate
-
-if TYPE_CHECKING:
-    from rosproto.node.revisions.revisions import RevisedType
-    from rosproto.node.revisions.topic_types import TopicType
-    from rosproto.node.stats import LinkStats
-    from rosproto.protocol.handshake import PublisherReply
 
 _log = get_logger("rosproto.node")
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.logs import get_logger
 from rosproto.node.incoming.callbacks import CallbackRunner, InlineCaller
 from rosproto.node.incoming.inbox import Inbox
 from rosproto.node.interrupts import is_interrupt
-
-if TYPE_CHECKING:
-    from rosproto.node.revisions.topic_types import TopicType
+from rosproto.node.revisions.topic_types import TopicType
 
 _log = get_logger("rosproto.node")
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import Any
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.node.context import Context
+from rosproto.node.incoming.recipient import Recipient
+from rosproto.node.incoming.subscription import Subscription
+from rosproto.node.stats import LinkStats
 from rosproto.numbers import as_float
-
-if TYPE_CHECKING:
-    from types import TracebackType
-
-    from rosproto.node.context import Context
-    from rosproto.node.incoming.recipient import Recipient
-    from rosproto.node.incoming.subscription import Subscription
-    from rosproto.node.stats import LinkStats
 
 
 class Subscriber:

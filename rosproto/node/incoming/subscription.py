@@ -18,22 +18,20 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
+from rosproto.node.context import Context
 from rosproto.node.graph import replies
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registration import Announcement
 from rosproto.node.incoming.delivery import Delivery, RevisedDelivery, encoded
 from rosproto.node.incoming.links import make_link
+from rosproto.node.incoming.publisher_link import PublisherLink
+from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.revisions.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type
+from rosproto.node.stats import LinkStats
+from rosproto.protocol.handshake import PublisherReply
 from rosproto.transport.address import parse_uri
 from rosproto.transport.waiting import wait_for
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
-    from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.incoming.publisher_link import PublisherLink
-    from rosproto.node.incoming.recipient import Recipient
-    from rosproto.node.stats import LinkStats
-    from rosproto.protocol.handshake import PublisherReply
 
 MOST_ERRORS = 32
 

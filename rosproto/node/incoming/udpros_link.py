@@ -11,25 +11,21 @@ Source: wiki.ros.org/ROS/UDPROS.
 
 from __future__ import annotations
 
+import socket
 from time import monotonic
-from typing import TYPE_CHECKING
 
 from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming.link_state import LinkEvent
+from rosproto.node.incoming.publisher_link import LinkOwner
 from rosproto.node.incoming.tcpros_link import TRY_SECONDS, TcprosLink
 from rosproto.node.revisions.topic_types import ANY
+from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, subscriber_header
 from rosproto.protocol.udpros import DATAGRAM_BYTES, UDPROS, DatagramAnswer, DatagramRequest, Reassembly
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.udp import open_receiver
-
-if TYPE_CHECKING:
-    import socket
-
-    from rosproto.node.incoming.publisher_link import LinkOwner
-    from rosproto.node.stats import LinkStats
 
 QUIET_SECONDS = 3.0  # of silence, after which the publisher is asked
 LATE_SECONDS = 0.5

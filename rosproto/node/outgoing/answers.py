@@ -6,12 +6,12 @@ Source: wiki.ros.org/ROS/TCPROS.
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Mapping
 
 from rosproto.codec.conversion import ConversionError
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.interrupts import is_interrupt
@@ -19,11 +19,6 @@ from rosproto.node.outgoing.revised_output import RevisedOutput
 from rosproto.node.revisions.revisions import explained, note_differences
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import check_subscriber_header, publisher_header
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from rosproto.node.context import Context
 
 _log = get_logger("rosproto.node")
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from rosproto.node.outgoing.frames import LargeFrame
-
-if TYPE_CHECKING:
-    from rosproto.node.stats import LinkStats
+from rosproto.node.stats import LinkStats
 
 Frame = bytes | LargeFrame
 

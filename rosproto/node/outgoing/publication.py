@@ -14,12 +14,15 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from rosproto.codec import Message
 from rosproto.errors import CodecError, ConnectionLost, RosError
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph import replies
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registration import Announcement
 from rosproto.node.interrupts import is_interrupt
 from rosproto.node.outgoing.answers import Answers
@@ -30,16 +33,11 @@ from rosproto.node.outgoing.outgoing_link import Frame, OutgoingLink, send_frame
 from rosproto.node.outgoing.revised_output import RevisedOutput
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.revisions.topic_types import TopicType
+from rosproto.node.stats import LinkStats
 from rosproto.protocol.header import encode_header
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.waiting import wait_for
-
-if TYPE_CHECKING:
-    from rosproto.codec import Message
-    from rosproto.node.context import Context
-    from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.stats import LinkStats
 
 _log = get_logger("rosproto.node")
 

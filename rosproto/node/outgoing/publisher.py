@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import Any
 
+from rosproto.codec import Message
 from rosproto.errors import LocalProtocolError, RosError, RosTimeout
+from rosproto.node.context import Context
+from rosproto.node.outgoing.publication import Publication
+from rosproto.node.stats import LinkStats
 from rosproto.numbers import as_float
 from rosproto.transport.os_errors import translate
-
-if TYPE_CHECKING:
-    from types import TracebackType
-
-    from rosproto.codec import Message
-    from rosproto.node.context import Context
-    from rosproto.node.outgoing.publication import Publication
-    from rosproto.node.stats import LinkStats
 
 
 class Publisher:

@@ -10,15 +10,13 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.outgoing.link_state import OutgoingEvent, OutgoingState, next_state
 from rosproto.node.outgoing.outbox import Outbox
-
-if TYPE_CHECKING:
-    from rosproto.node.stats import LinkStats
+from rosproto.node.stats import LinkStats
 
 OnClosed = Callable[[Any, "ConnectionLost | None"], None]
 

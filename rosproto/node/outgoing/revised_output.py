@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosproto.codec import AnyMsg
+from rosproto.codec import AnyMsg, Message
 from rosproto.codec.conversion import Conversion
 from rosproto.node.outgoing.frames import LargeFrame, small_frame
+from rosproto.node.outgoing.outgoing_link import OutgoingLink
 from rosproto.node.revisions.topic_types import TopicType
-
-if TYPE_CHECKING:
-    from rosproto.codec import Message
-    from rosproto.node.outgoing.outgoing_link import OutgoingLink
 
 PREFIX = 4  # bytes of the length before a message
 

@@ -9,16 +9,14 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import Any, TypeVar, overload
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.options import callback_or_none
 from rosproto.node.params.cache import ABSENT, Change, ParameterCache, canonical_key
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
-    from rosproto.node.graph.master_client import MasterClient
 
 logger = get_logger("rosproto.node")
 T = TypeVar("T")

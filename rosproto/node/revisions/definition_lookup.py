@@ -12,12 +12,12 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.codec import Message
     from rosproto.node.graph.caller import Caller
 
 _log = get_logger("rosproto.node")

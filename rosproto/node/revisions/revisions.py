@@ -13,19 +13,17 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.bounded_cache import BoundedCache
-from rosproto.codec import define, message_class, service_class
+from rosproto.codec import Message, define, message_class, service_class
+from rosproto.codec.conversion import Conversion
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import PeerLog, get_logger
-from rosproto.msg import bundled
+from rosproto.msg import DefinitionLibrary, bundled
 from rosproto.msg.user_folder import is_learned
 from rosproto.node.revisions.definition_lookup import DefinitionLookup, Learn
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import is_md5sum
 
 if TYPE_CHECKING:
-    from rosproto.codec import Message
-    from rosproto.codec.conversion import Conversion
-    from rosproto.msg import DefinitionLibrary
     from rosproto.node.graph.caller import Caller
 
 _log = get_logger("rosproto.node")

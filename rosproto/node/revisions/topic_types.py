@@ -6,13 +6,11 @@ Source: wiki.ros.org/ROS/Connection Header; the wildcard "*" is what rostopic an
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from rosproto.codec import AnyMsg, Message, decoder, define, encode_parts, encoder, message_class
 from rosproto.errors import CodecError, DefinitionError, RemoteProtocolError
-
-if TYPE_CHECKING:
-    from rosproto.msg import DefinitionLibrary
+from rosproto.msg import DefinitionLibrary
 
 ANY = "*"
 

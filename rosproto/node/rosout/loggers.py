@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.node.rosout.levels import LEVELS, level_name
+from rosproto.node.services.server import ServiceServer
 
 if TYPE_CHECKING:
     import logging
 
-    from rosproto.node.services.server import ServiceServer
 
 ROOT = "root"
 

@@ -19,15 +19,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.codec import message_class
+from rosproto.node.context import Context
+from rosproto.node.incoming.subscriber import Subscriber
+from rosproto.node.outgoing.publisher import Publisher
+from rosproto.node.revisions.topic_types import TypeGiven
 from rosproto.node.rosout.levels import python_level, ros_level
 
 if TYPE_CHECKING:
     import logging
 
-    from rosproto.node.context import Context
-    from rosproto.node.incoming.subscriber import Subscriber
-    from rosproto.node.outgoing.publisher import Publisher
-    from rosproto.node.revisions.topic_types import TypeGiven
 
 OWN = "rosproto"
 

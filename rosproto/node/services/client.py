@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import decode, encode
 from rosproto.errors import (
@@ -25,6 +25,7 @@ from rosproto.errors import (
     ServiceError,
 )
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.cancellation import Cancellation
@@ -37,9 +38,6 @@ from rosproto.protocol.handshake import (
 )
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
 
 __all__ = ["Cancellation", "ServiceClient"]
 

@@ -11,9 +11,10 @@ import select
 import socket
 import sys
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError
+from rosproto.node.revisions.revisions import ServiceRevision
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.limits import Limits
@@ -24,9 +25,6 @@ from rosproto.transport.host_names import HostNames
 from rosproto.transport.socket_waits import limit_waits
 from rosproto.transport.tcp import interrupt, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
-
-if TYPE_CHECKING:
-    from rosproto.node.revisions.revisions import ServiceRevision
 
 ROOM = 4 << 10  # bytes; what most answers fit into
 POST = 0.05  # seconds

@@ -8,11 +8,12 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import decode
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError, RosTimeout, ServiceError
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.services.reply import encode_error, encode_reply, error_text, response_from
@@ -20,9 +21,6 @@ from rosproto.node.services.session import ServiceSession
 from rosproto.protocol.handshake import ServiceRequest, check_service_client_header, service_server_header
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import write_header
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
 
 logger = get_logger("rosproto.node")
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registration import Announcement
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.services.client import ServiceClient
@@ -19,10 +21,6 @@ from rosproto.node.services.server import ServiceServer
 from rosproto.node.services.type import ServiceTypeGiven, ask_type, resolve_service_type
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.node.context import Context
-    from rosproto.node.graph.master_client import MasterClient
 
 CLOSE_SECONDS = 1.0  # for answers in progress when the node closes
 

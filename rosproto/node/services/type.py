@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import service_class
 from rosproto.errors import LocalProtocolError, ServiceError
+from rosproto.node.revisions.revisions import Revisions
 from rosproto.node.services import probe as service_probe
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from rosproto.node.graph.caller import Caller
-    from rosproto.node.revisions.revisions import Revisions
 
 ServiceTypeGiven = type | str | None
 """A service class, "package/Type", or None: ask the provider for its type."""

@@ -12,15 +12,13 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import TracebackType
+from typing import Any, NamedTuple
 
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
 from rosproto.time import Duration, Time
 from rosproto.transport.waiting import wait_event
-
-if TYPE_CHECKING:
-    from types import TracebackType
 
 _log = get_logger("rosproto.node")
 
