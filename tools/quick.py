@@ -1,4 +1,4 @@
-"""`bash .ci/run quick`: style, types, layers, and the unit tests of what changed, in less than a minute.
+"""`bash .ci/run quick`: style, types, pages, layers, the unit tests of what changed, in less than a minute.
 
 Needs `pip install -e ".[dev]"` and nothing else: no ROS, no Wine, no network. What changed is what differs
 from the commit in `$QUICK_BASE` (default: HEAD), with files that git does not track yet; where nothing does,
@@ -87,6 +87,7 @@ def main() -> int:
         "style": ["-m", "ruff", "check", "."],
         "format": ["-m", "ruff", "format", "--check", "--quiet", "."],
         "types": ["-m", "mypy"],
+        "pages": ["-m", "tools.page_lint"],
         "tests": pytest,
     }
     print("tests:", *tests, flush=True)
