@@ -67,7 +67,7 @@ def test_a_command_of_the_pages_is_accepted_by_its_parser(page: str, line: str) 
     else:
         from rosproto.cli.entry import parser_for
 
-        parser, _ = parser_for(words)
+        parser = parser_for(words)
     # A mere mention of a command that wants an argument, as in "see `rosproto topic`", is fine too.
     mention = len(words) <= 2 and not any(word.startswith("-") for word in words)
     accepted = _exit_code(parser, words) == 0

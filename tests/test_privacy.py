@@ -214,7 +214,7 @@ def test_the_watch_lets_a_file_use_what_is_its_own(text: str) -> None:
 
 
 OF_LIBRARIES = {
-    "rosproto.cli.parser": {"_actions", "_add_container_actions", "_option_string_actions", "_print_message"},
+    "rosproto.cli.parser": {"_actions"},
     "rosproto.gateway.foxglove.channels": {"_channels_by_id"},
 }
 """Private parts of libraries (argparse, foxglove-sdk) that are still used. This list only shrinks."""

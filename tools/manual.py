@@ -135,7 +135,7 @@ def _rosproto() -> Iterator[str]:
     yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in EXIT_CODES.items()])
     common = {_identity(action) for parser in (general, graph) for action in parser._actions}
     for name in COMMANDS:
-        yield from _section("rosproto", name, _sub(parser_for([name])[0], name), common)
+        yield from _section("rosproto", name, _sub(parser_for([name]), name), common)
 
 
 def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rosproto.cli.background_output import everything_is_written, hurry, in_background
+from rosproto.cli.background_output import hurry
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.bag_record import add_output_options, follow_recording, recorder_options
-from rosproto.cli.bag_signals import interrupt_on_signals
-from rosproto.cli.closed_console import linger_when_closed
 from rosproto.cli.completion import add_arguments as add_completion_arguments
 from rosproto.cli.completion import answer as answer_completion
 from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, terminal_size
@@ -25,19 +23,11 @@ from rosproto.cli.failure import (
     UNREACHABLE,
     WRONG_USE,
     CommandError,
-    Terminated,
     cannot_listen,
     explain,
-    output_is_gone,
     say,
-    signals_unwind,
 )
-from rosproto.cli.foxglove import (
-    add_server_options,
-    announced,
-    serve,
-    server_options,
-)
+from rosproto.cli.foxglove import add_server_options, announced, serve, server_options
 from rosproto.cli.gateway_options import gateway_watchdog, until_interrupted
 from rosproto.cli.json_output import json_text
 from rosproto.cli.keys import Keys, open_keys
@@ -55,7 +45,9 @@ from rosproto.cli.option_types import (
     whole,
 )
 from rosproto.cli.parser import Parser, WrongUse, give_examples, near
-from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed, guarded, own, unguarded
+from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
+from rosproto.cli.signals import interrupt_on_signals, signals_ignored
+from rosproto.cli.streams import own, unguarded
 
 __all__ = [
     "DONE",
@@ -68,55 +60,51 @@ __all__ = [
     "Keys",
     "Parser",
     "Progress",
-    "Terminated",
+    "Task",
     "WrongUse",
     "add_completion_arguments",
     "add_output_options",
     "add_server_options",
     "announced",
     "answer_completion",
-    "as_typed",
     "cannot_listen",
     "count",
     "counted",
     "enable_escapes",
-    "escape_what_cannot_be_printed",
-    "everything_is_written",
+    "exit_codes_line",
     "explain",
     "finite",
     "folder_exists",
     "follow_recording",
     "gateway_watchdog",
     "give_examples",
-    "guarded",
     "host",
     "hurry",
-    "in_background",
     "interrupt_on_signals",
     "is_terminal",
     "json_text",
-    "linger_when_closed",
     "main",
     "natural",
     "near",
     "open_keys",
-    "output_is_gone",
     "own",
     "port",
     "positive",
     "recorder_options",
+    "run_command",
     "say",
     "seconds",
     "serve",
     "server_options",
     "shows_unicode",
-    "signals_unwind",
+    "signals_ignored",
     "terminal_size",
     "to_float",
     "to_int",
     "unguarded",
     "until_interrupted",
     "whole",
+    "words_of",
 ]
 
 

@@ -25,7 +25,7 @@ from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any
 
-from .failure import Terminated
+from .signals import Terminated
 
 __all__ = ["BackgroundOutput", "everything_is_written", "hurry", "in_background"]
 

@@ -12,9 +12,8 @@ from .bag_opening import next_to, opened
 from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
-from .export_parquet import file_names, write_parquet
+from .export_parquet import file_names, need, write_parquet
 from .field_path import parse_field_path
-from .optional import need
 from .shared_options import add_allow_damaged, add_quiet
 
 if TYPE_CHECKING:

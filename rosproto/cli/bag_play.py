@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from .background_output import hurry
 from .bag_opening import opened
-from .bag_signals import interrupt_on_signals
 from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
 from .keys import Keyboard
 from .option_types import finite, whole
 from .shared_options import add_allow_damaged
+from .signals import interrupt_on_signals
 from .streams import own
 
 if TYPE_CHECKING:

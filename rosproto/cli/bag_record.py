@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.text import human_bytes
 
-from .bag_signals import interrupt_on_signals
 from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
 from .option_types import finite, whole
 from .shared_options import add_compression
+from .signals import interrupt_on_signals
 from .streams import own
 
 if TYPE_CHECKING:

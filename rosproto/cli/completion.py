@@ -109,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
     return answer(
         "rosproto",
         arguments,
-        lambda words: parser_for(words)[0],
+        parser_for,
         _names_of([word.removeprefix("=") for word in arguments.words] or [""]),
     )
 
@@ -263,14 +263,14 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
         from .entry import parser_for
         from .templates import template_of
 
-        given = _walked(parser_for(words)[0], words[:-1]).given
+        given = _walked(parser_for(words), words[:-1]).given
         return [] if "values" in given else template_of(words, given)
 
     def types() -> Iterable[str]:
         """The type that the topic has already, or all."""
         from .entry import parser_for
 
-        topic = _walked(parser_for(words)[0], words[:-1]).given.get("topic", [""])[0]
+        topic = _walked(parser_for(words), words[:-1]).given.get("topic", [""])[0]
         known = dict(ask(lambda master: master.get_topic_types().items())()) if topic else {}
         kind = known.get("/" + topic.lstrip("/"), "*")
         return _types(words) if kind == "*" else [kind]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import re
 from collections.abc import Iterable
@@ -14,12 +15,11 @@ from .bag_opening import next_to
 from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
-from .optional import need
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
 
-__all__ = ["file_name", "file_names", "write_parquet"]
+__all__ = ["file_name", "file_names", "need", "write_parquet"]
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""
@@ -188,3 +188,15 @@ def _is_plain(topic: str) -> bool:
 
 def _sum(topic: str) -> str:
     return f"{crc32(topic.encode('utf-8', 'surrogatepass')):08x}"
+
+
+def need(module: str, package: str, extra: str) -> Any:
+    """Import an optional package.
+
+    Raises:
+        CommandError: It is not installed; names the extra.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as problem:
+        raise CommandError(f'this needs the package {package}: pip install ".[{extra}]"') from problem

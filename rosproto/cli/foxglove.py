@@ -12,10 +12,10 @@ from urllib.parse import quote
 
 from rosproto.errors import ConnectionLost
 
-from .bag_signals import interrupt_on_signals
 from .connection import add_graph_options, open_node
 from .failure import CommandError, cannot_listen
 from .gateway_options import add_gateway_options, gateway_options, gateway_watchdog, opened, until_interrupted
+from .signals import interrupt_on_signals
 
 if TYPE_CHECKING:
     from rosproto.gateway import Foxglove

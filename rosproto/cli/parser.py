@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 from typing import Any, NoReturn, cast
 
 __all__ = [
@@ -40,19 +42,21 @@ class Parser(argparse.ArgumentParser):
 
     Attributes:
         examples: Commands to copy.
+        shared: A parser whose options the verbs have, too; set before the verbs are added.
     """
 
     examples: Sequence[str] = ()
+    shared: argparse.ArgumentParser | None = None
 
     @property
     def actions(self) -> Sequence[argparse.Action]:
-        """Its arguments, in the order in which they were added."""
+        """Its arguments, in the order in which they were added; argparse has no public list of them."""
         return self._actions
 
     @property
     def options(self) -> Mapping[str, argparse.Action]:
         """Its options by each of their spellings."""
-        return self._option_string_actions
+        return {text: action for action in self.actions for text in action.option_strings}
 
     def format_help(self) -> str:
         """Usage in one line: the options are listed below it anyway."""
@@ -64,7 +68,8 @@ class Parser(argparse.ArgumentParser):
         """Say it on stderr and end with code 2."""
         text = f"{self._with_verbs(message)}; see: {self.prog} --help"
         usage = f"{self.spoken('usage')}: {synopsis(self.prog, self)}"
-        self._print_message(f"{usage}\n{self.prog}: {self.spoken(text)}\n", _stderr())
+        with suppress(SystemExit):
+            self.exit(WRONG_USE, f"{usage}\n{self.prog}: {self.spoken(text)}\n")
         raise WrongUse(f"{self.prog}: {text}")
 
     def spoken(self, text: str) -> str:
@@ -78,30 +83,25 @@ class Parser(argparse.ArgumentParser):
         `play -r 2 a.bag /b` are as good to a person, so what is left goes into the argument that takes many.
         """
         found, rest = super().parse_known_args(args, namespace)
-        many = [a for a in self._actions if not a.option_strings and a.nargs in ("*", "+")]
+        many = [a for a in self.actions if not a.option_strings and a.nargs in ("*", "+")]
         if rest and many:
             words, rest = _plain_words(rest)
             setattr(found, many[-1].dest, [*(getattr(found, many[-1].dest, None) or ()), *words])
         if rest:
-            options = [text for action in self._actions for text in action.option_strings]
             words = [word.partition("=")[0] for word in rest if word.startswith("-")]
-            hint = near(words[0], options) if words else ""
+            hint = near(words[0], self.options) if words else ""
             self.error(f"not understood: {' '.join(rest)}{hint}")
         return found, rest
 
-    def share_below(self, common: argparse.ArgumentParser) -> None:
-        """Let the verbs of this command understand the options of another parser, too."""
-        for _, verb in sub_parsers(self):
-            if isinstance(verb, Parser):
-                verb.take_options_of(common)
-
-    def take_options_of(self, other: argparse.ArgumentParser) -> None:
-        """As `parents=` does, for a parser that is made already."""
-        self._add_container_actions(other)
+    def add_subparsers(self, **options: Any) -> Any:
+        """As argparse's; the verbs understand the options of `shared`, too."""
+        if self.shared is not None:
+            options.setdefault("parser_class", partial(type(self), parents=[self.shared]))
+        return super().add_subparsers(**options)
 
     def options_with_value(self) -> set[str]:
         """Options that take the word behind them: `--chassis`."""
-        return {text for action in self._actions if action.nargs != 0 for text in action.option_strings}
+        return {text for text, action in self.options.items() if action.nargs != 0}
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """A choice: argparse lists all of them; here what is near comes first."""
@@ -114,7 +114,7 @@ class Parser(argparse.ArgumentParser):
 
     def _with_verbs(self, message: str) -> str:
         """A missing verb is named with those there are."""
-        for action in self._actions:
+        for action in self.actions:
             verbs = verbs_of(action)
             if verbs and message.endswith(f": {action.metavar}"):
                 return f"{_noun(action)} is missing; one of: {', '.join(verbs)}"
@@ -152,12 +152,6 @@ def _noun(action: argparse.Action) -> str:
     if action.option_strings:
         return f"value of {action.option_strings[-1]}"
     return str(action.metavar or action.dest).lower()
-
-
-def _stderr() -> Any:
-    import sys
-
-    return sys.stderr
 
 
 def near(word: str, names: Iterable[str]) -> str:

@@ -101,7 +101,7 @@ def parser_of(prog: str, words: Sequence[str]) -> argparse.ArgumentParser:
 
 @functools.cache
 def _parser_named(prog: str, name: str) -> argparse.ArgumentParser:
-    return parser_for([name]) if prog == "woosh" else rosproto_parser([name])[0]
+    return parser_for([name]) if prog == "woosh" else rosproto_parser([name])
 
 
 def path_of(prog: str, words: Sequence[str]) -> str:

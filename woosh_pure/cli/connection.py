@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import time
 from argparse import Namespace
@@ -11,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli import Progress, hurry
+from rosproto.cli import Progress, hurry, signals_ignored
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.sentence import both, sentence_of
 from woosh_pure.cli import config
@@ -182,30 +181,13 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
 def stop_and_tell(chassis: Chassis, out: Output) -> None:
     """Stop, then say what came of it; a second Ctrl-C does not interrupt it, it is bounded to seconds."""
     hurry()
-    with _signals_ignored():
+    with signals_ignored():
         with out.working("stopping"):
             report = chassis.stop(timeout=4.0)
         try:
             out.line(report.sentence())
         except (OSError, ValueError):
             pass  # the terminal has gone; the stopping matters, not the words
-
-
-@contextmanager
-def _signals_ignored() -> Iterator[None]:
-    before: dict[int, Any] = {}
-    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK"):
-        number = getattr(signal, name, None)
-        if number is not None:
-            try:
-                before[number] = signal.signal(number, signal.SIG_IGN)
-            except ValueError:
-                break  # not in the main thread
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def follow(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
 from typing import Any
 
 from rosproto.cli import (
@@ -16,32 +15,25 @@ from rosproto.cli import (
     UNREACHABLE,
     WRONG_USE,
     Parser,
-    Terminated,
+    Task,
     WrongUse,
-    as_typed,
-    escape_what_cannot_be_printed,
-    everything_is_written,
-    explain,
+    exit_codes_line,
     give_examples,
-    guarded,
     host,
-    hurry,
-    in_background,
-    linger_when_closed,
-    output_is_gone,
     positive,
+    run_command,
     say,
-    signals_unwind,
+    words_of,
 )
 from rosproto.sentence import Sentence
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.examples import EXAMPLES
 from woosh_pure.cli.output import Output, spoken
-from woosh_pure.cli.registry import COMMANDS, Command, load
+from woosh_pure.cli.registry import COMMANDS, load
 from woosh_pure.language import LANGUAGES, language_of
 
-__all__ = ["EXIT_CODES", "Terminated", "main", "parser_for"]
+__all__ = ["EXIT_CODES", "main", "parser_for"]
 
 REFUSED, NOT_KNOWN = 3, 5
 EXIT_CODES = {
@@ -71,60 +63,31 @@ ADVICE = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code, see `EXIT_CODES`."""
-    escape_what_cannot_be_printed()
-    words = as_typed(sys.argv[1:] if argv is None else argv)
-    with in_background() if argv is None else nullcontext(), guarded():
-        return _command_line(words, until_exit=argv is None)
-
-
-def _command_line(words: list[str], *, until_exit: bool) -> int:
+    words = words_of(argv)
     language = language_of(words, stream=sys.stdout)
     try:
-        parser = parser_for(words, language)
-        args = parser.parse_args(words)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        return run_command(
+            words,
+            lambda words: parser_for(words, language),
+            lambda args: _task(args, Output(as_json=args.json, language=language)),
+            until_exit=argv is None,
+        )
     except WrongUse as error:
         Output(as_json="--json" in words).failure(error.text, WRONG_USE)
         raise
-    if args.command is None:
-        parser.print_help(sys.stderr)
-        return WRONG_USE
-    out = Output(as_json=args.json, language=language)
-    with signals_unwind(until_exit=until_exit), linger_when_closed():
-        return _run(load(args.command), args, out)
 
 
-def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
-    try:
-        code = command.run(args, out)
-        everything_is_written()  # a full disk or a closed pipe shows here, not at exit
-        return code
-    except KeyboardInterrupt:
-        hurry()
-        text, code = "interrupted", INTERRUPTED
-    except Terminated:
-        hurry()
-        text, code = "terminated", TERMINATED
-    except BrokenPipeError:
-        output_is_gone()
-        return DONE
-    except Exception as error:
-        if args.debug:
-            raise
-        text, code = explain(error)
+def _task(args: argparse.Namespace, out: Output) -> Task:
+    def failed(text: str, code: int) -> None:
         text = text.mapped(ADVICE) if isinstance(text, Sentence) else text
-        return _failed(text, code, out, f"{args.command}: ")
-    return _failed(text, code, out)
+        try:
+            out.failure(text, code)
+        except (OSError, ValueError):
+            pass  # stdout is what has failed
+        where = "" if code in (INTERRUPTED, TERMINATED) else f"{args.command}: "
+        say(f"woosh: {where}{out.say(text)}")
 
-
-def _failed(text: str, code: int, out: Output, where: str = "") -> int:
-    try:
-        out.failure(text, code)
-    except (OSError, ValueError):
-        pass  # stdout is what has failed
-    say(f"woosh: {where}{out.say(text)}")
-    return code
+    return Task(lambda: load(args.command).run(args, out), failed, args.debug)
 
 
 def _speaking(language: str) -> type[Parser]:
@@ -145,9 +108,7 @@ def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentP
         description="Drive a Woosh chassis, or the simulated one.",
         parents=[_common(defaults=True)],
         epilog="Stopping by this program is no emergency stop: keep the red button in reach. "
-        "Exit codes: "
-        + "; ".join(f"{code} {text.partition(';')[0].partition(':')[0]}" for code, text in EXIT_CODES.items())
-        + ".",
+        + exit_codes_line(EXIT_CODES),
     )
     parser.add_argument("--version", action="version", version=f"woosh {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
@@ -156,9 +117,9 @@ def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentP
         command = load(name)
         sub = commands.add_parser(name, help=command.HELP, description=command.HELP, parents=[common])
         if asked is not None:
+            sub.shared = common
             command.add_arguments(sub)
             give_examples(sub, EXAMPLES)
-            sub.share_below(common)
     return parser
 
 

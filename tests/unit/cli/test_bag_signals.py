@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from rosproto.cli.bag_signals import interrupt_on_signals
+from rosproto.cli.signals import interrupt_on_signals
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="a process of Windows cannot send itself SIGHUP"

@@ -8,16 +8,15 @@ import time
 
 import pytest
 
-from rosproto.cli import closed_console
-from rosproto.cli.closed_console import close_handler
-from rosproto.cli.failure import Terminated, signals_unwind
+from rosproto.cli import signals
+from rosproto.cli.signals import Terminated, close_handler, signals_unwind
 
 NUMBER = getattr(signal, "SIGBREAK", signal.SIGTERM)
 
 
 def test_a_closed_console_terminates_the_command_and_waits_for_its_end(monkeypatch) -> None:
     """With the handlers that the commands have. Windows ends the process as soon as this one has returned."""
-    monkeypatch.setattr(closed_console, "_WINDOWS_PATIENCE", 60.0)
+    monkeypatch.setattr(signals, "_WINDOWS_PATIENCE", 60.0)
     done, answers, busy = threading.Event(), [], threading.Lock()
     handle = close_handler(done)
 

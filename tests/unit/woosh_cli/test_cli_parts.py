@@ -17,7 +17,7 @@ import pytest
 from rosproto.errors import ConnectionLost
 from rosproto.text import width
 from tests.support.png import read_png
-from woosh_pure.cli import config, entry
+from woosh_pure.cli import config, main
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.output import Output, plain
 from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
@@ -358,11 +358,13 @@ def test_a_silent_chassis_is_told() -> None:
         (ValueError("nan"), 2),
     ],
 )
-def test_how_a_motion_ends_is_the_exit_code(error: Exception, code: int) -> None:
+def test_how_a_motion_ends_is_the_exit_code(
+    error: Exception, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A chassis that vanishes on the way is as one that is not there to begin with."""
 
     def run(*_: object) -> int:
         raise error
 
-    args = SimpleNamespace(command="goto", debug=False)
-    assert entry._run(SimpleNamespace(run=run), args, Output(stream=io.StringIO())) == code
+    monkeypatch.setattr("woosh_pure.cli.commands.goto.run", run)
+    assert main(["goto", "A1"]) == code

@@ -20,7 +20,7 @@ from woosh_pure.cli.registry import COMMANDS as WOOSH
 def parser_for(words: list[str]) -> argparse.ArgumentParser:
     """The whole parser of `woosh ...` or `rosproto ...`."""
     program, *rest = words
-    return woosh_entry.parser_for(rest) if program == "woosh" else rosproto_entry.parser_for(rest)[0]
+    return woosh_entry.parser_for(rest) if program == "woosh" else rosproto_entry.parser_for(rest)
 
 
 def helped() -> Iterator[argparse.ArgumentParser]:

@@ -1,0 +1,95 @@
+"""The process of a command: from its words to its exit code. `rosproto` and `woosh` both run by it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from typing import NamedTuple
+
+from .background_output import everything_is_written, hurry, in_background
+from .failure import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
+from .signals import Terminated, linger_when_closed, signals_unwind
+from .streams import as_typed, escape_what_cannot_be_printed, guarded
+
+__all__ = ["Task", "exit_codes_line", "run_command", "words_of"]
+
+
+class Task(NamedTuple):
+    """A command line that is understood.
+
+    Attributes:
+        run: Does it; gives the exit code.
+        failed: Says why it ended, given the sentence and the exit code.
+        debug: Whether errors are raised instead of told.
+    """
+
+    run: Callable[[], int]
+    failed: Callable[[str, int], None]
+    debug: bool
+
+
+def words_of(argv: Sequence[str] | None) -> list[str]:
+    """The words of a command line, by default the process's own; from now on everything can be printed."""
+    escape_what_cannot_be_printed()
+    return as_typed(sys.argv[1:] if argv is None else argv)
+
+
+def run_command(
+    words: Sequence[str],
+    parser_for: Callable[[Sequence[str]], argparse.ArgumentParser],
+    task_of: Callable[[argparse.Namespace], Task],
+    *,
+    until_exit: bool,
+) -> int:
+    """Parse the words and do what they say.
+
+    Args:
+        words: The command line.
+        parser_for: Gives its parser, whose `command` is the name of the sub-command.
+        task_of: What to do, by the parsed arguments.
+        until_exit: The process is the command's own, and ends with it.
+
+    Returns:
+        The exit code.
+    """
+    with in_background() if until_exit else nullcontext(), guarded():
+        try:
+            parser = parser_for(words)
+            arguments = parser.parse_args(words)
+        except KeyboardInterrupt:
+            return INTERRUPTED
+        if arguments.command is None:
+            parser.print_help(sys.stderr)
+            return WRONG_USE
+        with signals_unwind(until_exit=until_exit), linger_when_closed():
+            return _ended(task_of(arguments))
+
+
+def _ended(task: Task) -> int:
+    try:
+        code = task.run()
+        everything_is_written()  # a full disk or a closed pipe shows here, not at exit
+        return code
+    except KeyboardInterrupt:
+        hurry()
+        text, code = "interrupted", INTERRUPTED
+    except Terminated:
+        hurry()
+        text, code = "terminated", TERMINATED
+    except BrokenPipeError:
+        output_is_gone()
+        return DONE
+    except Exception as error:
+        if task.debug:
+            raise
+        text, code = explain(error)
+    task.failed(text, code)
+    return code
+
+
+def exit_codes_line(meanings: Mapping[int, str]) -> str:
+    """What the codes mean, for the end of a help."""
+    brief = (f"{code} {text.partition(';')[0].partition(':')[0]}" for code, text in meanings.items())
+    return f"Exit codes: {'; '.join(brief)}."
