@@ -215,12 +215,11 @@ def test_the_watch_lets_a_file_use_what_is_its_own(text: str) -> None:
 
 OF_LIBRARIES = {
     "rosproto.cli.parser": {"_actions"},
-    "rosproto.gateway.foxglove.channels": {"_channels_by_id"},
 }
-"""Private parts of libraries (argparse, foxglove-sdk) that are still used. This list only shrinks."""
+"""Private parts of libraries (argparse) that are still used. This list only shrinks."""
 
 
-LIBRARIES = re.compile(r"\b(paho|websockets|foxglove|pyarrow|fastapi|starlette|uvicorn|mcap)\b")
+LIBRARIES = re.compile(r"\b(paho|websockets|pyarrow|fastapi|starlette|uvicorn|mcap)\b")
 
 
 def of_libraries(source: Source) -> set[str]:
@@ -253,7 +252,7 @@ def test_the_list_names_files_that_are_there() -> None:
     [
         "import paho\nclass A(paho.Client):\n    def f(self): return self._in_packet",
         "import argparse\nclass A(argparse.ArgumentParser):\n    def f(self): self._actions.clear()",
-        "import foxglove\nTABLE = '_channels_by_id'\ndef f(): return getattr(foxglove.channel, TABLE)",
+        "import mcap\nTABLE = '_chunks_by_id'\ndef f(): return getattr(mcap.writer, TABLE)",
     ],
 )
 def test_the_watch_sees_a_reach_into_a_library(text: str) -> None:

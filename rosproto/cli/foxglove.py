@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from rosproto.errors import ConnectionLost
+from rosproto.errors import ConnectionLost, LocalProtocolError
 
 from .connection import add_graph_options, open_node
 from .failure import CommandError, cannot_listen
@@ -74,15 +74,11 @@ def serve(node: Any, options: dict[str, Any], **more: Any) -> Iterator[Foxglove]
     Raises:
         CommandError: The extra is not installed, or the address cannot be listened on.
     """
-    import logging
-
     from rosproto.gateway import Foxglove
 
-    # What the SDK logs of clients that hang up is for those who ask for logs (-v).
-    logging.getLogger("foxglove").addHandler(logging.NullHandler())
     try:
         server = Foxglove(node, **options, **more)
-    except ImportError as problem:
+    except LocalProtocolError as problem:
         raise CommandError(str(problem)) from problem
     except ConnectionLost as problem:
         # Nobody is out of reach: this computer does not let us listen there.

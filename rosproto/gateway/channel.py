@@ -49,7 +49,7 @@ class Channel:
         since: When it came, by the monotonic clock.
         outbox: What waits for it.
         busy: A message is on its way that the client has not taken.
-        sent: Messages written.
+        sent, sent_bytes: Messages written.
         received: Messages read.
         ending: (code, reason) of the close that was asked for; None while there is none.
         gone: The connection is over. What came before its end is still read.
@@ -70,7 +70,7 @@ class Channel:
         self.since = time.monotonic()
         self.outbox: Outbox[Payload | Late] = Outbox(limits, lambda: wake(self))
         self.busy = False
-        self.sent = 0
+        self.sent = self.sent_bytes = 0
         self.received = 0
         self.ending: tuple[int, str] | None = None
         self.gone = False
@@ -85,6 +85,11 @@ class Channel:
         """Messages of topics that it was too slow for."""
         return sum(self.outbox.dropped.values())
 
+    def written(self, payload: Payload) -> None:
+        """Count a message."""
+        self.sent += 1
+        self.sent_bytes += len(payload)
+
     @property
     def behind(self) -> bool:
         """Whether something waits that it has not taken yet."""
@@ -93,7 +98,11 @@ class Channel:
     def answer(self, payloads: tuple[str | bytes, ...]) -> None:
         """Send something that is never dropped; a client that does not take its answers is cut off."""
         for payload in payloads:
-            self.outbox.put(None, len(payload), payload)
+            self.answer_late(len(payload), payload)
+
+    def answer_late(self, size: int, payload: Payload | Late) -> None:
+        """As `answer`, of what counts for so many bytes while it waits."""
+        self.outbox.put(None, size, payload)
         if self.outbox.overflow:
             self.close(1013, "answers wait that are not read")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-__all__ = ["CHUNK_SIZE", "ChunkedMessage", "chunked"]
+__all__ = ["CHUNK_SIZE", "ChunkedMessage", "chunked", "cut"]
 
 CHUNK_SIZE = 512 << 10
 """Bytes or characters handled at a time; other work runs in between."""
@@ -38,6 +38,12 @@ class ChunkedMessage:
 
     def __repr__(self) -> str:
         return f"<ChunkedMessage: {len(self)} in {len(self.chunks)}>"
+
+
+def cut(data: bytes | memoryview) -> Iterator[memoryview]:
+    """The chunks of bytes, without copying them."""
+    view = memoryview(data)
+    return (view[at : at + CHUNK_SIZE] for at in range(0, len(view), CHUNK_SIZE))
 
 
 def chunked(texts: Iterable[str]) -> ChunkedMessage:

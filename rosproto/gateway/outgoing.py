@@ -95,7 +95,7 @@ class Outgoing:
             try:
                 for payload in _payloads(item):
                     self._broadcast((connection,), payload)
-                    channel.sent += 1
+                    channel.written(payload)
             except Exception:
                 self._say_not_sent(channel)
         return not channel.outbox
@@ -119,7 +119,7 @@ class Outgoing:
                 for payload in payloads:
                     long = isinstance(payload, ChunkedMessage) or len(payload) > CHUNK_SIZE
                     await connection.send(_in_turns(payload) if long else payload)
-                    channel.sent += 1
+                    channel.written(payload)
             except self._closed_error:
                 return
             except Exception:

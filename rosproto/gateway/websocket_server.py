@@ -42,17 +42,18 @@ START_SECONDS = 10.0
 _TOO_BIG, _TRY_AGAIN = 1009, 1013
 
 
-def need_websockets() -> Any:
+def need_websockets(name: str) -> Any:
     """The library, imported with the first use.
 
     Raises:
         LocalProtocolError: It is not installed, or too old; names the extra.
     """
+    extra = "foxglove" if name == "foxglove" else "bridge"
     try:
         return import_module("websockets.asyncio.server")
     except ImportError as problem:
         raise LocalProtocolError(
-            'a rosbridge server needs the package websockets (13 or newer): pip install ".[bridge]"'
+            f'a {name} server needs the package websockets (13 or newer): pip install ".[{extra}]"'
         ) from problem
 
 
@@ -80,7 +81,7 @@ class WebSocketServer:
         host, port: Where it listens.
         refused: Connections that were not let in, by reason.
         accepted: Clients let in so far.
-        lost_seconds: Clients given up so far because they gave no sign of life, or were too slow to close.
+        stalled: Clients cut off so far because they took nothing of what they were sent.
     """
 
     def __init__(
@@ -96,7 +97,7 @@ class WebSocketServer:
         subprotocols: Sequence[str] = (),
         name: str = "gateway",
     ) -> None:
-        self._websockets = need_websockets()
+        self._websockets = need_websockets(name)
         require_token_off_loopback(host, token)
         if isinstance(origins, str):
             raise ValueError(f"origins are a list of texts; for one alone write [{origins!r}]")
@@ -104,7 +105,7 @@ class WebSocketServer:
         self.limits = limits or GatewayLimits()
         self.secure = tls is not None
         self.refused: Counter[str] = Counter()
-        self.accepted = 0
+        self.accepted = self.stalled = 0
         self.pool = Pool(4 * self.limits.connections, name=name)
         self.said = PeerLog("rosproto.gateway")
         self._open_session = open_session
@@ -117,6 +118,7 @@ class WebSocketServer:
         self._tasks: set[asyncio.Task[Any]] = set()
         self._pending: OrderedDict[Any, None] = OrderedDict()
         self._transports: dict[Any, Any] = {}
+        self._unread: dict[Any, asyncio.TimerHandle] = {}
         self._leaving: set[Future[None]] = set()
         self._closing = False
         with system_errors(f"listen on {host}:{port}", f"{host}:{port}"):
@@ -221,7 +223,10 @@ class WebSocketServer:
     def over(self, connection: Any, error: Exception | None) -> None:
         """A connection is lost; `error` when it was torn down."""
         self._transports.pop(connection, None)
-        self._pending.pop(connection, None)
+        self.takes_again(connection)
+        if connection in self._pending:
+            del self._pending[connection]
+            self.refused["no handshake"] += 1
         channel = self._channels.get(connection)
         if channel is not None:
             channel.gone = True
@@ -235,6 +240,7 @@ class WebSocketServer:
             verdict = Verdict(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
         if verdict is None:
             return None
+        self._pending.pop(connection, None)
         self.refused[verdict.reason] += 1
         self.said.warning(verdict.reason, "! %s: refused %s: %s", self._name, _peer(connection), verdict.text)
         return connection.respond(verdict.status, f"{verdict.text}\n")
@@ -363,6 +369,37 @@ class WebSocketServer:
 
         self.pool.spawn(leave)
 
+    # -- clients that take nothing --------------------------------------------------------------------------
+
+    def takes_no_more(self, connection: Any) -> None:
+        """What is written waits here. Until that has gone, the library's pings wait behind it, unanswered."""
+        transport = self._transports.get(connection)
+        if transport is not None:
+            unread = transport.get_write_buffer_size()
+            self._unread[connection] = self._loop.call_later(
+                self.limits.silence_seconds, self._look_for_progress, connection, transport, unread
+            )
+
+    def takes_again(self, connection: Any) -> None:
+        """It has caught up."""
+        timer = self._unread.pop(connection, None)
+        if timer is not None:
+            timer.cancel()
+
+    def _look_for_progress(self, connection: Any, transport: Any, unread: int) -> None:
+        if transport.get_write_buffer_size() < unread:
+            self.takes_no_more(connection)
+            return
+        self.said.warning(
+            "stalled",
+            "! %s: %s has read nothing for %g s and is cut off",
+            self._name,
+            _peer(connection),
+            self.limits.silence_seconds,
+        )
+        self.stalled += 1
+        transport.abort()
+
     # -- from any thread ------------------------------------------------------------------------------------
 
     def _later(self, seconds: float, function: Callable[[], object]) -> None:
@@ -435,9 +472,16 @@ def _connection_type(base: Any, server: WebSocketServer) -> Any:
         server.over(self, error)
         base.connection_lost(self, error)
 
-    return type(
-        "Connection", (base,), {"connection_made": connection_made, "connection_lost": connection_lost}
-    )
+    def pause_writing(self: Any) -> None:
+        base.pause_writing(self)
+        server.takes_no_more(self)
+
+    def resume_writing(self: Any) -> None:
+        base.resume_writing(self)
+        server.takes_again(self)
+
+    own = connection_made, connection_lost, pause_writing, resume_writing
+    return type("Connection", (base,), {each.__name__: each for each in own})
 
 
 def _current() -> BaseException | None:

@@ -27,7 +27,7 @@ from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.foxglove import ChassisTopics
 from woosh_pure.interface.table import driving_patterns
 
-pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
+pytest.importorskip("websockets", reason="websockets is not installed")
 
 MODULES = ("ws", "@foxglove/ws-protocol", "@foxglove/rosmsg", "@foxglove/rosmsg-serialization")
 

@@ -10,7 +10,7 @@ _MODULES = {
     "bridge": ("websockets", "cbor2"),
     "cli": ("PIL",),
     "fleet": ("paho.mqtt.client",),
-    "foxglove": ("foxglove",),
+    "foxglove": ("websockets",),
     "web": ("fastapi", "uvicorn", "websockets"),
 }
 

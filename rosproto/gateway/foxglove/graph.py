@@ -6,21 +6,16 @@ The master does not report changes of the graph, so it is asked every second. It
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import MasterError, RosError
-from rosproto.gateway.access import Access
-from rosproto.gateway.foxglove.sdk import sdk
+from rosproto.gateway.access import Access, Kind
 from rosproto.logs import get_logger
 from rosproto.node.graph.master_client import SystemState
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from rosproto.node import Node
-
-__all__ = ["GraphView", "GraphWatch", "MasterRun", "connection_graph"]
 
 _log = get_logger("rosproto.gateway")
 
@@ -163,16 +158,21 @@ class GraphWatch:
             return MasterRun(pid)
 
 
-def connection_graph(view: GraphView, access: Access) -> Any:
-    """The SDK's connection graph of a view, without what clients may not see."""
-    graph = sdk().ConnectionGraph()
-    for topic, nodes in view.state.publishers.items():
-        if access.may_read("topic", topic) is None:
-            graph.set_published_topic(topic, nodes)
-    for topic, nodes in view.state.subscribers.items():
-        if access.may_read("topic", topic) is None:
-            graph.set_subscribed_topic(topic, nodes)
-    for service, nodes in view.state.services.items():
-        if access.may_read("service", service) is None:
-            graph.set_advertised_service(service, nodes)
-    return graph
+class ConnectionGraph(NamedTuple):
+    """Who publishes, subscribes and provides, by name."""
+
+    published: Mapping[str, Sequence[str]] = {}
+    subscribed: Mapping[str, Sequence[str]] = {}
+    services: Mapping[str, Sequence[str]] = {}
+
+
+def connection_graph(view: GraphView, access: Access) -> ConnectionGraph:
+    """The connections of a view, without what clients may not see."""
+    state = view.state
+
+    def seen(names: Mapping[str, Sequence[str]], kind: Kind) -> dict[str, Sequence[str]]:
+        return {name: nodes for name, nodes in names.items() if access.may_read(kind, name) is None}
+
+    return ConnectionGraph(
+        seen(state.publishers, "topic"), seen(state.subscribers, "topic"), seen(state.services, "service")
+    )

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Access
-from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.node.params.parameters import ParameterSubscription
-
-__all__ = ["FollowedParameters", "ParameterView", "leaves"]
 
 _log = get_logger("rosproto.gateway")
 
@@ -32,32 +29,6 @@ def leaves(name: str, value: object, depth: int = 0) -> Iterator[tuple[str, obje
             yield from leaves(f"{name.rstrip('/')}/{key}", one, depth + 1)
     else:
         yield name, value
-
-
-def _plain(value: object) -> Any:
-    """The value with everything replaced that JSON does not have."""
-    if isinstance(value, (bool, int, float, str, bytes)):
-        return value
-    if isinstance(value, (list, tuple)):
-        return [_text(one) if isinstance(one, bytes) else _plain(one) for one in value]
-    if isinstance(value, dict):
-        return {str(key): _text(one) if isinstance(one, bytes) else _plain(one) for key, one in value.items()}
-    return str(value)
-
-
-def _text(value: bytes) -> str:
-    return value.decode("utf-8", "replace")
-
-
-def sdk_parameter(name: str, value: object) -> Any:
-    """A parameter for the SDK; None stands for one that is not set."""
-    fg = sdk()
-    if value is None:
-        return fg.Parameter(name)
-    try:
-        return fg.Parameter(name, value=_plain(value))
-    except (TypeError, ValueError, OverflowError):  # a list of mixed types, an integer of more than 64 bits
-        return fg.Parameter(name, value=str(value))
 
 
 class ParameterView:
@@ -129,10 +100,12 @@ class FollowedParameters:
         node: Subscribes them.
         access: Which may be read.
         most: How many at a time.
-        tell: Called with changed parameters, as the SDK has them; in a thread of the node.
+        tell: Called with changed parameters, (name, value); in a thread of the node.
     """
 
-    def __init__(self, node: Node, access: Access, most: int, tell: Callable[[list[Any]], object]) -> None:
+    def __init__(
+        self, node: Node, access: Access, most: int, tell: Callable[[list[tuple[str, object]]], object]
+    ) -> None:
         self._node = node
         self._access = access
         self._most = most
@@ -168,9 +141,13 @@ class FollowedParameters:
         return problem
 
     def leave(self, names: Iterable[str]) -> None:
-        """Stop following these."""
+        """Stop following these, or all when there are none."""
         with self._lock:
-            over = [self._subscriptions.pop(name) for name in names if name in self._subscriptions]
+            over = [
+                self._subscriptions.pop(name)
+                for name in tuple(names) or tuple(self._subscriptions)
+                if name in self._subscriptions
+            ]
         self._end(over)
 
     def _changed(self, key: str, value: object) -> None:
@@ -180,7 +157,7 @@ class FollowedParameters:
             if self._access.may_read("parameter", name) is None
         ]
         if pairs and not self._closed:
-            self._tell([sdk_parameter(name, one) for name, one in pairs[:MOST]])
+            self._tell(pairs[:MOST])
 
     @staticmethod
     def _end(subscriptions: Iterable[ParameterSubscription]) -> None:

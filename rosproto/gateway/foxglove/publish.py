@@ -7,11 +7,12 @@ use JSON for what a person typed or steered, also where they have no definition 
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError
 from rosproto.gateway.access import Access
+from rosproto.gateway.foxglove.messages import ENCODINGS, SCHEMA_ENCODING, ClientChannel
 from rosproto.gateway.json_text import JsonError, JsonReader
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publication, Publications
@@ -20,11 +21,6 @@ from rosproto.gateway.rosbridge.values import from_values
 
 if TYPE_CHECKING:
     from rosproto.node import Node
-
-__all__ = ["ENCODINGS", "Advert", "ClientTopics", "NotOpen", "Refused"]
-
-ENCODINGS = ("json", "ros1")
-"""Encodings in which clients may publish. Viewers choose the first, which needs no definition there."""
 
 
 class Refused(Exception):
@@ -62,21 +58,29 @@ class ClientTopics:
         access: Which topics may be published.
         limits: Bounds.
         publications: The node's publishers for clients.
+        json: Reads what comes as JSON.
     """
 
-    def __init__(self, node: Node, access: Access, limits: GatewayLimits, publications: Publications) -> None:
+    def __init__(
+        self,
+        node: Node,
+        access: Access,
+        limits: GatewayLimits,
+        publications: Publications,
+        json: JsonReader,
+    ) -> None:
         self._node = node
         self._access = access
         self._limits = limits
         self._publications = publications
-        self._json = JsonReader(limits.message_values, limits.nesting)
+        self._json = json
 
-    def advertise(self, client: Hashable, channel: Any) -> Advert:
+    def advertise(self, client: Hashable, channel: ClientChannel) -> Advert:
         """Open a topic that a client wants to publish. Asks the master.
 
         Args:
             client: Stands for the client.
-            channel: The SDK's `ClientChannel`.
+            channel: What it says of it.
 
         Raises:
             NotOpen: No pattern opens the topic.
@@ -104,10 +108,9 @@ class ClientTopics:
             raise Refused(str(problem)) from None
         return Advert(publication, channel.encoding)
 
-    def _kind(self, topic: str, name: str, channel: Any) -> type[Message]:
+    def _kind(self, topic: str, name: str, channel: ClientChannel) -> type[Message]:
         """The class known here if the client means the same type, else one made from its definition."""
-        told_as = channel.schema_encoding or "ros1msg"
-        text = (channel.schema or b"").decode("utf-8", "replace") if told_as == "ros1msg" else ""
+        text = channel.schema if channel.schema_encoding in ("", SCHEMA_ENCODING) else ""
         known: type[Message] | None = None
         try:
             known = message_class(name, self._node.revisions.library_for(name))
@@ -138,11 +141,6 @@ class ClientTopics:
         """
         publication = advert.publication
         topic = publication.topic
-        if len(data) > self._limits.message_bytes:
-            raise Refused(
-                f"a message for {topic} has {len(data)} bytes, which is too large: at most "
-                f"{self._limits.message_bytes} are taken (--message-bytes)"
-            )
         try:
             if advert.encoding == "json":
                 values = self._json.read(data)

@@ -9,20 +9,17 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
-from rosproto.errors import RosTimeout
 from rosproto.gateway.access import Access
-from rosproto.gateway.foxglove import handshake
 from rosproto.gateway.foxglove.assets import Assets
-from rosproto.gateway.foxglove.local_topic import LocalTopic
-from rosproto.gateway.foxglove.proxy import Proxy
-from rosproto.gateway.foxglove.sdk import sdk
-from rosproto.gateway.foxglove.shared import Shared
+from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
+from rosproto.gateway.foxglove.robot import Robot
+from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.limits import GatewayLimits
-from rosproto.gateway.strangers import require_token_off_loopback
+from rosproto.gateway.local_topic import LocalTopic
+from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.session import Session
     from rosproto.node import Node
     from rosproto.watchdog import Watchdog
 
@@ -37,7 +34,7 @@ class ClientFacts(NamedTuple):
     Attributes:
         peer: "host:port".
         subscriptions: Topics that it follows.
-        sent, sent_bytes: Messages sent to it.
+        sent, sent_bytes: Messages sent to it, those of the protocol among them.
         dropped: Messages not sent because it did not read, by topic.
         published: Messages that it has published.
         since: When it connected, seconds since 1970.
@@ -94,7 +91,7 @@ class Foxglove:
         watchdog: Sends zero where a client drives when this process is killed or hangs.
 
     Raises:
-        ImportError: foxglove-sdk is not installed.
+        LocalProtocolError: The package `websockets` is missing.
         ConnectionLost: The address cannot be listened on.
         ValueError: Others can reach the address, and there is no token.
     """
@@ -115,18 +112,11 @@ class Foxglove:
         assets: Iterable[str | os.PathLike[str]] = (),
         watchdog: Watchdog | None = None,
     ) -> None:
-        sdk()
-        require_token_off_loopback(host, token)
-        if isinstance(origins, str):
-            raise ValueError(f"origins are a list of texts; for one alone write [{origins!r}]")
         self.node = node
-        self.host = host
         self.access = access or Access()
         self.limits = limits or GatewayLimits()
-        self._tls, self._token = tls is not None, token
-        self._origins = tuple(origins)
         self._closed = False
-        self._shared = Shared(
+        self._robot = Robot(
             node,
             name=name or f"rosproto {node.name}",
             access=self.access,
@@ -136,35 +126,40 @@ class Foxglove:
             watchdog=watchdog,
         )
         try:
-            self._proxy = Proxy(
-                host, port, tls=tls, check=self._check, make_session=self._shared.new_session,
-                limits=self.limits, prepare=self._prepare,
-            )  # fmt: skip
+            self._server = WebSocketServer(
+                lambda channel: Session(self._robot, channel),
+                host=host,
+                port=port,
+                limits=self.limits,
+                tls=tls,
+                origins=origins,
+                token=token,
+                subprotocols=SUBPROTOCOLS,
+                name="foxglove",
+            )
         except BaseException:
-            self._shared.close(1.0)
+            self._robot.close(1.0)
             raise
+        node.before_close(self._stop_driving)
         node.add_closer(self.close)
         _log.info("= foxglove: serving %s at %s", node.name, self.url)
-
-    def _prepare(self, proxy: Proxy) -> None:
-        self._shared.pool = proxy.pool
-        self._shared.later = lambda seconds, call: proxy.call(proxy.loop.call_later, seconds, call)
-
-    def _check(self, request: handshake.Request) -> str:
-        return handshake.check_request(request, bound=self.host, origins=self._origins, token=self._token)
 
     # -- facts ----------------------------------------------------------------------------------------------
 
     @property
+    def host(self) -> str:
+        """The address it listens on."""
+        return self._server.host
+
+    @property
     def port(self) -> int:
         """The port it listens on."""
-        return self._proxy.port
+        return self._server.port
 
     @property
     def url(self) -> str:
         """The address for viewers, without the token."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"{'wss' if self._tls else 'ws'}://{host}:{self.port}"
+        return self._server.url
 
     @property
     def app_url(self) -> str:
@@ -174,23 +169,23 @@ class Foxglove:
     @property
     def clients(self) -> tuple[ClientFacts, ...]:
         """The connected clients."""
-        return tuple(_facts(session) for session in self._shared.sessions)
+        return tuple(_facts(session) for session in self._robot.sessions)
 
     def stats(self) -> FoxgloveStats:
         """The counters now."""
-        shared, proxy = self._shared, self._proxy
+        robot, server = self._robot, self._server
         return FoxgloveStats(
-            clients=len(shared.sessions),
-            accepted=proxy.accepted,
-            refused=proxy.refused,
-            stalled=proxy.stalled,
-            refusals=shared.refusals,
-            topics=shared.taps.topics,
-            zeros=shared.guard.zeros,
+            clients=len(robot.sessions),
+            accepted=server.accepted,
+            refused=sum(server.refused.values()),
+            stalled=server.stalled,
+            refusals=robot.refusals,
+            topics=robot.taps.topics,
+            zeros=robot.guard.zeros,
         )
 
     def __repr__(self) -> str:
-        state = "closed" if self._closed else f"{len(self._shared.sessions)} clients"
+        state = "closed" if self._closed else f"{len(self._robot.sessions)} clients"
         return f"<Foxglove {self.url}, {state}>"
 
     # -- the end --------------------------------------------------------------------------------------------
@@ -206,12 +201,15 @@ class Foxglove:
         self._closed = True
         self.node.remove_closer(self.close)
         end = time.monotonic() + timeout
-        self._shared.guard.close()
-        self._shared.stop()
-        self._proxy.close(max(0.1, end - time.monotonic()))
-        self._shared.close(max(0.1, end - time.monotonic()))
-        if time.monotonic() > end + 1.0:
-            raise RosTimeout(f"closing the Foxglove server took longer than {timeout:g} s")
+        self._robot.guard.close()
+        try:
+            self._server.close(max(0.1, end - time.monotonic()))
+        finally:
+            self._robot.close(max(0.1, end - time.monotonic()))
+
+    def _stop_driving(self, reason: str) -> None:
+        """The node is about to close: zeros while it still can."""
+        self._robot.guard.close()
 
     def __enter__(self) -> Foxglove:
         return self
@@ -221,13 +219,13 @@ class Foxglove:
 
 
 def _facts(session: Session) -> ClientFacts:
-    sender = session.sender
+    channel = session.channel
     return ClientFacts(
-        session.peer,
+        channel.peer,
         session.topics,
-        sender.sent,
-        sender.sent_bytes,
-        sender.dropped,
-        session.publications.published,
+        channel.sent,
+        channel.sent_bytes,
+        session.dropped,
+        session.published,
         session.since,
     )

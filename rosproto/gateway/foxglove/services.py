@@ -15,8 +15,9 @@ from rosproto.codec import decode, encode, service_class
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.graph import GraphView
+from rosproto.gateway.foxglove.messages import ROS1, Call
+from rosproto.gateway.foxglove.offers import OfferedService
 from rosproto.gateway.foxglove.publish import Refused
-from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
 from rosproto.node.services import probe as service_probe
@@ -25,13 +26,10 @@ from rosproto.transport.deadline import Deadline
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["CallCount", "ServiceTypes", "sdk_service"]
-
 _log = get_logger("rosproto.gateway")
 
 PROBE_SECONDS = 2.0
 AGAIN_AFTER = 30.0
-ENCODING = "ros1"
 
 
 class ServiceTypes:
@@ -106,65 +104,53 @@ class ServiceTypes:
 
 
 class CallCount:
-    """Counts the unanswered calls of one client."""
+    """Counts unanswered calls.
 
-    def __init__(self, most: int) -> None:
+    Args:
+        most: How many there may be.
+        whose: In the sentence for one more.
+    """
+
+    def __init__(self, most: int, whose: str) -> None:
         self._most = most
+        self._whose = whose
         self._lock = threading.Lock()
-        self.now = 0
+        self._now = 0
 
-    def __enter__(self) -> None:
+    def begin(self) -> None:
+        """
+        Raises:
+            Refused: As many wait as may.
+        """
         with self._lock:
-            if self.now >= self._most:
-                raise Refused(f"{self._most} calls of this client wait for their answers: no more")
-            self.now += 1
+            if self._now >= self._most:
+                raise Refused(f"{self._most} calls of {self._whose} wait for their answers: no more")
+            self._now += 1
 
-    def __exit__(self, *exc_info: object) -> None:
+    def end(self) -> None:
         with self._lock:
-            self.now -= 1
+            self._now -= 1
 
 
-def sdk_service(
-    name: str,
-    kind: Any,
-    node: Node,
-    access: Access,
-    limits: GatewayLimits,
-    calls: CallCount,
-    ours: Callable[[int], bool],
-) -> Any:
-    """A service for the SDK to offer to one client; `ours` recognises the client by the SDK's number."""
-    fg = sdk()
+def call(service: OfferedService, asked: Call, node: Node, access: Access, limits: GatewayLimits) -> bytes:
+    """Call a service for a client; waits for the answer.
 
-    def text(of: Any, suffix: str) -> Any:
-        schema = fg.Schema(name=kind._type + suffix, encoding="ros1msg", data=of._full_text.encode())
-        return fg.MessageSchema(encoding=ENCODING, schema=schema)
-
-    def handle(request: Any) -> bytes:
-        """Called in a thread of the SDK; the text of an exception is the client's answer."""
-        if not ours(request.client_id):
-            raise Refused("this port is not yours")
-        refusal = access.may_write("service", name, kind._type)
-        if refusal is not None:
-            raise Refused(refusal.text)
-        if request.encoding != ENCODING:
-            raise Refused(f"the request comes as {request.encoding[:40]!r}, not {ENCODING}")
-        if len(request.payload) > limits.message_bytes:
-            raise Refused(f"the request has {len(request.payload)} bytes, which is too large")
-        with calls:
-            try:
-                asked = decode(kind._request_class, request.payload)
-            except CodecError as problem:
-                raise Refused(f"the request is none of {kind._type}: {problem}") from None
-            with node.service_client(name, kind) as client:
-                return bytes(encode(client.call(asked, timeout=limits.call_seconds)))
-
-    return fg.Service(
-        name,
-        schema=fg.ServiceSchema(
-            kind._type,
-            request=text(kind._request_class, "_Request"),
-            response=text(kind._response_class, "_Response"),
-        ),
-        handler=handle,
-    )
+    Raises:
+        Refused: It may not be called, or not in this way.
+        RosError: There is no answer.
+    """
+    kind = service.kind
+    refusal = access.may_write("service", service.name, kind._type)
+    if refusal is not None:
+        raise Refused(refusal.text)
+    if asked.encoding != ROS1:
+        raise Refused(f"the request comes as {asked.encoding[:40]!r}, not {ROS1}")
+    try:
+        request = decode(kind._request_class, asked.data)
+    except CodecError as problem:
+        raise Refused(f"the request is none of {kind._type}: {problem}") from None
+    with node.service_client(service.name, kind) as client:
+        answer = bytes(encode(client.call(request, timeout=limits.call_seconds)))
+    if len(answer) > limits.answer_bytes // 2:
+        raise Refused(f"the answer has {len(answer)} bytes, which is too large")
+    return answer

@@ -1,151 +1,199 @@
-"""One client: an SDK server of its own, and what the client sees, follows and publishes through it.
+"""One viewer: what it is offered, follows, publishes and asks for.
 
-A server for each client costs a fraction of a millisecond and a port of this computer. In return a refusal is
-told to the client that asked, and each client has its own queue, bounded in bytes.
-
-A program that finds the port before the proxy has connected, or on a system where the port stays open
-(`listening_port`), is not taken for the client: the proxy first sends a secret (`ClientIdentity`), and a
-request from anybody who has not sent it ends the session.
-
-Threads: the SDK calls `SdkListener` in its own, which must not wait, so whatever asks the master goes to a
-`SerialExecutor`. Messages arrive in the node's threads. The proxy's thread says whether the client reads.
+Its messages come one after the other, in the server's loop, which must not wait. What waits for the robot
+goes into a queue and is done in its order in a thread, so that a velocity on a topic that is open already
+never waits for a master that does not answer. Messages of topics come in the node's threads, changes of the
+graph in that of its watch.
 """
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections import Counter, deque
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import RosError
-from rosproto.gateway.foxglove.advertised_topics import AdvertisedTopics
-from rosproto.gateway.foxglove.channels import Channels, OfferedChannel
-from rosproto.gateway.foxglove.client_identity import ClientIdentity
-from rosproto.gateway.foxglove.graph import GraphView, connection_graph
-from rosproto.gateway.foxglove.listening_port import close_listening_port
-from rosproto.gateway.foxglove.message_sender import ChannelReceiver, MessageSender
-from rosproto.gateway.foxglove.parameters import FollowedParameters, sdk_parameter
-from rosproto.gateway.foxglove.publish import ENCODINGS
-from rosproto.gateway.foxglove.sdk import sdk
-from rosproto.gateway.foxglove.sdk_listener import SdkListener
-from rosproto.gateway.foxglove.serial_executor import SerialExecutor
-from rosproto.gateway.foxglove.services import CallCount, sdk_service
+from rosproto.gateway.channel import Channel
+from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage, cut
+from rosproto.gateway.foxglove import messages
+from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
+from rosproto.gateway.foxglove.messages import ClientChannel, Level
+from rosproto.gateway.foxglove.offers import OfferedChannel, OfferedService
+from rosproto.gateway.foxglove.parameters import FollowedParameters
+from rosproto.gateway.foxglove.publish import Advert, NotOpen, Refused
+from rosproto.gateway.foxglove.services import CallCount, call
+from rosproto.gateway.json_text import is_short
+from rosproto.gateway.limits import READER_BYTES
+from rosproto.gateway.message_event import MessageEvent, TopicDescription
+from rosproto.gateway.write_guard import is_velocity
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.shared import Shared
-
-__all__ = ["Session"]
+    from rosproto.aio.pool import Pool
+    from rosproto.gateway.foxglove.assets import Assets
+    from rosproto.gateway.foxglove.robot import Robot
 
 _log = get_logger("rosproto.gateway")
 
-BACKLOG = 1024  # messages in the SDK's queue; since sending pauses in time, few ever wait there
 TOLD_AGAIN = 5.0  # seconds for which the same text is not told again
+MOST_WAITING = 8  # requests of a client that wait for the robot, before its next message is read
+ASSET_SIZE = 64 << 10  # bytes for which a file counts while it waits to be sent: it is read only then
 
 
 class Session:
-    """One client of a server.
+    """One viewer of a server; see `gateway.channel.Session`.
 
     Args:
-        shared: What all sessions share.
-        peer: Address of the client.
-        hang_up: Ends its connection to the proxy.
+        robot: What all sessions share.
+        channel: The way to the viewer.
 
     Attributes:
-        port: Of its SDK server.
-        introduction: What the proxy sends there first.
-        alone: Whether nobody else can reach that port any more.
-        sender: Hands the client its messages.
-        publications: What the client publishes.
+        since: When it came, seconds since 1970.
+        published: Messages that it has published.
     """
 
-    def __init__(self, shared: Shared, peer: str, hang_up: Callable[[], None]) -> None:
-        fg = sdk()
-        self.shared, self.peer = shared, peer
+    def __init__(self, robot: Robot, channel: Channel) -> None:
+        self.channel = channel
         self.since = time.time()
-        self._hang_up = hang_up
+        self.published = 0
+        self._robot = robot
         self._closed = False
-        self._identity = ClientIdentity()
-        self.introduction = self._identity.introduction
-        self.alone = self._admitted = False
-        self._lock = threading.Lock()
-        self._executor = SerialExecutor(shared.pool)
-        self.sender = MessageSender(shared.limits, shared.later)
-        self.publications = AdvertisedTopics(shared, self, self.status, lambda: self._closed)
-        self._wanted: dict[int, int] = {}
-        self._subscriptions = 0
-        self._services: dict[str, Any] = {}
-        self._calls = CallCount(shared.limits.calls_per_client)
-        self._graph_wanted = False
+        self._lock = threading.RLock()
         self._told: dict[str, float] = {}
-        self._context = fg.Context()
-        self.server: Any = fg.start_server(
-            name=shared.name,
-            host="127.0.0.1",
-            port=0,
-            capabilities=shared.capabilities(),
-            supported_encodings=list(ENCODINGS),
-            server_listener=SdkListener(self),
-            asset_handler=shared.assets.fetch if shared.assets else None,
-            context=self._context,
-            session_id=shared.session_id,
-            message_backlog_size=BACKLOG,
+        self._queue = _Queue(robot.pool)
+        self._channels: dict[str, OfferedChannel] = {}
+        self._services: dict[str, OfferedService] = {}
+        self._subscriptions: dict[int, _Subscription] = {}
+        self._adverts: dict[int, Advert | str] = {}  # a text: why it may not be published
+        self._behind: Counter[int] = Counter()  # what waits in the queue for a channel of the viewer's
+        self._calls = CallCount(robot.limits.calls_per_client, "this client")
+        self._graph: ConnectionGraph | None = None  # as it was told; None while it is not wanted
+        self._followed = FollowedParameters(
+            robot.node, robot.access, robot.limits.subscriptions_per_client, self._parameters_changed
         )
-        self.port: int = self.server.port
-        self.followed = FollowedParameters(
-            shared.node, shared.access, shared.limits.subscriptions_per_client, self._parameters_changed
-        )
-        self.channels = Channels(self._context, shared)
+        self._perform: dict[type, Callable[[Any], None]] = {
+            messages.Subscribe: self._subscribe,
+            messages.Unsubscribe: self._unsubscribe,
+            messages.GetParameters: self._get_parameters,
+            messages.SetParameters: self._set_parameters,
+            messages.FollowParameters: self._follow_parameters,
+            messages.LeaveParameters: lambda asked: self._followed.leave(asked.names),
+            messages.WantGraph: self._want_graph,
+        }
+        self._leaving: list[_Closes] = []
+        self._send(messages.server_info(robot.name, robot.capabilities(), robot.run))
+        first = robot.add(self)
+        self._queue.put(lambda: robot.welcome(self, first))
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The topics that it follows now."""
+        with self._lock:
+            return tuple(sorted(one.topic for one in self._subscriptions.values() if one.tap is not None))
+
+    @property
+    def dropped(self) -> dict[str, int]:
+        """Messages that were not sent because it did not read, by topic."""
+        return {key: count for key, count in self.channel.outbox.dropped.items() if isinstance(key, str)}
+
+    def _send(self, *payloads: str | bytes) -> None:
+        self.channel.answer(payloads)
+
+    # -- what comes -----------------------------------------------------------------------------------------
+
+    @property
+    def longest(self) -> int:
+        """Bytes that its next message may have: what could not be carried out need not be read."""
+        limits = self._robot.limits
+        if not self._robot.access.writes_anything:
+            return min(READER_BYTES, limits.message_bytes)
+        return limits.message_bytes
+
+    async def received(self, data: str | bytes) -> None:
+        """Carry out one message; in the server's loop."""
+        robot = self._robot
+        try:
+            if isinstance(data, bytes) or is_short(data):
+                asked = messages.read(data, robot.json)
+            else:
+                asked = await robot.pool.run(partial(messages.read, data, robot.json))
+        except messages.Wrong as problem:
+            self.status(str(problem), Level.ERROR)
+            return
+        if isinstance(asked, messages.Publish):
+            await self._received_message(asked)
+        elif isinstance(asked, messages.Call):
+            self._call(asked)
+        elif isinstance(asked, messages.FetchAsset):
+            self._fetch(asked)
+        elif isinstance(asked, messages.Advertise):
+            for channel in asked.channels:
+                self._put_behind(channel.id, partial(self._advertise, channel))
+        elif isinstance(asked, messages.Unadvertise):
+            for id in asked.channels:
+                self._put_behind(id, partial(self._unadvertise, id))
+        else:
+            self._queue.put(partial(self._perform[type(asked)], asked))
+        if self._queue.full:
+            await robot.pool.run(self._queue.wait_for_room)
 
     # -- what is offered ------------------------------------------------------------------------------------
 
     def show(self, view: GraphView) -> None:
-        """Offer the topics and services of a view, once the client is known; may take a while."""
-        if self._closed or not self._admitted:
-            return
-        self.channels.show(view)
+        """Offer exactly the topics and services of a view; may ask publishers."""
+        wanted = self._robot.offers.channels(view)
+        with self._lock:
+            if self._closed:
+                return
+            self._withdraw([one for topic, one in self._channels.items() if wanted.get(topic) != one])
+            new = [one for topic, one in wanted.items() if topic not in self._channels]
+            if new:
+                self._channels.update((one.topic, one) for one in new)
+                self._send(messages.advertise(new))
+            if self._graph is not None and (now := connection_graph(view, self._robot.access)) != self._graph:
+                self._tell_graph(self._graph, now)
         self.show_services(view)
-        self._executor.submit(self._follow)
-        if self._graph_wanted:
-            self.server.publish_connection_graph(connection_graph(view, self.shared.access))
+
+    def _withdraw(self, channels: Iterable[OfferedChannel]) -> None:
+        """Take back channels, and end what subscribes them. The lock is held."""
+        gone = {one.id for one in channels}
+        if not gone:
+            return
+        self._channels = {topic: one for topic, one in self._channels.items() if one.id not in gone}
+        for id in [id for id, one in self._subscriptions.items() if one.channel.id in gone]:
+            self._end_subscription(id)
+        self._send(messages.unadvertise(sorted(gone)))
 
     def show_services(self, view: GraphView) -> None:
-        """Offer exactly the services whose type is known."""
-        if self._closed or not self._admitted:
-            return
-        present = self.shared.services.present(view)
+        """Offer exactly the services of a view whose type is known."""
+        wanted = self._robot.offered_services(view)
         with self._lock:
-            gone = [name for name, kind in self._services.items() if present.get(name) is not kind]
-            new = {name: kind for name, kind in present.items() if self._services.get(name) is not kind}
-            self._services = dict(present)
-        if gone:
-            self.server.remove_services(gone)
-        if new:
-            shared = self.shared
-            self.server.add_services(
-                [
-                    sdk_service(
-                        name, kind, shared.node, shared.access, shared.limits, self._calls, self._is_client
-                    )
-                    for name, kind in new.items()
-                ]
-            )
+            if self._closed:
+                return
+            gone = [one.id for name, one in self._services.items() if wanted.get(name) != one]
+            new = [one for name, one in wanted.items() if self._services.get(name) != one]
+            self._services = dict(wanted)
+            if gone:
+                self._send(messages.unadvertise_services(gone))
+            if new:
+                self._send(messages.advertise_services(new))
 
-    def renew(self, topic: str) -> None:
-        """A topic's definition is not the one that was told: offer it again."""
-        if self._admitted and not self._closed:
-            self.channels.renew(topic)
-            self._executor.submit(self._follow)
+    def restart(self) -> None:
+        """The master is another run: the viewer forgets everything that it was offered."""
+        with self._lock:
+            if self._closed:
+                return
+            self._withdraw(list(self._channels.values()))
+            self._services = {}
+            if self._graph is not None:
+                self._graph = ConnectionGraph()
+            self._send(messages.server_info(self._robot.name, self._robot.capabilities(), self._robot.run))
 
-    def forget_everything(self) -> None:
-        """The master has restarted: take back everything offered, and have the client forget it."""
-        if not self._closed:
-            self.channels.clear()
-            self.server.clear_session(self.shared.session_id)
-
-    def status(self, text: str, level: str = "Warning", id: str | None = None) -> None:
-        """Show the client a text; the same text only once in a while."""
+    def status(self, text: str, level: Level = Level.WARNING, id: str | None = None) -> None:
+        """Show the viewer a text; the same text only once in a while."""
         now = time.monotonic()
         with self._lock:
             if self._closed or now - self._told.get(text, -TOLD_AGAIN) < TOLD_AGAIN:
@@ -153,174 +201,383 @@ class Session:
             if len(self._told) > 100:
                 self._told.clear()
             self._told[text] = now
-        self.server.publish_status(text, getattr(sdk().StatusLevel, level), id)
+            self._send(messages.status(text, level, id))
 
     def remove_status(self, id: str) -> None:
         """The status with this id no longer holds."""
-        if not self._closed:
-            with self._lock:
-                self._told.clear()
-            self.server.remove_status([id])
-
-    def upstream_connected(self, port: int) -> None:
-        """The proxy has connected from this port: let nobody else in, then offer what there is."""
-        self.alone = close_listening_port(self.port, port)
-        self._admitted = True
-        self.show(self.shared.view)
-
-    def client_connected(self) -> None:
-        """The client can hear now: tell it how things stand."""
-        self.shared.welcome(self)
-
-    def time(self, nanoseconds: int) -> None:
-        """Tell the client the simulated time."""
-        if not self._closed:
-            self.server.broadcast_time(nanoseconds)
-
-    # -- topics that are followed ---------------------------------------------------------------------------
-
-    def subscribed(self, client: int, channel: int) -> None:
-        """The client subscribes a channel."""
-        if not self._is_client(client):
-            return
         with self._lock:
-            self._subscriptions += 1
-            self._wanted[channel] = self._subscriptions
-        self._executor.submit(self._follow)
+            self._told.clear()
+            self._send(messages.remove_status(id))
 
-    def unsubscribed(self, client: int, channel: int) -> None:
-        """The client unsubscribes a channel, or the channel is gone."""
+    def tell_time(self, nanoseconds: int) -> None:
+        """The simulated time; what it has not taken is of no use any more."""
+        data = messages.time(nanoseconds)
+        self.channel.offer(messages.time, len(data), data, keep=1)
+
+    def _want_graph(self, asked: messages.WantGraph) -> None:
         with self._lock:
-            self._wanted.pop(channel, None)
-        self._executor.submit(self._follow)
+            if not asked.wanted:
+                self._graph = None
+            elif self._graph is None:
+                now = connection_graph(self._robot.view, self._robot.access)
+                self._tell_graph(ConnectionGraph(), now)
 
-    def _is_client(self, client: int) -> bool:
-        """Whether this is the client from the proxy. If not, another program is there: end the session."""
-        if self._identity.is_client(client):
-            return True
-        _log.warning("! foxglove: another program has reached the port of %s: both are cut off", self.peer)
-        self.stop()
-        self._hang_up()
-        return False
+    def _tell_graph(self, before: ConnectionGraph, now: ConnectionGraph) -> None:
+        """The lock is held."""
+        self._send(messages.graph_update(before, now))
+        self._graph = now
 
-    def _follow(self) -> None:
-        """Follow what is wanted and leave the rest. Only the executor calls this."""
-        with self._lock:
-            wanted = dict(self._wanted) if not self._closed else {}
-        for topic, problem in self.channels.follow(wanted, self._receiver):
-            self.status(f"{topic} is not followed: {problem}")
+    # -- topics that it follows -----------------------------------------------------------------------------
 
-    def _receiver(self, channel: OfferedChannel) -> ChannelReceiver:
-        return ChannelReceiver(channel, self.sender.send, self.shared.schema_differs)
+    def _subscribe(self, asked: messages.Subscribe) -> None:
+        for id, channel in asked.subscriptions:
+            try:
+                self._subscribe_one(id, channel)
+            except (Refused, RosError, ValueError) as problem:
+                self.status(str(problem))
 
-    def pause_sending(self) -> None:
-        """The client does not read what it is sent."""
-        self.sender.pause()
-
-    def resume_sending(self) -> None:
-        """The client has read it."""
-        self.sender.resume()
-
-    # -- what the client does -------------------------------------------------------------------------------
-
-    def advertised(self, client: int, channel: Any) -> None:
-        """The client publishes on a channel; or it is the proxy, which says who it is."""
-        if not self._identity.introduced(client, str(channel.topic)) and self._is_client(client):
-            self.publications.advertise(channel)
-
-    def message(self, client: int, channel: int, data: bytes) -> None:
-        """The client publishes a message."""
-        if self._is_client(client):
-            self.publications.publish(channel, data)
-
-    def unadvertised(self, client: int, channel: int) -> None:
-        """The client no longer publishes on a channel, or is gone."""
-        if self._identity.is_client(client):
-            self.publications.unadvertise(channel)
-
-    def get_parameters(self, client: int, names: list[str]) -> list[Any]:
-        """The client asks for values. The SDK waits for them, some seconds at most."""
-        if not self._is_client(client):
-            return []
-        try:
-            found = self.shared.parameters.get(names)
-        except RosError as problem:
-            text = f"parameters cannot be told: {problem}"
-            self._executor.submit(lambda: self.status(text))
-            return []
-        return [sdk_parameter(name, value) for name, value in found.items()]
-
-    def set_parameters(self, client: int, parameters: list[Any]) -> list[Any]:
-        """The client sets values; returns the values that hold afterwards."""
-        if not self._is_client(client):
-            return []
-        for parameter in parameters[: self.shared.limits.subscriptions_per_client]:
-            problem = self.shared.parameters.set(parameter.name, parameter.get_value())
-            if problem is not None:
-                self.shared.refusals += 1
-                self._executor.submit(lambda text=problem: self.status(text))  # type: ignore[misc]
-        names = [parameter.name for parameter in parameters]
-        try:
-            found = self.shared.parameters.get(names) if names else {}
-        except RosError:
-            return []
-        return [sdk_parameter(name, found.get(name)) for name in names]
-
-    def follow_parameters(self, names: list[str]) -> None:
-        """The client wants to know when these change."""
-
-        def follow() -> None:
-            problem = self.followed.follow(names)
-            if problem is not None:
-                self.status(problem)
-
-        self._executor.submit(follow)
-
-    def leave_parameters(self, names: list[str]) -> None:
-        """The client no longer wants to know."""
-        self._executor.submit(lambda: self.followed.leave(names))
-
-    def _parameters_changed(self, parameters: list[Any]) -> None:
-        if not self._closed:
-            self.server.publish_parameter_values(parameters)
-
-    def want_graph(self, wanted: bool) -> None:
-        """Whether the client wants the connection graph."""
-        self._graph_wanted = wanted
-        if wanted:
-            self._executor.submit(self._show_graph)
-
-    def _show_graph(self) -> None:
-        if self._graph_wanted and not self._closed:
-            self.server.publish_connection_graph(connection_graph(self.shared.view, self.shared.access))
-
-    # -- the end --------------------------------------------------------------------------------------------
-
-    @property
-    def topics(self) -> tuple[str, ...]:
-        """The topics the client follows now."""
-        return self.channels.followed
-
-    def stop(self) -> None:
-        """End the connection; `close` leaves what was followed and published."""
+    def _subscribe_one(self, id: int, number: int) -> None:
+        most = self._robot.limits.subscriptions_per_client
         with self._lock:
             if self._closed:
                 return
-            self._closed = True
-        self.sender.stop()
-        self.server.stop()
+            channel = next((one for one in self._channels.values() if one.id == number), None)
+            if channel is None:
+                raise Refused(f"channel {number} is not offered, or not any more")
+            if id in self._subscriptions:
+                raise Refused(f"{channel.topic} is not followed: subscription {id} is in use")
+            if any(one.channel.id == number for one in self._subscriptions.values()):
+                raise Refused(f"{channel.topic} is followed already")
+            if len(self._subscriptions) >= most:
+                raise Refused(f"{channel.topic} is not followed: {most} topics are followed, no more can be")
+            made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._robot.differs)
+        try:
+            tap = self._robot.tap(channel.topic, made)
+        except BaseException as problem:
+            with self._lock:
+                self._end_subscription(id, made)
+            if isinstance(problem, (RosError, ValueError)):
+                raise Refused(f"{channel.topic} is not followed: {problem}") from problem
+            raise
+        with self._lock:
+            kept = self._subscriptions.get(id) is made
+            if kept:
+                made.tap = tap
+        if not kept:
+            tap.close()
 
-    def close(self) -> None:
-        """End the session: zeros where the client drove, then leave everything. May wait for the master."""
-        self.stop()
-        self.shared.guard.gone(self)
-        self._executor.close()
-        self.publications.stop()
-        self.sender.close()
-        self.publications.close()
-        self.channels.close()
-        self.followed.close()
-        self.shared.gone(self)
+    def _unsubscribe(self, asked: messages.Unsubscribe) -> None:
+        with self._lock:
+            for id in asked.subscriptions:
+                self._end_subscription(id)
+
+    def _end_subscription(self, id: int, only: _Subscription | None = None) -> None:
+        """The lock is held; the topic is left later, as that asks the master."""
+        subscription = self._subscriptions.get(id)
+        if subscription is None or only not in (None, subscription):
+            return
+        del self._subscriptions[id]
+        subscription.ended = True
+        self.channel.outbox.forget(subscription.topic)
+        if subscription.tap is not None:
+            self._leaving.append(subscription.tap)
+            self._queue.put(self._leave)
+
+    def _leave(self) -> None:
+        with self._lock:
+            leaving, self._leaving = self._leaving, []
+        for tap in leaving:
+            tap.close()
+
+    # -- topics that it publishes ---------------------------------------------------------------------------
+
+    def _put_behind(self, channel: int, work: Callable[[], None]) -> None:
+        """Queue something about a channel: what comes for it later waits for that."""
+
+        def do() -> None:
+            try:
+                work()
+            finally:
+                with self._lock:
+                    self._behind[channel] -= 1
+                    if not self._behind[channel]:
+                        del self._behind[channel]
+
+        with self._lock:
+            self._behind[channel] += 1
+        self._queue.put(do)
+
+    def _advertise(self, channel: ClientChannel) -> None:
+        robot = self._robot
+        most = robot.limits.advertised_per_client
+        opened: Advert | str
+        try:
+            if channel.id in self._adverts:
+                raise Refused(f"channel {channel.id} is advertised already")
+            if len(self._adverts) >= most:
+                raise Refused(f"{most} topics are published: no more for this client")
+            opened = robot.client_topics.advertise(self, channel)
+        except NotOpen as problem:
+            opened = str(problem)
+        except (Refused, RosError) as problem:
+            robot.refusals += 1
+            self.status(str(problem))
+            return
+        with self._lock:
+            closed = self._closed
+            if not closed:
+                self._adverts[channel.id] = opened
+        if closed and isinstance(opened, Advert):
+            opened.close()
+
+    def _unadvertise(self, id: int) -> None:
+        with self._lock:
+            advert = self._adverts.pop(id, None)
+        if isinstance(advert, Advert):
+            advert.close()
+
+    async def _received_message(self, asked: messages.Publish) -> None:
+        with self._lock:
+            behind = asked.channel in self._behind
+        if behind:
+            self._put_behind(asked.channel, partial(self._publish, asked))
+        elif is_short(asked.data):
+            self._publish(asked)
+        else:
+            await self._robot.pool.run(partial(self._publish, asked))
+
+    def _publish(self, asked: messages.Publish) -> None:
+        with self._lock:
+            advert = self._adverts.get(asked.channel)
+        if self._closed or self.channel.lost:
+            return
+        if advert is None:
+            self.status(f"nothing is published: channel {asked.channel} is not advertised", Level.ERROR)
+        elif isinstance(advert, str):
+            self._robot.refusals += 1
+            self.status(advert)
+        elif not (self.channel.gone and is_velocity(advert.publication.type_name)):
+            # A velocity of one who has gone meanwhile is not published: nobody drives any more.
+            try:
+                self._robot.client_topics.publish(advert, asked.data)
+                self.published += 1
+            except (Refused, RosError) as problem:
+                self.status(str(problem))
+
+    # -- what it asks for -----------------------------------------------------------------------------------
+
+    def _call(self, asked: messages.Call) -> None:
+        """Call a service in a thread of its own, if not too many wait."""
+        robot = self._robot
+        with self._lock:
+            service = next((one for one in self._services.values() if one.id == asked.service), None)
+        try:
+            if service is None:
+                raise Refused(f"service {asked.service} is not offered, or not any more")
+            self._calls.begin()
+            try:
+                robot.calls.begin()
+            except Refused:
+                self._calls.end()
+                raise
+        except Refused as problem:
+            self._send(messages.service_failure(asked, str(problem)))
+        else:
+            robot.pool.spawn(partial(self._wait_for_answer, service, asked))
+
+    def _wait_for_answer(self, service: OfferedService, asked: messages.Call) -> None:
+        robot = self._robot
+        answer: str | bytes
+        try:
+            data = call(service, asked, robot.node, robot.access, robot.limits)
+            answer = messages.service_response(asked, data)
+        except (Refused, RosError) as problem:
+            answer = messages.service_failure(asked, str(problem))
+        except Exception as problem:
+            answer = messages.service_failure(asked, f"an error of the gateway ({type(problem).__name__})")
+            _log.exception("! foxglove: a call of %s for %s", service.name, self.channel.peer)
+        finally:
+            self._calls.end()
+            robot.calls.end()
+        self._send(answer)
+
+    def _fetch(self, asked: messages.FetchAsset) -> None:
+        assets = self._robot.assets
+        if not assets:
+            self._send(messages.asset_failure(asked.request, "no files are given here (--assets)"))
+        else:
+            self.channel.answer_late(ASSET_SIZE, _Asset(assets, asked))
+
+    def _get_parameters(self, asked: messages.GetParameters) -> None:
+        try:
+            found = self._robot.parameters.get(asked.names)
+        except RosError as problem:
+            self.status(f"parameters cannot be told: {problem}")
+            found = {}
+        self._send(messages.parameter_values(found.items(), asked.id))
+
+    def _set_parameters(self, asked: messages.SetParameters) -> None:
+        robot = self._robot
+        for name, value in asked.parameters[: robot.limits.subscriptions_per_client]:
+            problem = robot.parameters.set(name, value)
+            if problem is not None:
+                robot.refusals += 1
+                self.status(problem)
+        if asked.id is not None:  # the values that hold now
+            names = [name for name, _ in asked.parameters]
+            try:
+                found = robot.parameters.get(names) if names else {}
+            except RosError:
+                found = {}
+            values = [(name, found[name]) for name in names if name in found]
+            self._send(messages.parameter_values(values, asked.id))
+
+    def _follow_parameters(self, asked: messages.FollowParameters) -> None:
+        problem = self._followed.follow(asked.names)
+        if problem is not None:
+            self.status(problem)
+
+    def _parameters_changed(self, parameters: list[tuple[str, object]]) -> None:
+        if not self._closed:
+            self._send(messages.parameter_values(parameters))
+
+    # -- the end --------------------------------------------------------------------------------------------
+
+    def ended(self) -> None:
+        """It has gone: zero where it drove, then leave everything. May wait for the master."""
+        with self._lock:
+            self._closed = True
+            for id in tuple(self._subscriptions):
+                self._end_subscription(id)
+            adverts = list(self._adverts.values())
+            self._adverts.clear()
+        self._robot.publications.guard.gone(self)
+        self._queue.close()
+        for advert in adverts:
+            if isinstance(advert, Advert):
+                advert.close()
+        self._leave()
+        self._followed.close()
+        self._robot.gone(self)
 
     def __repr__(self) -> str:
-        return f"<Session of {self.peer}, {len(self.topics)} topics>"
+        return f"<Session of {self.channel.peer}, {len(self.topics)} topics>"
+
+
+class _Closes(Protocol):
+    def close(self) -> None: ...
+
+
+class _Subscription:
+    """A channel that the viewer follows, which receives its topic's messages.
+
+    Attributes:
+        tap: Ends it; None while it begins.
+        ended: The viewer wants no more.
+    """
+
+    def __init__(
+        self,
+        id: int,
+        channel: OfferedChannel,
+        viewer: Channel,
+        differs: Callable[[TopicDescription], None],
+    ) -> None:
+        self.channel = channel
+        self.topic = channel.topic
+        self.tap: _Closes | None = None
+        self.ended = False
+        self._id = id
+        self._viewer = viewer
+        self._differs = differs
+        self._same: TopicDescription | None = None
+
+    def offer(self, event: MessageEvent) -> None:
+        """See `Receiver`."""
+        description = event.description
+        if self.ended:
+            return
+        if description is not self._same:
+            told = self.channel.schema
+            if (description.md5sum, description.type_name) != (told.md5sum, told.type_name):
+                self._differs(description)
+                return  # the viewer would misread it; the channel that replaces this one sends it
+            self._same = description
+        head = messages.message_head(self._id, event.stamp.to_nsec())
+        self._viewer.offer(self.topic, len(event.data), _framed(head, event.data))
+
+
+def _framed(head: bytes, data: bytes | memoryview) -> bytes | ChunkedMessage:
+    """A binary message: copied where it is short, else in chunks of the bytes as they are."""
+    if len(data) <= CHUNK_SIZE // 8:
+        return head + data
+    chunks: tuple[bytes | memoryview, ...] = (head, *cut(data))
+    return ChunkedMessage(chunks)
+
+
+class _Asset:
+    """A file, read when it is its turn to be sent; see `channel.Late`."""
+
+    quick = False
+
+    def __init__(self, assets: Assets, asked: messages.FetchAsset) -> None:
+        self._assets = assets
+        self._asked = asked
+
+    def payloads(self) -> tuple[bytes | ChunkedMessage, ...]:
+        try:
+            data = self._assets.fetch(self._asked.uri)
+        except (OSError, ValueError) as problem:
+            return (messages.asset_failure(self._asked.request, str(problem)),)
+        return (_framed(messages.asset_head(self._asked.request), data),)
+
+
+class _Queue:
+    """What one viewer asks of the robot, done one after the other in a thread of the pool."""
+
+    def __init__(self, pool: Pool) -> None:
+        self._pool = pool
+        self._changed = threading.Condition()
+        self._waiting: deque[Callable[[], object]] = deque()
+        self._running = self._closed = False
+
+    @property
+    def full(self) -> bool:
+        """Whether more waits than should be read ahead."""
+        return len(self._waiting) >= MOST_WAITING
+
+    def put(self, work: Callable[[], object]) -> None:
+        """Never waits."""
+        with self._changed:
+            if self._closed:
+                return
+            self._waiting.append(work)
+            if self._running:
+                return
+            self._running = True
+        self._pool.spawn(self._run)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.notify_all()
+                if not self._waiting:
+                    self._running = False
+                    return
+                work = self._waiting.popleft()
+            try:
+                work()
+            except Exception:
+                _log.exception("! foxglove: a request of a viewer failed")
+
+    def wait_for_room(self) -> None:
+        """Return when it is not full any more."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self.full or self._closed)
+
+    def close(self) -> None:
+        """Drop what waits; what is being done goes on."""
+        with self._changed:
+            self._closed = True
+            self._waiting.clear()
+            self._changed.notify_all()

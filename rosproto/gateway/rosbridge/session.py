@@ -18,6 +18,7 @@ from typing import Any
 from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.gateway.channel import Channel
+from rosproto.gateway.limits import READER_BYTES
 from rosproto.gateway.publications import Publication
 from rosproto.gateway.rosbridge import operations
 from rosproto.gateway.rosbridge.actions import definition_name
@@ -35,8 +36,7 @@ from rosproto.logs import PeerLog
 
 __all__ = ["RosbridgeSession"]
 
-STRANGER, READER = 4 << 10, 64 << 10
-"""Bytes of a message of one who has not authenticated, and where nothing may be written."""
+STRANGER = 4 << 10  # bytes of a message of one who has not authenticated
 MOST_PAUSE = 0.1  # seconds, after a long message was read
 NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
 
@@ -103,7 +103,7 @@ class RosbridgeSession:
         if not self._authentication.done:
             return min(STRANGER, self._limits.message_bytes)
         if not self._shared.access.writes_anything:
-            return min(READER, self._limits.message_bytes)
+            return min(READER_BYTES, self._limits.message_bytes)
         return self._limits.message_bytes
 
     async def _carry_out_all(self, asked: list[Effect], *, long: bool) -> None:

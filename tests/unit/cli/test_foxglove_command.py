@@ -16,7 +16,7 @@ from rosproto.master import Master
 from tests.unit.gateway.test_websocket_server import certificate
 from woosh_pure.cli import main as woosh
 
-pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
+pytest.importorskip("websockets", reason="websockets is not installed")
 
 
 def test_it_says_where_it_serves(capsys: pytest.CaptureFixture[str]) -> None:
@@ -39,7 +39,7 @@ def test_other_computers_need_the_token_it_prints(capsys: pytest.CaptureFixture[
             main(["foxglove", "--master", master.uri, "--bind", "0.0.0.0", "--port", "0", "--for", "0.1"])
             == 0
         )
-    assert re.search(r"ws://0\.0\.0\.0:\d+/\?token=\S{20,} ", capsys.readouterr().out)
+    assert re.search(r"ws://127\.0\.0\.1:\d+/\?token=\S{20,} ", capsys.readouterr().out)
 
 
 def test_tls(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -81,11 +81,11 @@ def test_the_page_on_the_internet_may_look_and_not_write(capsys: pytest.CaptureF
         assert (f"--origin {page}" in said) is not lets_in
 
 
-def test_without_the_sdk_it_names_the_extra(
+def test_without_websockets_it_names_the_extra(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As a sentence, and not as a traceback."""
-    monkeypatch.setitem(sys.modules, "foxglove", None)
+    monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     with Master() as master:
         assert main(["foxglove", "--master", master.uri, "--port", "0"]) == 1
     assert 'pip install ".[foxglove]"' in capsys.readouterr().err

@@ -205,6 +205,24 @@ def test_a_client_that_gives_no_sign_of_life_is_given_up(serve: Serve, graph: Gr
     sock.close()
 
 
+@pytest.mark.promise("as every client of a gateway is")
+def test_a_client_that_takes_nothing_is_cut_off(serve: Serve, graph: Graph) -> None:
+    """Also while so much waits for it that the library's own ping cannot be sent."""
+    bridge = serve(limits=GatewayLimits(silence_seconds=0.5, linger_seconds=0.05))
+    publisher = graph.robot.publisher("/big", String, queue_size=5)
+    sock = opened(bridge)
+    sock.sendall(framed({"op": "subscribe", "topic": "/big"}))
+    publisher.wait_for_connection(10)
+    with RosbridgeClient(bridge.url) as reader:
+        end = time.monotonic() + 20
+        while len(bridge.clients) > 1:
+            assert time.monotonic() < end, "it is still here"
+            publisher.publish(data="x" * 1_000_000)
+            assert reader.call("/rosapi/get_time")["result"]
+        assert len(bridge.clients) == 1
+    sock.close()
+
+
 @pytest.mark.promise("loses the oldest messages of its topics and costs bounded memory")
 def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Graph) -> None:
     """Its messages are dropped, the oldest first, its memory is bounded, the others get theirs."""

