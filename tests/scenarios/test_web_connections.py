@@ -23,7 +23,7 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis
 from woosh_pure.web import middleware
-from woosh_pure.web.connection_slots import MOST
+from woosh_pure.web.access import MOST_CONNECTIONS
 
 HALVES = [
     b"",
@@ -73,11 +73,11 @@ def is_over(one: socket.socket) -> bool:
 def test_a_stop_gets_in_however_many_wait_with_half_a_request(web: Served) -> None:
     slots = slots_of(web)
     with ExitStack() as stack:
-        crowd(web.port, MOST + 60, stack)
+        crowd(web.port, MOST_CONNECTIONS + 60, stack)
         answer = web.post("stop", timeout=10.0)
         assert answer.status == 200
         assert answer.json["stands_still"] is True
-        assert len(slots) <= MOST
+        assert len(slots) <= MOST_CONNECTIONS
         with PageClient(web.port) as page:
             page.of("hello")
 

@@ -195,7 +195,7 @@ def _holder(web: Served) -> str:
 
 def _free(web: Served) -> None:
     """Wait until nobody sits in the driver's seat."""
-    teleop, until = web.app.state.context.robot(None).teleop, time.monotonic() + 10.0  # type: ignore[attr-defined]
+    teleop, until = web.app.state.context.robot(None).manual_drive, time.monotonic() + 10.0  # type: ignore[attr-defined]
     while teleop.driver is not None and time.monotonic() < until:
         time.sleep(0.02)
     assert teleop.driver is None

@@ -26,7 +26,8 @@ from woosh_pure import Chassis, SimulatedChassis, interface
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.gridmap_message import grid_message
-from woosh_pure.web.live import costmap, viewer
+from woosh_pure.web.api import session
+from woosh_pure.web.live import driving, frames, outgoing
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
 
 ZEROS = 1.0
@@ -117,7 +118,7 @@ def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis,
 def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
     web: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(viewer, "NOTHING_READ", 0.5)
+    monkeypatch.setattr(outgoing, "NOTHING_READ", 0.5)
     with PageClient(web.port, acks=False) as page:
         until = time.monotonic() + 15.0
         while page.error is None and page._reader.is_alive() and time.monotonic() < until:
@@ -256,9 +257,7 @@ def test_a_robot_that_is_not_there_is_told(web: Served) -> None:
 
 @pytest.mark.promise("200 goals and 20 bags are kept")
 def test_more_pages_than_are_shown_are_told(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
-    from woosh_pure.web.api import live
-
-    monkeypatch.setattr(live, "MOST_VIEWERS", 1)
+    monkeypatch.setattr(session, "MOST_VIEWERS", 1)
     with PageClient(web.port) as first:
         first.of("hello")
         with PageClient(web.port) as second:
@@ -419,8 +418,8 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
     real_time: Callable[[], None],
 ) -> None:
     """The drive of a press that nobody holds any more must not take the seat for ever."""
-    teleop = web.app.state.context.robot(None).teleop  # type: ignore[attr-defined]
-    monkeypatch.setattr("woosh_pure.web.live.teleop.ZEROS_SECONDS", ZEROS)
+    teleop = web.app.state.context.robot(None).manual_drive  # type: ignore[attr-defined]
+    monkeypatch.setattr("woosh_pure.web.live.manual_drive.ZEROS_SECONDS", ZEROS)
     begin, first, go_on = teleop._begin, threading.Event(), threading.Event()
 
     def slowly() -> Any:
@@ -457,7 +456,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
     real_time: Callable[[], None],
 ) -> None:
     """Its own drive was refused, and was refused only after it had gone."""
-    teleop = web.app.state.context.robot(None).teleop  # type: ignore[attr-defined]
+    teleop = web.app.state.context.robot(None).manual_drive  # type: ignore[attr-defined]
     me = page.of("hello")["you"]
     page.ready()
     page.drive()
@@ -472,7 +471,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
     context = web.app.state.context  # type: ignore[attr-defined]
     with PageClient(web.port) as other:
         name = other.of("hello")["you"]
-        monkeypatch.setattr(viewer.Viewer, "_refusal", lambda _: None)
+        monkeypatch.setattr(driving.Hand, "_refusal", lambda _: None)
         other.press()
         assert asked.wait(10.0), name
     deadline = time.monotonic() + 10.0
@@ -607,7 +606,7 @@ def test_a_large_costmap_keeps_no_drive_away(web: Served, sim: SimulatedChassis)
         PageClient(link.port) as page,
     ):
         message = grid_message(GridMap(np.full((5000, 5000), 1, np.int8), 0.05, Pose2D(0.0, 0.0)))
-        publisher = node.publisher(costmap.TOPIC, "nav_msgs/OccupancyGrid", latch=True)
+        publisher = node.publisher(frames.COSTMAP_TOPIC, "nav_msgs/OccupancyGrid", latch=True)
         page.of("pose")
         page.ready()
         page.say(t="look", costmap=True)

@@ -13,14 +13,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from woosh_pure.web.access import Access
+from woosh_pure.web.access import AccessRules
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
     from woosh_pure.chassis import Chassis
 
-__all__ = ["Access", "app", "close"]
+__all__ = ["app", "close"]
 
 
 def app(
@@ -75,7 +75,7 @@ def app(
                 f"robot name {each!r}: it stands in addresses, so no blanks and none of / ? # % \\"
             )
     origins = tuple(origins)
-    access = Access(token, origins, hosts)
+    access = AccessRules(token, origins, hosts)
     folder = None if recordings is None else Path(recordings)
     made = {
         each: Robot(

@@ -1,4 +1,5 @@
-"""Who may send requests: token, Host, Origin, and the rate. Pure: headers and times are arguments.
+"""Who may reach the server: token, Host, Origin and the rate; sessions; slots for connections. No input or
+output: headers and times are arguments.
 
 A browser sends requests on behalf of any page that is open in it. A page from somebody else's site must not
 reach the robot through the browser on this computer. `Origin` tells which site's page sent the request, and
@@ -10,14 +11,18 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import itertools
 import math
 import re
-from collections import OrderedDict
-from collections.abc import Iterable
+import secrets
+import threading
+import time
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from urllib.parse import urlsplit
 
-__all__ = ["Access", "Refusal", "TokenBucket", "host_of", "is_loopback"]
+from rosproto.text import printable
 
 COOKIE = "woosh_token"
 _AUTHORITY = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::[0-9]{1,5})?")
@@ -78,7 +83,7 @@ class TokenBucket:
         return True
 
 
-class Access:
+class AccessRules:
     """The access rules of one application.
 
     Args:
@@ -182,3 +187,206 @@ def _origin(origin: str, *, strict: bool = True) -> str:
         return ""
     netloc = parts.netloc.lower().rpartition("@")[2].removesuffix(_PORTS[parts.scheme])
     return f"{parts.scheme}://{netloc}"
+
+
+# -- who it is: a page with a session, or a program at an address --------------------------------------------
+
+MOST_SESSIONS = 256
+KEPT_SECONDS = 60.0
+"""Seconds for which a page can resume its session after its connection has ended."""
+
+
+@dataclass(slots=True)
+class Client:
+    """A page or a program.
+
+    Attributes:
+        session: The secret of the page's session; "" for a program.
+        name: The name that others see; unique among pages.
+        address: IP address.
+        connected: Whether the page is connected now.
+        last_connected: When it was connected last, by the monotonic clock.
+    """
+
+    session: str
+    name: str
+    address: str
+    connected: bool = False
+    last_connected: float = 0.0
+
+
+class Clients:
+    """The sessions of pages, by their secret. At the limit, the longest disconnected one is forgotten."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._numbers = itertools.count(1)
+        self._known: OrderedDict[str, Client] = OrderedDict()
+
+    def connect(self, address: str, session: str = "") -> Client | None:
+        """A page connects, or resumes its session. None if there are too many sessions."""
+        now = time.monotonic()
+        with self._lock:
+            self._forget(now)
+            client = self._known.get(session) if session else None
+            if client is None or client.connected:
+                if len(self._known) >= MOST_SESSIONS:
+                    return None
+                address = printable(address)[:60]
+                name = f"page {next(self._numbers)} at {address}"
+                client = Client(secrets.token_urlsafe(18), name, address)
+                self._known[client.session] = client
+            client.connected, client.last_connected = True, now
+            return client
+
+    def disconnect(self, client: Client) -> None:
+        """A page has disconnected. It may resume its session for a while."""
+        with self._lock:
+            client.connected, client.last_connected = False, time.monotonic()
+            if client.session in self._known:
+                self._known.move_to_end(client.session)
+
+    def by_session(self, session: str) -> Client | None:
+        """The client that has this session, or None."""
+        with self._lock:
+            return self._known.get(session)
+
+    @staticmethod
+    def program(address: str) -> Client:
+        """A client without a session. All programs at one address count as one client."""
+        address = printable(address)[:60]
+        return Client("", f"program at {address}", address)
+
+    def _forget(self, now: float) -> None:
+        gone = [
+            p.session
+            for p in self._known.values()
+            if not p.connected and now - p.last_connected > KEPT_SECONDS
+        ]
+        for session in gone:
+            del self._known[session]
+        while len(self._known) >= MOST_SESSIONS:
+            away = next((p.session for p in self._known.values() if not p.connected), None)
+            if away is None:
+                return
+            del self._known[away]
+
+
+# -- connection slots ----------------------------------------------------------------------------------------
+
+MOST_CONNECTIONS, RESERVED, EACH = 256, 64, 64
+"""All slots; those reserved for known addresses; and how many an unknown address can have."""
+SILENT_SECONDS = 10.0
+"""Seconds allowed before the first request, and between requests."""
+KNOWN_SECONDS, MOST_KNOWN = 900.0, 256
+
+Key = tuple[str, int]
+"""IP address and port of the peer."""
+
+
+@dataclass(slots=True)
+class _Slot:
+    since: float
+    end: Callable[[], object]
+    requests: int = 0
+    authorized: int = 0
+
+
+class ConnectionSlots:
+    """Each connection takes a slot before anything is read from it. Pure: times are arguments.
+
+    Whoever can reach the server can open connections and send nothing, or half a request. So the number of
+    slots is limited, and some are reserved for addresses that have presented the token recently. A connection
+    that is silent for too long loses its slot. When all slots are taken, a new connection replaces one
+    without an authorized request: from the address that has most of those, the one that has been silent
+    longest. So a stop gets through, no matter how many connections hang with half a request.
+
+    Used in the event loop only. The `end` callbacks close a connection and must not wait.
+
+    Args:
+        most: The number of slots.
+        reserved: How many of these are reserved for known addresses.
+        each: How many slots an unknown address can have.
+        silence: Seconds without a request after which a slot is lost.
+    """
+
+    def __init__(
+        self,
+        most: int = MOST_CONNECTIONS,
+        reserved: int = RESERVED,
+        each: int = EACH,
+        silence: float = SILENT_SECONDS,
+    ) -> None:
+        self._most, self._reserved, self._each, self._silence = most, reserved, each, silence
+        self._slots: dict[Key, _Slot] = {}
+        self._known: OrderedDict[str, float] = OrderedDict()
+
+    def __len__(self) -> int:
+        return len(self._slots)
+
+    def admit(self, key: Key, end: Callable[[], object], now: float) -> bool:
+        """A connection was opened. False if there is no slot for it."""
+        self.drop_silent(now)
+        address, known = key[0], self._is_known(key[0], now)
+        own = sum(other[0] == address for other in self._slots)
+        if not known and own >= self._each and not self._evict(now, address):
+            return False
+        most = self._most if known else self._most - self._reserved
+        if len(self._slots) >= most and not self._evict(now):
+            return False
+        self._slots[key] = _Slot(now, end)
+        return True
+
+    def closed(self, key: Key, end: Callable[[], object]) -> None:
+        """The connection has ended. A newer one from the same address and port keeps its slot."""
+        slot = self._slots.get(key)
+        if slot is not None and slot.end == end:
+            del self._slots[key]
+
+    def request_begins(self, key: Key, now: float, *, authorized: bool) -> None:
+        """A request has begun. An `authorized` one is not dropped in favour of a new connection."""
+        slot = self._slots.get(key)
+        if slot is not None:
+            slot.requests += 1
+            slot.authorized += authorized
+
+    def remember(self, address: str, now: float) -> None:
+        """A client at this address has presented the token."""
+        self._known.pop(address, None)
+        self._known[address] = now
+        while len(self._known) > MOST_KNOWN:
+            self._known.popitem(last=False)
+
+    def request_ends(self, key: Key, now: float, *, authorized: bool) -> None:
+        """That request is over; the connection may send another."""
+        slot = self._slots.get(key)
+        if slot is not None:
+            slot.requests, slot.authorized, slot.since = slot.requests - 1, slot.authorized - authorized, now
+
+    def drop_silent(self, now: float) -> None:
+        """Drop connections that have been silent for too long. To be called every second or so."""
+        for key, slot in list(self._slots.items()):
+            if not slot.requests and now - slot.since > self._silence:
+                self._close(key)
+
+    def drop_all(self) -> None:
+        """Drop what is left when the server ends."""
+        for key in list(self._slots):
+            self._close(key)
+
+    def _is_known(self, address: str, now: float) -> bool:
+        return is_loopback(address) or now - self._known.get(address, -KNOWN_SECONDS) < KNOWN_SECONDS
+
+    def _evict(self, now: float, address: str | None = None) -> bool:
+        """Drop an idle connection, of that address or of any; False if none is idle."""
+        idle = {key: slot for key, slot in self._slots.items() if not slot.authorized}
+        if address is not None:
+            idle = {key: slot for key, slot in idle.items() if key[0] == address}
+        if not idle:
+            return False
+        crowd = Counter(key[0] for key in idle)
+        self._close(min(idle, key=lambda key: (idle[key].requests > 0, -crowd[key[0]], idle[key].since)))
+        return True
+
+    def _close(self, key: Key) -> None:
+        self._slots.pop(key).end()

@@ -20,8 +20,7 @@ from rosproto.errors import RosError
 from rosproto.text import printable
 from rosproto.version import __version__
 from woosh_pure.web import models
-from woosh_pure.web.api import camera, feeds, goals, lease, live, login, recordings, status, stop
-from woosh_pure.web.api import map as map_
+from woosh_pure.web.api import commands, readings, session, stop
 from woosh_pure.web.api.dependencies import named_robot
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.middleware import SecurityMiddleware
@@ -31,8 +30,11 @@ from woosh_pure.web.snapshot import text_of
 __all__ = ["PAGE", "build"]
 
 PAGE = Path(__file__).parent / "page"
-_ROBOT = (status, goals, stop, map_, camera, feeds, lease, recordings, live)
-_SERVER = (status, login)
+_ROBOT = (
+    *(readings.state, commands.goals, stop.router, readings.maps, readings.pictures, readings.feeds),
+    *(commands.lease, commands.recordings, session.viewers),
+)
+_SERVER = (readings.robots, session.login)
 DESCRIPTION = (
     "A Woosh chassis for any language. Units are m, rad, s; poses are in the map. Nothing moves by a GET. "
     "POST /api/v1/stop is no emergency stop. Errors are application/problem+json."
@@ -59,14 +61,14 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
         default_response_class=_Json,
     )
     app.state.context = context
-    for part in _SERVER:
-        app.include_router(part.server_router, prefix="/api/v1")
-    for part in _ROBOT:
-        app.include_router(part.router, prefix="/api/v1")
-        app.include_router(part.router, prefix="/api/v1/robots/{robot}", dependencies=[Depends(named_robot)])
-        app.include_router(part.router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
-    for part in _SERVER:  # the page of one robot uses paths relative to its own address
-        app.include_router(part.server_router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
+    for routes in _SERVER:
+        app.include_router(routes, prefix="/api/v1")
+    for routes in _ROBOT:
+        app.include_router(routes, prefix="/api/v1")
+        app.include_router(routes, prefix="/api/v1/robots/{robot}", dependencies=[Depends(named_robot)])
+        app.include_router(routes, prefix="/robots/{robot}/api/v1", include_in_schema=False)
+    for routes in _SERVER:  # the page of one robot uses paths relative to its own address
+        app.include_router(routes, prefix="/robots/{robot}/api/v1", include_in_schema=False)
     for kind in (Problem, RosError, ValueError, KeyError, Exception):
         app.add_exception_handler(kind, _on_error)
     app.add_exception_handler(RequestValidationError, _on_invalid)

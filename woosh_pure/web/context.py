@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from woosh_pure.web.clients import Clients
-from woosh_pure.web.connection_slots import ConnectionSlots
-from woosh_pure.web.live.hub import Hub
+from woosh_pure.web.access import Clients, ConnectionSlots
+from woosh_pure.web.live.hub import Hub, Workers
 from woosh_pure.web.problems import Problem
-from woosh_pure.web.workers import Workers
 
 if TYPE_CHECKING:
-    from woosh_pure.web.access import Access
+    from woosh_pure.web.access import AccessRules
     from woosh_pure.web.robot import Robot
 
 __all__ = ["WebContext"]
@@ -33,7 +31,7 @@ class WebContext:
         closed: True once the server is ending.
     """
 
-    def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
+    def __init__(self, robots: Mapping[str, Robot], access: AccessRules, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
         self.clients, self.slots = Clients(), ConnectionSlots()
         self.drives, self.reads = Workers("drive", 8), Workers("read", 8)

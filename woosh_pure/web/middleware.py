@@ -16,7 +16,7 @@ from woosh_pure.web.access import COOKIE, Refusal
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
-    from woosh_pure.web.connection_slots import Key
+    from woosh_pure.web.access import Key
     from woosh_pure.web.context import WebContext
 
 __all__ = ["CONTENT_POLICY", "MOST_BODY", "SecurityMiddleware", "token_of"]

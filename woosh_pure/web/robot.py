@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from woosh_pure.web.camera import FEEDS, SharedCamera
 from woosh_pure.web.goals import GoalManager, Journal
-from woosh_pure.web.live.teleop import Teleop
+from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache, WebMark, marks_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.recordings import RecordingManager
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.feed.feed import Feed, Reading
     from woosh_pure.stopping.report import StopReport
-    from woosh_pure.web.clients import Client
+    from woosh_pure.web.access import Client
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 STOP_SECONDS = 5.0
@@ -84,7 +84,7 @@ class Robot:
         name: The robot's name in the paths of the API.
         chassis: The Chassis; whoever made it opens and closes it.
         marks: The marks that were given: the chassis cannot list its own.
-        journal, goals, teleop, map, cameras, recordings: See the classes of the same names.
+        journal, goals, manual_drive, map, cameras, recordings: See the classes of the same names.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Robot:
         self.marks: tuple[WebMark, ...] = marks_of(marks)
         self.journal = Journal()
         self.goals = GoalManager(self.journal)
-        self.teleop = Teleop(chassis)
+        self.manual_drive = ManualDrive(chassis)
         self.map = MapCache(chassis)
         self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}
         self.recordings = RecordingManager(chassis, recordings)
@@ -146,7 +146,7 @@ class Robot:
 
     def begin_stop(self, who: str, *, everything: bool = True) -> Future[StopReport]:
         """Stop now. Does not wait: an open drive is over when this returns, and the rest is under way."""
-        self.teleop.halt(f"{who} stopped the robot")
+        self.manual_drive.halt(f"{who} stopped the robot")
         return self._stops.begin(who, everything)
 
     def _stop(self, who: str, everything: bool) -> StopReport:
@@ -162,5 +162,5 @@ class Robot:
 
     def close(self, why: str) -> None:
         """End driving and recordings at once. The Chassis is closed by whoever opened it."""
-        self.teleop.close(why)
+        self.manual_drive.close(why)
         self.recordings.close()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from fastapi import FastAPI
 
-    from woosh_pure.web.connection_slots import ConnectionSlots, Key
+    from woosh_pure.web.access import ConnectionSlots, Key
 
 __all__ = ["Listener", "WebServer"]
 

@@ -1,4 +1,4 @@
-"""The REST door: one module for each noun, each with a `router`. See `woosh_pure.web.build`."""
+"""The REST door: the routes of each noun, which `woosh_pure.web.build` puts together."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from fastapi import Path, Request
 
-from woosh_pure.web.clients import Client
+from woosh_pure.web.access import Client
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:

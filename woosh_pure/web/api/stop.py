@@ -25,8 +25,6 @@ from woosh_pure.web.problems import MEDIA_TYPE, Problem
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import stop_part
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["stop"], responses=PROBLEMS)
 BODY_SECONDS = 0.5
 """Seconds for the body to say what not to stop; then everything is stopped."""

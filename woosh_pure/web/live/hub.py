@@ -12,22 +12,56 @@ import math
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.web.camera import jpeg_of
 from woosh_pure.web.live import robot_state
-from woosh_pure.web.live.costmap import Costmap
-from woosh_pure.web.live.frames import camera_frame, scan_frame
+from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
 from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
 
 if TYPE_CHECKING:
     from woosh_pure.web.robot import Robot
-    from woosh_pure.web.workers import Workers
 
-__all__ = ["STATE_PARTS", "Hub"]
+__all__ = ["STATE_PARTS", "Hub", "Workers"]
+
+R = TypeVar("R")
+
+
+class Workers:
+    """A few threads for one kind of blocking work, so that a stop or a drive never waits for a free one.
+
+    They are started with the first job.
+    """
+
+    def __init__(self, name: str, most: int) -> None:
+        self._name, self._most = name, most
+        self._threads: ThreadPoolExecutor | None = None
+        self._jobs: set[asyncio.Future[Any]] = set()
+
+    def run(self, job: Callable[..., R], *arguments: Any) -> asyncio.Future[R]:
+        """Start a job, which runs whether or not it is awaited. Call this in the event loop."""
+        if self._threads is None:
+            self._threads = ThreadPoolExecutor(self._most, thread_name_prefix=f"woosh:web {self._name}")
+        future = asyncio.get_running_loop().run_in_executor(self._threads, job, *arguments)
+        self._jobs.add(future)
+        future.add_done_callback(self._forget)
+        return future
+
+    def _forget(self, job: asyncio.Future[Any]) -> None:
+        self._jobs.discard(job)
+        if not job.cancelled():
+            job.exception()  # marks it as seen: whoever awaits the job gets it, otherwise it is ignored
+
+    def close(self) -> None:
+        """Accept no more jobs. Those that run end in their own bounded time."""
+        threads, self._threads = self._threads, None
+        if threads is not None:
+            threads.shutdown(wait=False, cancel_futures=False)
+
 
 Content = str | bytes | tuple[bytes, ...]
 _logger = get_logger("woosh_pure.web")
@@ -163,7 +197,7 @@ class Hub:
             parts = await self._in_thread(lambda: robot_state.slow_parts(robot))
             for part, value in (parts or {}).items():
                 self.put(part, text_of(value))
-            self.put("driver", text_of(robot.teleop.driver))
+            self.put("driver", text_of(robot.manual_drive.driver))
             points = await self._in_thread(lambda: robot_state.path_points(robot))
             if points is not None:
                 self.put("plan", text_of({"t": "plan", "points": points}))

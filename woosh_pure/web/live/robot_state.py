@@ -60,7 +60,7 @@ def snapshot(robot: Robot) -> dict[str, Any]:
         "pose": None if pose is None else pose_part(pose.value),
         **slow_parts(robot),
         "lease": lease_part(robot.chassis.lease.state),
-        "driver": robot.teleop.driver,
+        "driver": robot.manual_drive.driver,
         "ages": ages(readings),
     }
 

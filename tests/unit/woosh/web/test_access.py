@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from woosh_pure.web.access import MOST_BUCKETS, Access, TokenBucket, host_of, is_loopback
+from woosh_pure.web.access import MOST_BUCKETS, AccessRules, TokenBucket, host_of, is_loopback
 
 GOOD_HOSTS = [
     "localhost",
@@ -33,20 +33,20 @@ BAD_HOSTS = [
 
 @pytest.mark.parametrize("host", GOOD_HOSTS)
 def test_addresses_in_numbers_and_localhost_are_ours(host: str) -> None:
-    assert Access().check_host(host) is None
+    assert AccessRules().check_host(host) is None
 
 
 @pytest.mark.promise("is refused (DNS rebinding)")
 @pytest.mark.parametrize("host", [*BAD_HOSTS, None])
 def test_another_name_is_dns_rebinding(host: str | None) -> None:
-    refusal = Access().check_host(host)
+    refusal = AccessRules().check_host(host)
     assert refusal is not None
     assert refusal.status == 421
     assert "--host-name" in refusal.text
 
 
 def test_names_that_were_given_are_ours_and_those_of_origins() -> None:
-    access = Access(origins=["https://robot.example:8443"], hosts=["robot.local:8080"])
+    access = AccessRules(origins=["https://robot.example:8443"], hosts=["robot.local:8080"])
     assert access.check_host("robot.example") is None
     assert access.check_host("Robot.Local:8080") is None
 
@@ -73,11 +73,11 @@ def test_names_that_were_given_are_ours_and_those_of_origins() -> None:
     ],
 )
 def test_only_our_own_page_may_change_something(origin: str | None, host: str, good: bool) -> None:
-    assert (Access().check_origin(origin, host) is None) == good
+    assert (AccessRules().check_origin(origin, host) is None) == good
 
 
 def test_a_page_that_was_given_may_ask() -> None:
-    access = Access(origins=["https://desk.example"])
+    access = AccessRules(origins=["https://desk.example"])
     assert access.check_origin("https://desk.example", "127.0.0.1:8080") is None
     assert access.check_origin("https://desk.example:444", "127.0.0.1:8080") is not None
 
@@ -86,7 +86,7 @@ def test_a_page_that_was_given_may_ask() -> None:
     ("site", "good"), [("same-origin", True), ("none", True), ("cross-site", False), ("same-site", False)]
 )
 def test_a_browser_that_names_no_origin_says_whence_it_comes(site: str, good: bool) -> None:
-    assert (Access().check_origin(None, "127.0.0.1", site) is None) == good
+    assert (AccessRules().check_origin(None, "127.0.0.1", site) is None) == good
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_a_browser_that_names_no_origin_says_whence_it_comes(site: str, good: bo
 )
 def test_an_origin_that_is_none_is_told_at_the_start(origin: str) -> None:
     with pytest.raises(ValueError, match="expected one like"):
-        Access(origins=[origin])
+        AccessRules(origins=[origin])
 
 
 @pytest.mark.promise("elsewhere it takes a token of at least 8 letters")
@@ -104,11 +104,11 @@ def test_an_origin_that_is_none_is_told_at_the_start(origin: str) -> None:
 )
 def test_a_token_that_can_be_guessed_or_not_be_sent_is_refused(token: str, text: str) -> None:
     with pytest.raises(ValueError, match=text):
-        Access(token)
+        AccessRules(token)
 
 
 def test_the_right_token_lets_in_and_a_wrong_one_does_not() -> None:
-    access = Access("correct-horse")
+    access = AccessRules("correct-horse")
     assert access.check_token("correct-horse", "a", 0.0) is None
     for wrong in (None, "", "correct-hors", "correct-horse ", "CORRECT-HORSE", "\udcff"):
         refusal = access.check_token(wrong, "a", 0.0)
@@ -118,7 +118,7 @@ def test_the_right_token_lets_in_and_a_wrong_one_does_not() -> None:
 
 @pytest.mark.promise("answered ten times, then once every six seconds")
 def test_who_guesses_is_slowed_down_and_nobody_else() -> None:
-    access = Access("correct-horse")
+    access = AccessRules("correct-horse")
     statuses = [access.check_token("wrong", "a", 0.0).status for _ in range(12)]  # type: ignore[union-attr]
     assert statuses == [401] * 10 + [429] * 2
     assert access.check_token("wrong", "b", 0.0).status == 401  # type: ignore[union-attr]
@@ -126,7 +126,7 @@ def test_who_guesses_is_slowed_down_and_nobody_else() -> None:
 
 
 def test_orders_are_counted_for_each_address() -> None:
-    access = Access()
+    access = AccessRules()
     assert [access.check_rate("a", 0.0) is None for _ in range(12)] == [True] * 10 + [False] * 2
     assert access.check_rate("b", 0.0) is None
     assert access.check_rate("a", 0.2) is None, "one more after a fifth of a second"
@@ -134,7 +134,7 @@ def test_orders_are_counted_for_each_address() -> None:
 
 
 def test_addresses_do_not_pile_up() -> None:
-    access = Access("correct-horse")
+    access = AccessRules("correct-horse")
     for i in range(3 * MOST_BUCKETS):
         access.check_rate(f"{i}", 0.0)
         access.check_token("wrong", f"{i}", 0.0)

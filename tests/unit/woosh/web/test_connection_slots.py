@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from woosh_pure.web.connection_slots import KNOWN_SECONDS, MOST_KNOWN, ConnectionSlots, Key
+from woosh_pure.web.access import KNOWN_SECONDS, MOST_KNOWN, ConnectionSlots, Key
 
 STRANGER, OWNER, HERE = "192.168.1.66", "192.168.1.7", "127.0.0.1"
 

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
-from woosh_pure.web.connection_slots import ConnectionSlots
+from woosh_pure.web.access import ConnectionSlots
 from woosh_pure.web.serve import Listener
 
 

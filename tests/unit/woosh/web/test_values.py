@@ -17,7 +17,7 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.lease import LeaseState
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.reasons import Readiness, Reason
-from woosh_pure.web.clients import MOST_SESSIONS, Clients
+from woosh_pure.web.access import MOST_SESSIONS, Clients
 from woosh_pure.web.goals import Journal
 from woosh_pure.web.live.frames import MOST_CELLS, MOST_RANGES, PART, camera_frame, costmap_frames, scan_frame
 from woosh_pure.web.maps import MapCache, WebMark

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.velocity.drive import Drive
 
-__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "Teleop"]
+__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "ManualDrive"]
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive at most. Lower limits of the chassis hold, too."""
@@ -23,7 +23,7 @@ ZEROS_SECONDS = 2.5
 """Seconds for which a person who presses again waits for the zeros of the last drive; `finish` takes two."""
 
 
-class Teleop:
+class ManualDrive:
     """Safe from any thread. `open` and `finish` block for a while; `steer` and `halt` do not."""
 
     def __init__(self, chassis: Chassis) -> None:

@@ -1,0 +1,267 @@
+"""What a client may ask for, besides a stop: goals, the lease, recordings. Each noun has its routes."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import FileResponse
+from starlette.concurrency import run_in_threadpool
+
+from woosh_pure.enums import Direction
+from woosh_pure.web import models
+from woosh_pure.web.api.dependencies import (
+    PROBLEMS,
+    check_command,
+    client_of,
+    context_of,
+    name_of,
+    problems,
+    robot_of,
+)
+from woosh_pure.web.problems import Problem
+from woosh_pure.web.robot import Robot
+from woosh_pure.web.snapshot import lease_part
+
+# -- goals: POST and GET; waiting for, cancelling, pausing and resuming one ----------------------------------
+
+goals = APIRouter(tags=["goals"], responses=PROBLEMS)
+_GOAL_PROBLEMS = problems(403, 409, 422, 429, 501)
+
+
+def create_goal(body: models.GoalRequest, request: Request) -> dict[str, Any]:
+    """Start a motion. It does not depend on this connection: it ends when done, cancelled, or timed out."""
+    robot, client = check_command(request)
+    options: dict[str, Any] = {"replace": body.replace}
+    if body.timeout is not None:
+        options["timeout"] = body.timeout
+    what, start = _verb(robot, body, options)
+    return robot.goals.begin(body.kind, client.name, what, start).as_json()
+
+
+def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> tuple[str, Callable[[], Any]]:
+    chassis = robot.chassis
+    if body.kind == "mark":
+        return f"go to {body.mark}", partial(chassis.go_to_mark, body.mark, **options)
+    if body.kind == "park":
+        return f"park at {body.mark}", partial(chassis.park, body.mark, **options)
+    if body.kind == "charge":
+        return f"charge at {body.mark}", partial(chassis.charge, body.mark, **options)
+    if body.kind == "carry":
+        direction = Direction.LOAD if body.direction == "load" else Direction.UNLOAD
+        return f"{body.direction} at {body.mark}", partial(chassis.carry, body.mark, direction, **options)
+    if body.kind == "pose":
+        what = f"go to {body.x:.2f} {body.y:.2f} m, {body.theta:.2f} rad"
+        return what, partial(chassis.go_to, body.x, body.y, body.theta, **options)
+    if body.kind == "move":
+        return f"move {body.distance:.2f} m", partial(
+            chassis.move, body.distance, speed=body.speed, **options
+        )
+    return f"rotate {body.angle:.2f} rad", partial(chassis.rotate, body.angle, speed=body.speed, **options)
+
+
+def list_goals(request: Request) -> list[dict[str, Any]]:
+    """The last goals, the oldest first."""
+    return [goal.as_json() for goal in robot_of(request).goals.all()]
+
+
+def get_goal(goal: str, request: Request) -> dict[str, Any]:
+    """One goal by its id."""
+    return robot_of(request).goals.get(goal).as_json()
+
+
+async def wait_for_goal(
+    goal: str, request: Request, timeout: float = Query(30.0, gt=0.0, le=300.0)
+) -> dict[str, Any]:
+    """Wait until the goal has ended or the time is up; `done` tells which."""
+    found, until = robot_of(request).goals.get(goal), time.monotonic() + timeout
+    while not found.done and time.monotonic() < until:
+        if context_of(request).closed or await request.is_disconnected():
+            break
+        await asyncio.sleep(0.05)
+    return await run_in_threadpool(found.as_json)
+
+
+def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
+    """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
+    found = robot_of(request).goals.get(goal)
+    if not found.done:
+        robot_of(request).journal.note(name_of(request), f"cancel goal {found.id}")
+        found.handle.cancel()
+        found.wait(2.0)
+    return found.as_json()
+
+
+async def pause_goal(goal: str, request: Request) -> dict[str, Any]:
+    """Pause the goal."""
+    return await run_in_threadpool(_hold, goal, request, "pause")
+
+
+async def resume_goal(goal: str, request: Request) -> dict[str, Any]:
+    """Resume a paused goal."""
+    return await run_in_threadpool(_hold, goal, request, "resume")
+
+
+def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
+    robot, client = check_command(request, lease=verb == "resume")
+    goal = robot.goals.get(number)
+    act = getattr(goal.handle, verb, None)
+    if act is None:
+        raise Problem(
+            409, f"{goal.handle.description}: this kind of goal cannot be paused; cancel it", "no-pause"
+        )
+    if goal.done:
+        raise Problem(409, f"{goal.handle.description}: it has ended already", "ended")
+    act()
+    goal.paused = verb == "pause"
+    robot.journal.note(client.name, f"{verb} goal {goal.id}")
+    return goal.as_json()
+
+
+goals.add_api_route(
+    "/goals",
+    create_goal,
+    methods=["POST"],
+    status_code=201,
+    response_model=models.Goal,
+    responses=_GOAL_PROBLEMS,
+)
+goals.add_api_route("/goals", list_goals, response_model=list[models.Goal])
+goals.add_api_route("/goals/{goal}", get_goal, response_model=models.Goal)
+goals.add_api_route("/goals/{goal}/wait", wait_for_goal, response_model=models.Goal)
+goals.add_api_route("/goals/{goal}", cancel_goal, methods=["DELETE"], response_model=models.Goal)
+goals.add_api_route(
+    "/goals/{goal}/pause", pause_goal, methods=["POST"], response_model=models.Goal, responses=_GOAL_PROBLEMS
+)
+goals.add_api_route(
+    "/goals/{goal}/resume",
+    resume_goal,
+    methods=["POST"],
+    response_model=models.Goal,
+    responses=_GOAL_PROBLEMS,
+)
+
+
+# -- lease: GET, POST and DELETE; POST lease/grant -----------------------------------------------------------
+
+lease = APIRouter(tags=["lease"], responses=PROBLEMS)
+
+
+def get_lease(request: Request) -> dict[str, Any]:
+    """Who commands the robot, and who has asked for it."""
+    return lease_part(robot_of(request).chassis.lease.state, mine=client_of(request).name)
+
+
+def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, Any]:
+    """Take the lease if it is free, or renew it. Otherwise its holder is asked; `yours` tells which."""
+    robot, client = check_command(request, lease=False)
+    lease = robot.chassis.lease
+    if not lease.acquire(client.name, (body or models.LeaseRequest()).seconds):
+        lease.request(client.name)
+    return get_lease(request)
+
+
+def give_lease_back(request: Request) -> dict[str, Any]:
+    """Give the lease back, or withdraw the request for it."""
+    robot, client = robot_of(request), client_of(request)
+    robot.chassis.lease.release(client.name)
+    if robot.manual_drive.driver == client.name:
+        robot.manual_drive.halt("the lease was given back")
+    return get_lease(request)
+
+
+def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, Any]:
+    """Hand the lease over to a client that has asked for it."""
+    robot, client = robot_of(request), client_of(request)
+    lease = robot.chassis.lease
+    to = (None if body is None else body.to) or next(iter(lease.state.asking), "")
+    if not lease.grant(client.name, to):
+        raise Problem(409, "the lease is not yours to grant, or nobody of that name asks for it", "lease")
+    if robot.manual_drive.driver == client.name:
+        robot.manual_drive.halt("the lease was handed over")
+    return get_lease(request)
+
+
+_LEASE_PROBLEMS = problems(403, 409, 422, 429)
+
+lease.add_api_route("/lease", get_lease, response_model=models.LeaseAnswer)
+lease.add_api_route(
+    "/lease", ask_for_lease, methods=["POST"], response_model=models.LeaseAnswer, responses=_LEASE_PROBLEMS
+)
+lease.add_api_route("/lease", give_lease_back, methods=["DELETE"], response_model=models.LeaseAnswer)
+lease.add_api_route(
+    "/lease/grant",
+    grant_lease,
+    methods=["POST"],
+    response_model=models.LeaseAnswer,
+    responses=_LEASE_PROBLEMS,
+)
+
+
+# -- recordings: GET, POST and DELETE; the download of a bag -------------------------------------------------
+
+recordings = APIRouter(tags=["recordings"], responses=PROBLEMS)
+_BAG: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"application/octet-stream": {}}, "description": "a bag"}
+}
+
+
+def list_recordings(request: Request) -> list[dict[str, Any]]:
+    """The recordings of this server, the oldest first."""
+    return [one.as_json() for one in robot_of(request).recordings.all()]
+
+
+def create_recording(request: Request, body: models.RecordingRequest | None = None) -> dict[str, Any]:
+    """Start a recording: one at a time, for an hour or 1 GiB at most."""
+    robot, client = check_command(request, lease=False)
+    body = body or models.RecordingRequest()
+    found = robot.recordings.begin(client.name, body.seconds, body.camera)
+    robot.journal.note(client.name, f"record bag {found.id}", "begun")
+    return found.as_json()
+
+
+def get_recording(recording: str, request: Request) -> dict[str, Any]:
+    """One recording by its id."""
+    return robot_of(request).recordings.get(recording).as_json()
+
+
+def end_recording(recording: str, request: Request) -> dict[str, Any]:
+    """End the recording. Its bag is kept, and can be downloaded."""
+    robot, client = robot_of(request), client_of(request)
+    running = robot.recordings.get(recording).running
+    found = robot.recordings.end(recording)
+    if running:
+        robot.journal.note(client.name, f"end bag {found.id}")
+    return found.as_json()
+
+
+def download(recording: str, request: Request) -> FileResponse:
+    """Download the bag of a finished recording."""
+    found = robot_of(request).recordings.get(recording)
+    if found.running:
+        raise Problem(409, f"recording {found.id} still runs; end it first", "recording")
+    if found.ended is None:
+        found = robot_of(request).recordings.end(recording)
+    if not found.path.is_file():
+        raise Problem(404, f"the bag of recording {found.id} is not there any more")
+    return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")
+
+
+recordings.add_api_route("/recordings", list_recordings, response_model=list[models.Recording])
+recordings.add_api_route(
+    "/recordings",
+    create_recording,
+    methods=["POST"],
+    status_code=201,
+    response_model=models.Recording,
+    responses=problems(409, 422, 429),
+)
+recordings.add_api_route("/recordings/{recording}", get_recording, response_model=models.Recording)
+recordings.add_api_route(
+    "/recordings/{recording}", end_recording, methods=["DELETE"], response_model=models.Recording
+)
+recordings.add_api_route("/recordings/{recording}/bag", download, response_class=FileResponse, responses=_BAG)

@@ -1,0 +1,302 @@
+"""What can be read: the state, feeds and their streams, the map, the cameras. Each noun has its routes."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Any, Literal
+
+import numpy as np
+from fastapi import APIRouter, Query, Request, Response
+from starlette.concurrency import run_in_threadpool
+from starlette.types import Receive, Scope, Send
+
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
+from rosproto.numeric import encode_png
+from woosh_pure import interface
+from woosh_pure.feed.feed import PICTURES
+from woosh_pure.feed.feed import Feed as ChassisFeed
+from woosh_pure.maps.gridmap_message import grid_from_message
+from woosh_pure.web import models
+from woosh_pure.web.api.dependencies import PROBLEMS, context_of, problems, robot_of
+from woosh_pure.web.camera import jpeg_of, png_of
+from woosh_pure.web.context import WebContext
+from woosh_pure.web.live import robot_state
+from woosh_pure.web.live.frames import COSTMAP_TOPIC
+from woosh_pure.web.problems import Problem
+from woosh_pure.web.snapshot import plain, text_of
+
+# -- the state, marks, the journal, and the robots of this server --------------------------------------------
+
+state, robots = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter(tags=["robots"])
+
+
+def get_status(request: Request) -> dict[str, Any]:
+    """The state in brief."""
+    shown = robot_state.snapshot(robot_of(request))
+    status, battery, readiness = shown["status"], shown["battery"], shown["readiness"]
+    ages = [age for age in shown["ages"].values() if age is not None]
+    return {
+        "robot": shown["robot"],
+        "state": None if status is None else status["robot_state"],
+        "battery_percent": None if battery is None else battery["percent"],
+        "pose": shown["pose"],
+        "ready": readiness["answer"],
+        "text": readiness["text"],
+        "age": min(ages, default=None),
+    }
+
+
+def get_snapshot(request: Request) -> dict[str, Any]:
+    """The whole state at once, with the age of each part."""
+    return robot_state.snapshot(robot_of(request))
+
+
+def get_readiness(request: Request) -> Any:
+    """Whether the robot would move now, and if not, why."""
+    return robot_state.slow_parts(robot_of(request))["readiness"]
+
+
+def get_faults(request: Request) -> Any:
+    """The faults that are active now."""
+    return robot_state.slow_parts(robot_of(request))["faults"]
+
+
+def get_marks(request: Request) -> list[dict[str, Any]]:
+    """The marks that this server was given: the chassis cannot list its own."""
+    return [mark.as_json() for mark in robot_of(request).marks]
+
+
+def get_journal(request: Request) -> list[dict[str, Any]]:
+    """What was done, by whom, and how it ended; the oldest first."""
+    return [entry.as_json() for entry in robot_of(request).journal.entries()]
+
+
+def list_robots(request: Request) -> list[dict[str, Any]]:
+    """The robots of this server. Paths without a robot's name mean the first one."""
+    root = str(request.scope.get("root_path", ""))
+    return [
+        {"name": name, "page": f"{root}/robots/{name}/", "api": f"{root}/api/v1/robots/{name}/"}
+        for name in context_of(request).robots
+    ]
+
+
+state.add_api_route("/status", get_status, response_model=models.Status)
+state.add_api_route("/snapshot", get_snapshot, response_model=models.Snapshot)
+state.add_api_route("/readiness", get_readiness, response_model=models.Readiness)
+state.add_api_route("/faults", get_faults, response_model=models.Faults)
+state.add_api_route("/marks", get_marks, response_model=list[models.Mark])
+state.add_api_route("/journal", get_journal, response_model=list[models.Entry])
+robots.add_api_route("/robots", list_robots, response_model=list[models.RobotEntry])
+
+
+_logger = get_logger("woosh_pure.web")
+# -- feeds: the newest value of one, and its stream of Server-Sent Events ------------------------------------
+
+feeds = APIRouter(tags=["feeds"], responses=PROBLEMS)
+MOST_STREAMS, STUCK_SECONDS, BEAT_SECONDS, LOOK_SECONDS = 32, 10.0, 5.0, 0.25
+_EVENTS: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"text/event-stream": {}}, "description": "one event for each new value, as FeedValue"}
+}
+
+
+def list_feeds() -> list[dict[str, Any]]:
+    """The feeds that can be read here. Camera pictures have their own addresses."""
+    return [
+        {
+            "name": row.feed,
+            "topic": row.name,
+            "type": row.type,
+            "meaning": row.meaning,
+            "unit": row.unit,
+            "on_change": row.on_change,
+        }
+        for row in interface.feeds()
+        if row.type not in PICTURES
+    ]
+
+
+def _feed(name: str, request: Request) -> ChassisFeed[Any]:
+    row = interface.find(name)
+    if row.type in PICTURES:
+        raise Problem(
+            415, f"{name} is too large for this; see camera/color.jpg and camera/depth.jpg", "picture"
+        )
+    return robot_of(request).feed(name)
+
+
+def _value(name: str, feed: ChassisFeed[Any]) -> dict[str, Any]:
+    reading = feed.known
+    if reading is None:
+        return {"name": name, "value": None, "age": None, "stamp": None}
+    age = round(reading.age, 3)
+    return {"name": name, "value": plain(reading.value), "age": age, "stamp": reading.stamp}
+
+
+def get_feed(feed: str, request: Request) -> dict[str, Any]:
+    """The newest value of a feed; null if nothing was heard yet."""
+    found = _feed(feed, request)
+    found.connect()
+    return _value(feed, found)
+
+
+def stream_feed(
+    feed: str, request: Request, rate: float = Query(10.0, gt=0.0, le=20.0, description="events a second")
+) -> Response:
+    """New values as Server-Sent Events. A slow reader gets fewer of them, and always the newest."""
+    found, context = _feed(feed, request), context_of(request)
+    found.open()
+    if context.streams >= MOST_STREAMS:
+        raise Problem(429, f"{MOST_STREAMS} streams are open already; close one first")
+    return _Events(context, feed, found, rate)
+
+
+class _Events(Response):
+    """The stream of events. It ends if the reader accepts nothing for ten seconds."""
+
+    media_type = "text/event-stream"
+
+    def __init__(self, context: WebContext, name: str, feed: ChassisFeed[Any], rate: float) -> None:
+        super().__init__()
+        del self.headers["content-length"]
+        self._context, self._name, self._feed, self._rate = context, name, feed, rate
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+        self._context.streams += 1
+        gone = asyncio.ensure_future(_gone(receive))
+        try:
+            await self._events(send, gone)
+        except (RosError, asyncio.TimeoutError) as error:  # too late for a status: the stream just ends
+            _logger.debug("! the stream of %s ends: %s", self._name, error or "nobody takes it")
+        finally:
+            gone.cancel()
+            self._context.streams -= 1
+
+    async def _events(self, send: Send, gone: asyncio.Future[None]) -> None:
+        count, said = -1, 0.0
+        await run_in_threadpool(self._feed.connect)
+        while not (gone.done() or self._feed.closed or self._context.closed):
+            if self._feed.count != count and self._feed.known is not None:
+                count = self._feed.count
+                text = text_of(_value(self._name, self._feed))
+                said = await _tell(send, f"event: {self._name}\nid: {count}\ndata: {text}\n\n")
+            elif time.monotonic() - said > BEAT_SECONDS:
+                said = await _tell(send, ": nothing new\n\n")
+            await self._rest(gone)
+        if not gone.done():
+            await send({"type": "http.response.body", "body": b""})
+
+    async def _rest(self, gone: asyncio.Future[None]) -> None:
+        """Wait until the next event is due, the reader has gone, or the server ends."""
+        until = time.monotonic() + 1.0 / self._rate
+        while (left := until - time.monotonic()) > 0.0 and not (gone.done() or self._context.closed):
+            await asyncio.wait([gone], timeout=min(left, LOOK_SECONDS))
+
+
+async def _gone(receive: Receive) -> None:
+    while (await receive())["type"] != "http.disconnect":
+        pass
+
+
+async def _tell(send: Send, text: str) -> float:
+    body = {"type": "http.response.body", "body": text.encode(), "more_body": True}
+    await asyncio.wait_for(send(body), STUCK_SECONDS)
+    return time.monotonic()
+
+
+feeds.add_api_route("/feeds", list_feeds, response_model=list[models.Feed])
+feeds.add_api_route("/feeds/{feed}", get_feed, response_model=models.FeedValue, responses=problems(415))
+feeds.add_api_route(
+    "/feeds/{feed}/stream", stream_feed, response_class=Response, responses={**_EVENTS, **problems(415, 429)}
+)
+
+
+# -- the map, the plan, the costmap --------------------------------------------------------------------------
+
+maps = APIRouter(tags=["map"], responses=PROBLEMS)
+_PNG: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"image/png": {}}, "description": "a picture, north up"}
+}
+_YAML: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"application/yaml": {}}, "description": "map_server's"}
+}
+
+
+def get_map(request: Request) -> dict[str, Any]:
+    """Size, resolution and origin of the map."""
+    return robot_of(request).map.get().as_json()
+
+
+def get_map_png(request: Request) -> Response:
+    """The map as PNG, north up: white is free, black is occupied, grey is not known."""
+    known = robot_of(request).map.get()
+    tag = f'"{known.version}"'
+    if request.headers.get("if-none-match") == tag:
+        return Response(status_code=304, headers={"etag": tag})
+    return Response(known.png, media_type="image/png", headers={"etag": tag, "cache-control": "no-cache"})
+
+
+def get_map_yaml(request: Request) -> Response:
+    """The map's YAML file for map_server; it names map.png as the image."""
+    return Response(robot_of(request).map.get().yaml(), media_type="application/yaml")
+
+
+def get_plan(request: Request) -> dict[str, Any]:
+    """The path that is being driven; empty if there is none."""
+    robot = robot_of(request)
+    robot.feed("plan").open()
+    return {"points": robot_state.path_points(robot)}
+
+
+def get_costmap_png(request: Request) -> Response:
+    """The navigation's costmap as PNG, if the navigation publishes one."""
+    robot = robot_of(request)
+    subscriber = robot.chassis.node.subscriber(COSTMAP_TOPIC, "nav_msgs/OccupancyGrid", queue_size=1)
+    try:
+        until = time.monotonic() + 3.0
+        while (message := subscriber.latest) is None and time.monotonic() < until:
+            time.sleep(0.02)
+    finally:
+        subscriber.close()
+    if message is None:
+        raise Problem(
+            504,
+            f"nothing came on {COSTMAP_TOPIC}: this chassis does not publish its costmap there",
+            "costmap",
+        )
+    cells = grid_from_message(message).cells
+    grey = np.where(cells < 0, 205, 254 - np.clip(cells, 0, 100).astype(np.int16) * 254 // 100)
+    return Response(encode_png(grey.astype(np.uint8)[::-1]), media_type="image/png")
+
+
+maps.add_api_route("/map", get_map, response_model=models.MapFacts)
+maps.add_api_route("/map.png", get_map_png, response_class=Response, responses=_PNG)
+maps.add_api_route("/map.yaml", get_map_yaml, response_class=Response, responses=_YAML)
+maps.add_api_route("/plan", get_plan, response_model=models.Points)
+maps.add_api_route("/costmap.png", get_costmap_png, response_class=Response, responses=_PNG)
+
+
+# -- the cameras: one picture, for which a camera is subscribed ----------------------------------------------
+
+pictures = APIRouter(tags=["camera"], responses=PROBLEMS)
+_PICTURE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"image/jpeg": {}, "image/png": {}}, "description": "depth: near is bright"}
+}
+
+
+def get_picture(
+    source: Literal["color", "depth"],
+    form: Literal["jpg", "png"],
+    request: Request,
+    width: int = Query(640, ge=16, le=4096, description="of a JPEG, at most"),
+) -> Response:
+    """One picture. Waits for it for up to three seconds."""
+    image = robot_of(request).cameras[source].picture()
+    if form == "png":
+        return Response(png_of(image), media_type="image/png")
+    return Response(jpeg_of(image, width), media_type="image/jpeg")
+
+
+pictures.add_api_route("/camera/{source}.{form}", get_picture, response_class=Response, responses=_PICTURE)

@@ -1,0 +1,107 @@
+"""Logging in, with the token in a cookie that scripts cannot read, and the live connection of a page."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, cast
+
+from fastapi import APIRouter, Request, Response, WebSocket
+
+from woosh_pure.web import models
+from woosh_pure.web.access import COOKIE
+from woosh_pure.web.api.dependencies import address_of, context_of, problems
+from woosh_pure.web.context import WebContext
+from woosh_pure.web.live.viewer import Viewer
+from woosh_pure.web.middleware import token_of
+from woosh_pure.web.problems import Problem
+
+# -- GET access, POST and DELETE login -----------------------------------------------------------------------
+
+login = APIRouter(tags=["access"], responses=problems(401, 403, 429))
+
+
+def get_access(request: Request) -> dict[str, Any]:
+    """Whether a token is needed, and what this client may do. Needs no token itself."""
+    context = context_of(request)
+    given = token_of(dict(request.headers))
+    refusal = context.access.check_token(given, address_of(request), time.monotonic())
+    return {
+        "needs_token": context.access.needs_token,
+        "logged_in": refusal is None,
+        "allow_driving": context.allow_driving,
+        "robots": list(context.robots) if refusal is None else [],
+    }
+
+
+def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
+    """Store the token in a cookie."""
+    context = context_of(request)
+    refusal = context.access.check_token(body.token, address_of(request), time.monotonic())
+    if refusal is not None:
+        raise Problem(refusal.status, refusal.text)
+    response.set_cookie(
+        COOKIE,
+        body.token,
+        path=_place(request),
+        httponly=True,
+        samesite="strict",
+        secure=request.url.scheme == "https",
+    )
+    return {"logged_in": True}
+
+
+def log_out(request: Request, response: Response) -> dict[str, Any]:
+    """Delete the token's cookie in this browser."""
+    response.delete_cookie(COOKIE, path=_place(request))
+    return {"logged_in": False}
+
+
+def _place(request: Request) -> str:
+    return str(request.scope.get("root_path", "")) or "/"
+
+
+login.add_api_route("/access", get_access, response_model=models.AccessAnswer)
+login.add_api_route("/login", log_in, methods=["POST"], response_model=models.Answer)
+login.add_api_route("/login", log_out, methods=["DELETE"], response_model=models.Answer)
+
+
+# -- the WebSocket of the page -------------------------------------------------------------------------------
+
+viewers = APIRouter()
+MOST_VIEWERS = 64
+
+
+async def live(socket: WebSocket) -> None:
+    """Serve one viewer until it disconnects."""
+    context = cast(WebContext, socket.app.state.context)
+    try:
+        robot = context.robot(socket.path_params.get("robot"))
+    except Problem as problem:
+        await _refuse(socket, 4404, problem.text)
+        return
+    address = socket.client.host if socket.client else "an unknown address"
+    if context.viewers >= MOST_VIEWERS:
+        await _refuse(socket, 4429, f"{MOST_VIEWERS} look already; close a page first")
+        return
+    client = context.clients.connect(address, socket.query_params.get("session", "")[:100])
+    if client is None:
+        await _refuse(socket, 4429, "too many pages; close one first")
+        return
+    context.viewers += 1
+    try:
+        await socket.accept()
+        asked = socket.headers.get("accept-language", "").strip().lower()
+        await Viewer(socket, context, context.hubs[robot.name], client).run(
+            "zh" if asked.startswith("zh") else "en"
+        )
+    finally:
+        context.viewers -= 1
+        context.clients.disconnect(client)
+
+
+async def _refuse(socket: WebSocket, code: int, reason: str) -> None:
+    await socket.accept()
+    await socket.close(code, reason[:120])
+
+
+viewers.add_api_websocket_route("/live", live)

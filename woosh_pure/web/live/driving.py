@@ -1,0 +1,205 @@
+"""One page's hand on the robot: its dead-man switch, its drive, and the lease that it needs for both."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from rosproto.errors import RosError
+from woosh_pure.web.context import WebContext
+from woosh_pure.web.live.deadman import DeadMan, Verdict
+from woosh_pure.web.live.outgoing import BadMessage, Outgoing
+from woosh_pure.web.problems import Problem, problem_of
+from woosh_pure.web.robot import Robot
+
+MOST_ROUND_TRIP = 0.4
+"""Seconds that a frame and its acknowledgement may take when a person begins to drive. No clock tells how
+long the first press itself was under way."""
+
+
+class Hand:
+    """Nothing here waits but `watch`: a beat or a stop that comes next must not wait for it.
+
+    Used in the event loop only.
+
+    Args:
+        context: Whether driving is allowed, and the threads in which drives are opened and ended.
+        robot: What is driven.
+        name: The page's, as others see it.
+        outgoing: The page is told what becomes of its drive.
+        start: Runs a coroutine until it ends, or the page has gone.
+
+    Attributes:
+        confirmed: Whether the person has read and confirmed the warning.
+    """
+
+    def __init__(
+        self,
+        context: WebContext,
+        robot: Robot,
+        name: str,
+        outgoing: Outgoing,
+        start: Callable[[Coroutine[Any, Any, None]], None],
+    ) -> None:
+        self._context, self._robot, self._name = context, robot, name
+        self._tell, self._round_trip, self._start = outgoing.tell, outgoing.round_trip, start
+        self.confirmed = False
+        self._dead_man = DeadMan()
+        self._presses = 0
+        self._driving = False
+        self._drive_entry = 0
+
+    def gone(self) -> None:
+        """The page has gone: its drive ends at once."""
+        self._dead_man.end("gone")
+        if self._driving:
+            self._end_drive("gone")
+
+    # -- the lease -------------------------------------------------------------------------------------------
+
+    def ask_lease(self, op: object, to: object) -> None:
+        """Ask for the lease, give it back, keep it, or grant it.
+
+        Raises:
+            BadMessage: It is none of these.
+        """
+        lease, me = self._robot.chassis.lease, self._name
+        if op == "ask":
+            if not lease.acquire(me):
+                lease.request(me)
+        elif op == "give":
+            self.give()
+        elif op == "keep":
+            lease.renew(me)
+        elif op == "grant":
+            to = to or next(iter(lease.state.asking), "")
+            if isinstance(to, str) and lease.grant(me, to):
+                self._apply(self._dead_man.end("no lease"))
+        else:
+            raise BadMessage(f"op={op!r:.40}: expected ask, give, keep or grant")
+
+    def give(self) -> None:
+        """Give control back, after the drive has ended."""
+        self._apply(self._dead_man.end("no lease"))
+        self._robot.chassis.lease.release(self._name)
+
+    # -- the hand --------------------------------------------------------------------------------------------
+
+    def press(self, seq: int, at: float, vx: float, wz: float) -> None:
+        """The person takes the control."""
+        refusal = self._refusal()
+        if refusal is not None:
+            self._tell({"t": "drive", "state": "refused", "reason": refusal[0], "text": refusal[1]})
+            return
+        self._apply(self._dead_man.press(seq, at, vx, wz, time.monotonic()))
+
+    def beat(self, seq: int, at: float, vx: float, wz: float) -> None:
+        """The person still holds it."""
+        now = time.monotonic()
+        self._apply(self._dead_man.beat(seq, at, vx, wz, now), now)
+        self._keep_lease()
+
+    def release(self) -> None:
+        """The person lets go."""
+        self._apply(self._dead_man.end("released"))
+
+    async def watch(self) -> None:
+        """Check for silence every 50 ms."""
+        while True:
+            await asyncio.sleep(0.05)
+            if self._dead_man.held:
+                self._apply(self._dead_man.tick(time.monotonic()))
+
+    def _keep_lease(self) -> None:
+        if self._dead_man.held and not self._robot.chassis.lease.renew(self._name):
+            self._apply(self._dead_man.end("no lease"))
+
+    def _refusal(self) -> tuple[str, str] | None:
+        if not self._context.allow_driving:
+            return "not allowed", "driving is off; it is allowed by starting the server with --allow-driving"
+        if self._robot.chassis.lease.holder != self._name:
+            return "no lease", "ask for the lease first: one person drives at a time"
+        if not self.confirmed:
+            return "not confirmed", "read and confirm the warning first"
+        trip = self._round_trip()
+        if trip > MOST_ROUND_TRIP:
+            return "slow link", f"the network takes {trip:.1f} s: nobody can drive through that"
+        driver = self._robot.manual_drive.driver
+        if driver not in (None, self._name):
+            return "busy", f"{driver} drives, or has just let go"
+        return None
+
+    # -- the drive -------------------------------------------------------------------------------------------
+
+    def _apply(self, verdict: Verdict, now: float | None = None) -> None:
+        """Do what the dead-man switch says, without waiting; `now` is the time at which it decided."""
+        if verdict.act == "drive":
+            try:
+                self._robot.manual_drive.steer(verdict.vx, verdict.wz, verdict.valid_for, now)
+            except (RosError, ValueError) as error:
+                self._drive_failed(error)
+        elif verdict.act == "open":
+            self._tell({"t": "drive", "state": "opening", "reason": "", "text": ""})
+            self._presses += 1
+            self._start(self._open(self._presses))
+        elif verdict.act == "zero":
+            self._end_drive(verdict.reason)
+        elif verdict.reason:
+            self._tell({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
+
+    async def _open(self, press: int) -> None:
+        """Open a drive for one press. If another press came meanwhile, it is ended again at once."""
+        manual_drive, name = self._robot.manual_drive, self._name
+        opening = self._context.drives.run(manual_drive.open, name)
+        try:
+            await asyncio.shield(opening)
+        except asyncio.CancelledError:  # the page disconnected while the drive was being opened
+            opening.add_done_callback(lambda done: self._abandon(done, "the page has gone"))
+            raise
+        except Exception as error:
+            if press == self._presses:
+                problem = problem_of(error)
+                reason = problem.kind if isinstance(error, Problem) else "refused"
+                self._dead_man.end(reason)
+                self._tell({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
+            return
+        if press != self._presses:
+            self._abandon(opening, "the hand has let go meanwhile")
+            return
+        self._driving = True
+        entry = self._robot.journal.begin(name, "drive")
+        now = time.monotonic()
+        verdict = self._dead_man.opened(now)
+        if self._dead_man.state == "driving":
+            self._tell(
+                {"t": "drive", "state": "driving", "reason": "", "text": "", "limits": manual_drive.limits}
+            )
+        self._drive_entry = entry
+        self._apply(verdict, now)
+
+    def _abandon(self, opening: asyncio.Future[None], why: str) -> None:
+        """End a drive that is no longer wanted, if it was opened. If it was not, another's drive may be open,
+        which must not be ended.
+        """
+        if not opening.cancelled() and opening.exception() is None:
+            self._context.drives.run(self._robot.manual_drive.finish, why)
+
+    def _end_drive(self, reason: str, text: str = "") -> None:
+        """Send zero now; the journal and the page are told afterwards."""
+        if not self._driving:
+            if reason:
+                self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
+            return
+        self._driving = False
+        why = text or f"the hand at the page: {reason}"
+        self._robot.manual_drive.halt(why)
+        self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
+        self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
+        self._context.drives.run(self._robot.manual_drive.finish, why)
+
+    def _drive_failed(self, error: Exception) -> None:
+        """The drive was ended by the robot, a stop, or a lost link."""
+        self._dead_man.end("over")
+        self._end_drive("over", str(error))
