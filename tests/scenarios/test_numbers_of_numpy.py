@@ -126,7 +126,7 @@ def test_feeds_and_states_are_waited_for_in_time(sim, chassis, kind):
         chassis.wait_until(lambda _: False, kind(0.0625))
     assert time.monotonic() - began < 4.0
     sim.press_emergency_stop()
-    eventually(lambda: not chassis.readiness(), 20.0)
+    eventually(lambda: chassis.readiness().blocked, 20.0)
     began = time.monotonic()
     with pytest.raises(RosTimeout):
         chassis.wait_until_ready(kind(0.0625))

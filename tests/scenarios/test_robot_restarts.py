@@ -102,8 +102,7 @@ def test_an_emergency_stop_that_is_still_pressed_refuses_again(
     yard.sim.press_emergency_stop()
     until(lambda: chassis.faults)
     restart(yard, chassis, until).press_emergency_stop()
-    until(lambda: chassis.readiness().blocked)
-    assert chassis.faults
+    until(lambda: chassis.readiness().blocked and chassis.faults)  # two topics
 
 
 def test_that_it_moved_before_the_restart_is_no_yes_after_it(

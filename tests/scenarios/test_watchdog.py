@@ -130,7 +130,7 @@ def test_a_watchdog_is_nobody_who_drives(sim) -> None:
         Node("/other", master_uri=sim.master_uri, rosout=False) as other,
         chassis.velocity(bypasses_protection=True) as drive,
     ):
-        drive.hold(0.1, seconds=3.0)
+        drive.hold(0.0, seconds=3.0)  # nothing moves: a machine that is busy for a second ends nothing
         publishers = other.master.get_system_state().publishers["/smooth_cmd_vel"]
         assert any(name.endswith("_rosproto_watchdog") for name in publishers)
         assert drive.others == ()

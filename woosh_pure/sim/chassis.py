@@ -172,6 +172,8 @@ class SimulatedChassis:
         self._navigation = NavigationClient(self._graph, self.firmware, self.lock)
         self.world.tasks.drive = self._navigation.drive
         self._publish_static()
+        if not self._latch:
+            self._status = self.world.status()  # told on change only, and the start is none
 
     def close(self) -> None:
         """Take everything down; idempotent, bounded."""

@@ -244,7 +244,7 @@ def test_a_rate_control_topic_without_header_counts_when_it_comes(
             waits += 1
             told.publish(data="go on")
 
-    options = {"topics": ["/a"], "rate": 200.0, "rate_control": "/told", "rate_control_delay": 20.0}
+    options = {"topics": ["/a"], "rate": 25.0, "rate_control": "/told", "rate_control_delay": 20.0}
     with Player(one, bags, on_tick=tick, **options) as player:  # type: ignore[arg-type]
         told.wait_for_connection(20)
         assert player.play() == 10
