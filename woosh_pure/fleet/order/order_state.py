@@ -101,7 +101,9 @@ class OrderState:
     @property
     def executing(self) -> bool:
         """Whether an order is carried out, waits for an update, or is being cancelled (figure 8, 3)."""
-        return bool(self.nodes) or any(a.of_order and not a.status.final for a in self.action_states)
+        if self.nodes or self.cancelling:
+            return True
+        return any(a.of_order and not a.status.final for a in self.action_states)
 
     @property
     def driving(self) -> bool:

@@ -263,3 +263,21 @@ def test_a_drive_faster_than_its_edge_allows_is_ended_and_told() -> None:
     assert vehicle.drives == ["b"]
     vehicle.take(vehicle.machine.retry())
     assert vehicle.drives == ["b", "b"]
+
+
+def test_no_order_is_taken_before_a_cancel_has_ended() -> None:
+    """Also where no node is left and the last action is over: the cancel still waits for a measured stand, and would
+    drop the new order with the old one. Another cancel joins the first."""
+    vehicle = PureVehicle()
+    vehicle.order(nodes="a", node_actions={"a": [action("d", "dock")]})
+    vehicle.obeys = False
+    vehicle.instant(action("x", "cancelOrder"))
+    vehicle.finish("d", True)
+    assert vehicle.status("x") == "RUNNING"
+    vehicle.order("early", nodes="ab")
+    assert (vehicle.machine.order_id, kinds(vehicle)) == ("o", ["orderError"])
+    vehicle.instant(action("y", "cancelOrder"))
+    vehicle.take(vehicle.machine.set_standing(True))
+    assert (vehicle.status("x"), vehicle.status("y")) == ("FINISHED", "FINISHED")
+    vehicle.order("late", nodes="ab")
+    assert vehicle.drives == ["b"]
