@@ -3,17 +3,31 @@ must hold always holds, and in the end master and vehicle agree."""
 
 from __future__ import annotations
 
-import json
 import random
 from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.fleet import LIMITS, PureVehicle, action, order_json
+from tests.support.fleet import PureVehicle, action, order_json
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.effects import Begin, Drive, End
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.events import (
+    Begin,
+    Drive,
+    Effect,
+    End,
+    Event,
+    Halt,
+    Heard,
+    ModeChanged,
+    PositionMeasured,
+    RetryDue,
+    ShutDown,
+    StandingMeasured,
+    StopEnded,
+)
+from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.tables import Motion
 
 TYPES = ("beep", "weld", "dock", "park")
 BLOCKING = ("NONE", "SOFT", "HARD")
@@ -33,10 +47,13 @@ class Watched(PureVehicle):
         self.done: set[str] = set()
         super().__init__(**given, obeys=False)
 
-    def take(self, effects: Any) -> None:
-        super().take(effects)
-        machine = self.machine
-        for each in machine.action_states:
+    def happens(self, event: Event) -> None:
+        self.halted = 0
+        super().happens(event)
+        drive = self.state.drive
+        if drive is not None and drive.token == self.halted:
+            assert self.state.motion is Motion.HALTING, "halted before the disk was full, and forgotten"
+        for each in self.state.action_states:
             name = each.action.id
             if (
                 each.action.type in ("cancelOrder", "startPause")
@@ -44,61 +61,68 @@ class Watched(PureVehicle):
                 and name not in self.done
             ):
                 self.done.add(name)
-                assert machine.standing, f"{name} is FINISHED, and the vehicle was not measured standing"
+                assert self.state.standing, f"{name} is FINISHED, and the vehicle was not measured standing"
                 assert self.drive is None
-                assert not machine.unknown
-        for effect in effects:
-            if isinstance(effect, Begin):
-                name = effect.action.id
-                assert name not in self.ever, f"{name} began twice"
-                self.ever.add(name)
-                assert any(
-                    r["action"]["actionId"] == name and r["status"] != "WAITING"
-                    for r in self.saved["records"]
-                )
-                record = next(r for r in machine.action_states if r.action.id == name)
-                assert not (record.of_order and machine.held), "of an order that waits after a restart"
-                assert "HARD" not in self.running.values(), "beside a HARD action"
-                if record.blocking == "HARD":
-                    assert not self.running, f"a HARD action beside {self.running}"
-                if record.blocking != "NONE":
-                    assert self.drive is None, "an action that blocks while it drives"
-                    assert self.measured, "an action that blocks before it was measured standing"
-                if machine.moves(record):
-                    self.measured = False
-                self.running[name] = record.blocking
-            elif isinstance(effect, Drive):
-                assert effect.node.released
-                assert effect.node is machine.nodes[0]
-                assert set(self.running.values()) <= {"NONE"}, f"drives beside {self.running}"
-                assert not machine.paused
-                assert not machine.held
-                assert machine.mode == "AUTOMATIC"
-                assert machine.position is not None
-                assert not machine.unknown
-                self.measured = False
-            elif isinstance(effect, End):
-                self.to_end.add(effect.action_id)
 
+    def take(self, effect: Effect) -> None:
+        before = self.drive
+        super().take(effect)
+        state, kept = self.state, self.disk.kept
+        if isinstance(effect, Begin):
+            name = effect.action.id
+            assert name not in self.ever, f"{name} began twice"
+            self.ever.add(name)
+            assert kept is not None
+            assert not self.disk.full, "begun without a disk"
+            assert any(r["action"]["actionId"] == name and r["status"] != "WAITING" for r in kept["records"])
+            record = next(r for r in state.action_states if r.action.id == name)
+            assert not (record.of_order and state.held), "of an order that waits after a restart"
+            assert "HARD" not in self.running.values(), "beside a HARD action"
+            if record.blocking == "HARD":
+                assert not self.running, f"a HARD action beside {self.running}"
+            if record.blocking != "NONE":
+                assert before is None, "an action that blocks while it drives"
+                assert self.measured, "an action that blocks before it was measured standing"
+            if state.moves(record):
+                self.measured = False
+            self.running[name] = record.blocking
+        elif isinstance(effect, Drive):
+            assert effect.node.released
+            assert effect.node is state.nodes[0]
+            assert set(self.running.values()) <= {"NONE"}, f"drives beside {self.running}"
+            assert kept is not None
+            assert kept["driving"], "driven without a disk"
+            assert not self.disk.full
+            assert not state.paused
+            assert not state.held
+            assert state.mode == "AUTOMATIC"
+            assert state.position is not None
+            assert state.motion is Motion.DRIVING
+            self.measured = False
+        elif isinstance(effect, End):
+            self.to_end.add(effect.action_id)
+        elif isinstance(effect, Halt):
+            assert before is not None, "nothing to halt"
+            self.halted = effect.token
+
+    halted = 0
     measured = False
     """Measured standing after the last end of what moves it."""
 
     def stand(self) -> None:
         """What the world tells after a while: the stop has ended, the robot stands."""
         if self.drive is None and not any(kind == "HARD" for kind in self.running.values()):
-            if self.machine.stopping:
-                self.take(self.machine.stop_ended(True))
+            if self.state.motion is Motion.STOPPING:
+                self.happens(StopEnded(True))
             self.measured = True
-            self.take(self.machine.set_standing(True))
+            self.happens(StandingMeasured(True))
 
     def stop(self, *, known: bool = True) -> None:
         self.measured = False
         super().stop(known=known)
 
     def finish(self, action_id: str, ok: bool = True, text: str = "") -> None:
-        if any(
-            each.action.id == action_id and self.machine.moves(each) for each in self.machine.action_states
-        ):
+        if any(each.action.id == action_id and self.state.moves(each) for each in self.state.action_states):
             self.measured = False
         self.running.pop(action_id, None)
         self.to_end.discard(action_id)
@@ -126,10 +150,10 @@ class World:
 
     def send(self, data: dict[str, Any]) -> None:
         for _ in range(self.random.choice((0, 1, 1, 1, 2))):
-            self.vehicle.take(self.vehicle.machine.receive(read_order(data)))
+            self.vehicle.happens(read_order(data))
 
     def new_order(self) -> None:
-        here = self.vehicle.machine.position
+        here = self.vehicle.state.position
         start = "a" if here is None else chr(ord("a") + round(here.x / 2.0))
         self.order(self.name(), 0, start, 0)
 
@@ -145,7 +169,7 @@ class World:
         self.send(self.sent)
 
     def update(self) -> None:
-        machine = self.vehicle.machine
+        machine = self.vehicle.state
         if self.sent is None or machine.order_id != self.sent["orderId"]:
             return
         node, sequence = machine.decision_point
@@ -157,7 +181,7 @@ class World:
 
     def maps(self) -> None:
         """enableMap of the map that orders are for is refused beside an order, of another one it is done."""
-        machine, name = self.vehicle.machine, self.name()
+        machine, name = self.vehicle.state, self.name()
         wanted, executing = self.random.choice(("hall", "up")), machine.executing
         self.vehicle.instant(action(name, "enableMap", mapId=wanted, mapVersion="2"))
         if executing and wanted == "hall":
@@ -173,8 +197,8 @@ class World:
         assert position is not None
         if vehicle.halting or fate < 0.1:
             vehicle.stop(known=self.random.random() < 0.7)
-        elif fate < 0.3 and vehicle.machine.position is not None:
-            vehicle.place((vehicle.machine.position.x + position.x) / 2.0)
+        elif fate < 0.3 and vehicle.state.position is not None:
+            vehicle.place((vehicle.state.position.x + position.x) / 2.0)
         elif fate < 0.45:
             vehicle.place(position.x + 0.4)
         else:
@@ -190,45 +214,43 @@ class World:
     def die(self) -> None:
         """kill -9, and another process with what was on disk; what it ran is gone with it."""
         old = self.vehicle
-        kept = json.loads(json.dumps(old.saved))
-        place, mode = old.machine.position, old.machine.mode
+        place, mode = old.state.position, old.state.mode
         new = Watched.__new__(Watched)
         new.running, new.to_end, new.ever, new.done = {}, set(), old.ever, old.done
-        PureVehicle.__init__(
-            new,
-            machine=OrderMachine.from_json(kept, LIMITS),
-            x=0.0 if place is None else place.x,
-            obeys=False,
-        )
-        new.visited = old.visited + [each for each in new.visited if each != (old.visited or [None])[-1]]
+        PureVehicle.__init__(new, kept=old.disk.kept, x=0.0 if place is None else place.x, obeys=False)
+        if not old.disk.full:  # or else it is back where it was when there was room
+            last = (old.visited or [None])[-1]
+            new.visited = old.visited + [each for each in new.visited if each != last]
         self.vehicle = new
         if mode != "AUTOMATIC":
-            new.take(new.machine.set_mode(mode))
+            new.happens(ModeChanged(mode))
 
     def end(self) -> None:
         """SIGTERM, and another process."""
-        self.vehicle.take(self.vehicle.machine.shut_down("it was ended"))
-        assert not self.vehicle.machine.executing
+        self.vehicle.happens(ShutDown("it was ended"))
+        assert not self.vehicle.state.executing
+        full = self.vehicle.disk.full
         self.die()
-        assert not self.vehicle.machine.held
+        assert full or not self.vehicle.state.held
 
     def step(self) -> None:
         vehicle = self.vehicle
         kind = self.random.choices(
-            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end", "maps", "stand", "moves", "back"),
-            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1, 2, 25, 3, 4),
+            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end", "maps", "stand", "moves", "back",
+             "full", "room"),
+            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1, 2, 25, 3, 4, 2, 5),
         )[0]  # fmt: skip
         if kind == "drive":
             self.drive()
         elif kind == "act":
             self.act()
         elif kind == "new":
-            if not vehicle.machine.executing:
+            if not vehicle.state.executing:
                 self.new_order()
             else:
-                before = vehicle.machine.order_id
+                before = vehicle.state.order_id
                 self.send(order_json("intruder", 0, "ab"))
-                assert vehicle.machine.order_id == before
+                assert vehicle.state.order_id == before
         elif kind == "update":
             self.update()
         elif kind == "again" and self.sent is not None:
@@ -243,41 +265,48 @@ class World:
             self.instant("beep", self.random.choice(BLOCKING))
         elif kind == "lost":
             vehicle.measured = False
-            vehicle.take(vehicle.machine.set_heard(False))
-            vehicle.take(vehicle.machine.set_position(None))
+            vehicle.happens(Heard(False))
+            vehicle.happens(PositionMeasured(None))
         elif kind == "back":
             vehicle.measured = False
-            vehicle.take(vehicle.machine.set_heard(True))
-        elif kind == "stand" and vehicle.machine.heard:
+            vehicle.happens(Heard(True))
+        elif kind == "stand" and vehicle.state.heard:
             vehicle.stand()
         elif kind == "moves":  # somebody pushes it
             vehicle.measured = False
-            vehicle.take(vehicle.machine.set_standing(False))
-            if vehicle.machine.stopping:
-                vehicle.take(vehicle.machine.stop_ended(False))
+            vehicle.happens(StandingMeasured(False))
+            if vehicle.state.motion is Motion.STOPPING:
+                vehicle.happens(StopEnded(False))
         elif kind == "mode":
-            vehicle.take(vehicle.machine.set_mode(self.random.choice(("MANUAL", "AUTOMATIC"))))
+            vehicle.happens(ModeChanged(self.random.choice(("MANUAL", "AUTOMATIC"))))
         elif kind == "die":
             self.die()
         elif kind == "maps":
             self.maps()
         elif kind == "end":
             self.end()
+        elif kind == "full":
+            vehicle.disk.full = True
+        elif kind == "room":
+            vehicle.disk.full = False
+            vehicle.write()
         elif kind == "retry":
-            vehicle.take(vehicle.machine.retry())
+            vehicle.happens(RetryDue())
 
     def settle(self) -> None:
         """All goes well from here on."""
         vehicle = self.vehicle
-        vehicle.take(vehicle.machine.set_mode("AUTOMATIC"))
+        vehicle.disk.full = False
+        vehicle.write()
+        vehicle.happens(ModeChanged("AUTOMATIC"))
         for _ in range(300):
-            if vehicle.machine.paused or vehicle.machine.held:
+            if vehicle.state.paused or vehicle.state.held:
                 vehicle.instant(action(self.name(), "stopPause"))
-            if vehicle.machine.position is None:
+            if vehicle.state.position is None:
                 vehicle.place(0.0)
-            vehicle.take(vehicle.machine.retry())
-            if not vehicle.machine.heard:
-                vehicle.take(vehicle.machine.set_heard(True))
+            vehicle.happens(RetryDue())
+            if not vehicle.state.heard:
+                vehicle.happens(Heard(True))
             vehicle.stand()
             if vehicle.running:
                 name = sorted(vehicle.to_end or vehicle.running)[0]
@@ -289,10 +318,10 @@ class World:
                     vehicle.arrive()
             else:
                 return
-        raise AssertionError(f"it never comes to rest: {vehicle.machine.to_json()}")
+        raise AssertionError(f"it never comes to rest: {vehicle.state.to_json()}")
 
 
-def check_way(vehicle: PureVehicle, machine: OrderMachine) -> None:
+def check_way(vehicle: PureVehicle, machine: OrderState) -> None:
     """No node was skipped: within an order, sequence ids of traversed nodes go up by two."""
     before = None
     for _, sequence in vehicle.visited:
@@ -309,7 +338,7 @@ def test_master_and_vehicle_agree_in_the_end(seed: int, steps: int) -> None:
     for _ in range(steps):
         world.step()
     world.settle()
-    vehicle, machine = world.vehicle, world.vehicle.machine
+    vehicle, machine = world.vehicle, world.vehicle.state
     assert not machine.driving
     assert not any(node.released for node in machine.nodes), "the base was not finished"
     assert (machine.last_node, machine.last_sequence) == machine.decision_point
@@ -323,11 +352,11 @@ def test_master_and_vehicle_agree_in_the_end(seed: int, steps: int) -> None:
 def next_order_is_taken(world: World) -> bool:
     """Whether master and vehicle understand each other still: the order is finished, or cancelled, and another taken."""
     vehicle = world.vehicle
-    if vehicle.machine.executing:
+    if vehicle.state.executing:
         vehicle.instant(action(world.name(), "cancelOrder"))
         world.settle()
-    place = vehicle.machine.position
+    place = vehicle.state.position
     assert place is not None
     nearest = chr(ord("a") + round(place.x / 2.0))
     vehicle.order("last", 0, nearest, deviation=1.5)
-    return vehicle.machine.order_id == "last"
+    return vehicle.state.order_id == "last"

@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterable
 from typing import Any
 
 from woosh_pure.fleet.actions.predefined import PARAMETERS, SCOPES
+from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.order.actions import Ability, Parameter, Scope
-from woosh_pure.fleet.order.deviation import AgvPosition
-from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Halt, Retry, StopAll
-from woosh_pure.fleet.order.limits import Limits
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.events import (
+    ActionEnded,
+    Begin,
+    Drive,
+    DriveEnded,
+    Effect,
+    End,
+    Event,
+    Halt,
+    ModeChanged,
+    PositionMeasured,
+    Retry,
+    StandingMeasured,
+    StopAll,
+    StopEnded,
+    Tell,
+)
+from woosh_pure.fleet.order.limits import AgvPosition, Limits
+from woosh_pure.fleet.order.state import OrderState
 
-__all__ = ["LIMITS", "PureVehicle", "action", "instant", "order_json"]
+__all__ = ["LIMITS", "MemoryFile", "PureVehicle", "action", "instant", "order_json"]
 
 EVERYWHERE = (Scope.NODE, Scope.EDGE, Scope.INSTANT)
 LIMITS = Limits(
@@ -97,17 +114,50 @@ def instant(*actions: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+class MemoryFile:
+    """What a vehicle keeps on disk, without a disk.
+
+    Attributes:
+        kept: What was saved last.
+        full: It takes nothing more.
+        saves: How often something was saved.
+    """
+
+    def __init__(self, kept: dict[str, Any] | None = None) -> None:
+        self.kept = kept
+        self.full = False
+        self.saves = 0
+
+    def load(self) -> dict[str, Any] | None:
+        return self.kept
+
+    def save(self, data: dict[str, Any]) -> None:
+        if self.full:
+            raise OSError(28, "No space left on device")
+        self.kept = json.loads(json.dumps(data))
+        self.saves += 1
+
+    def put_aside(self, why: str) -> None:
+        raise AssertionError(why)
+
+
 class PureVehicle:
-    """An order machine and what was asked of it; nothing ends by itself.
+    """An order machine with its disk, and what was asked of it; nothing ends by itself.
+
+    Args:
+        limits: What it can do.
+        x: Where it stands.
+        kept: What is on its disk.
+        obeys: It stands at once when it is told to stop, and is measured standing after each end.
 
     Attributes:
         drives: Ids of the nodes it was told to drive to.
         begun: Ids of the actions it was told to begin.
         ended: Ids of those it was told to end.
         visited: Ids of the nodes it has traversed.
-        saved: The machine as it was put on disk last.
+        told: How often it was to tell its state.
         stops: How often it was told to stop whatever it does.
-        obeys: It stands at once when it is told to stop, and is measured standing after each end.
+        disk: What is on its disk.
     """
 
     def __init__(
@@ -115,72 +165,95 @@ class PureVehicle:
         limits: Limits = LIMITS,
         *,
         x: float = 0.0,
-        machine: OrderMachine | None = None,
+        kept: dict[str, Any] | None = None,
         obeys: bool = True,
     ) -> None:
         self.obeys, self.stops = obeys, 0
-        self.machine = machine or OrderMachine(limits)
+        self.disk = MemoryFile(kept)
+        self.order_machine = KeptOrder(limits, self.disk, "test")
         self.drives: list[str] = []
         self.begun: list[str] = []
         self.ended: list[str] = []
         self.visited: list[tuple[str, int]] = []
         self.retries: list[float] = []
-        self.halts = self.changes = 0
+        self.halts = self.told = 0
         self.drive: Drive | None = None
         self.halting = False
-        self.saved: dict[str, Any] = self.machine.to_json()
-        self.take(self.machine.set_mode("AUTOMATIC"))
+        for effect in self.order_machine.restore():
+            self.take(effect)
+        if self.obeys and self.stops:
+            self.stopped(True)
+        self.happens(ModeChanged("AUTOMATIC"))
         self.place(x)
         self.rest()
 
-    def take(self, effects: Sequence[Effect]) -> None:
-        """Note what was asked."""
-        last = (self.machine.last_node, self.machine.last_sequence)
+    @property
+    def state(self) -> OrderState:
+        """The state of its order."""
+        return self.order_machine.state
+
+    def happens(self, event: Event) -> None:
+        """An event, and what it asks for; the vehicle does as it is told only after all of it was noted."""
+        effects = []
+        for effect in self.order_machine.happens(event):
+            self.take(effect)
+            effects.append(effect)
+        self._visit()
+        if self.obeys and any(isinstance(effect, StopAll) for effect in effects):
+            self.stopped(True)
+
+    def write(self) -> None:
+        """Try the disk again."""
+        for effect in self.order_machine.write():
+            self.take(effect)
+        self._visit()
+
+    def _visit(self) -> None:
+        last = (self.state.last_node, self.state.last_sequence)
         if last[0] and (not self.visited or self.visited[-1] != last):
             self.visited.append(last)
-        for effect in effects:
-            if isinstance(effect, Changed):
-                self.changes += 1
-                self.saved = self.machine.to_json()
-            elif isinstance(effect, Drive):
-                self.drive, self.halting = effect, False
-                self.drives.append(effect.node.id)
-            elif isinstance(effect, Halt):
-                assert self.drive is not None
-                assert effect.token == self.drive.token
-                self.halting, self.halts = True, self.halts + 1
-            elif isinstance(effect, Begin):
-                self.begun.append(effect.action.id)
-            elif isinstance(effect, End):
-                self.ended.append(effect.action_id)
-            elif isinstance(effect, Retry):
-                self.retries.append(effect.after)
-            elif isinstance(effect, StopAll):
-                self.stops += 1
-                if self.obeys:
-                    self.stopped(True)
+
+    def take(self, effect: Effect) -> None:
+        """Note what was asked."""
+        if isinstance(effect, Tell):
+            self.told += 1
+        elif isinstance(effect, Drive):
+            self.drive, self.halting = effect, False
+            self.drives.append(effect.node.id)
+        elif isinstance(effect, Halt):
+            assert self.drive is not None
+            assert effect.token == self.drive.token
+            self.halting, self.halts = True, self.halts + 1
+        elif isinstance(effect, Begin):
+            self.begun.append(effect.action.id)
+        elif isinstance(effect, End):
+            self.ended.append(effect.action_id)
+        elif isinstance(effect, Retry):
+            self.retries.append(effect.after)
+        elif isinstance(effect, StopAll):
+            self.stops += 1
 
     def rest(self) -> None:
         """It is measured standing, if nothing moves it."""
         if self.obeys and self.drive is None:
-            self.take(self.machine.set_standing(True))
+            self.happens(StandingMeasured(True))
 
     def stopped(self, standing: bool) -> None:
         """What it was told to stop by has ended."""
-        self.take(self.machine.stop_ended(standing))
+        self.happens(StopEnded(standing))
         self.rest()
 
     def order(self, *args: Any, **options: Any) -> None:
         """Receive an order of `order_json`."""
-        self.take(self.machine.receive(read_order(order_json(*args, **options))))
+        self.happens(read_order(order_json(*args, **options)))
 
     def instant(self, *actions: dict[str, Any]) -> None:
         """Receive instant actions."""
-        self.take(self.machine.receive_instant(read_instant_actions(instant(*actions))))
+        self.happens(read_instant_actions(instant(*actions)))
 
     def place(self, x: float, theta: float = 0.0) -> None:
         """Stand at x."""
-        self.take(self.machine.set_position(AgvPosition(x, 0.0, theta)))
+        self.happens(PositionMeasured(AgvPosition(x, 0.0, theta)))
 
     def arrive(self) -> None:
         """The drive under way ends at its node."""
@@ -191,31 +264,31 @@ class PureVehicle:
         self.place(position.x, position.theta or 0.0)
         if self.drive is drive:
             self.drive = None
-            self.take(self.machine.drive_ended(drive.token, True))
+            self.happens(DriveEnded(drive.token, True))
             self.rest()
 
     def stop(self, *, known: bool = True) -> None:
         """The drive under way ends where it is."""
         assert self.drive is not None
         drive, self.drive = self.drive, None
-        self.take(self.machine.drive_ended(drive.token, False, "halted", known=known))
+        self.happens(DriveEnded(drive.token, False, "halted", known=known))
         self.rest()
 
     def finish(self, action_id: str, ok: bool = True, text: str = "") -> None:
         """An action ends."""
-        self.take(self.machine.action_ended(action_id, ok, text))
+        self.happens(ActionEnded(action_id, ok, text))
         self.rest()
 
     def status(self, action_id: str) -> str:
         """How an action stands; "" when it is not known."""
-        return next((r.status.value for r in self.machine.action_states if r.action.id == action_id), "")
+        return next((r.status.value for r in self.state.action_states if r.action.id == action_id), "")
 
     @property
     def problems(self) -> list[str]:
         """Types of what is told."""
-        return [problem.kind for problem in self.machine.problems]
+        return [problem.kind for problem in self.state.problems]
 
     @property
     def ahead(self) -> str:
         """Ids of the nodes to come."""
-        return "".join(node.id for node in self.machine.nodes)
+        return "".join(node.id for node in self.state.nodes)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
-
 from tests.support.fleet import LIMITS, PureVehicle
 from woosh_pure.fleet.order.limits import Limits
-from woosh_pure.fleet.order.machine import OrderMachine
 
 __all__ = ["finish_order", "kinds", "restart"]
 
@@ -22,6 +19,5 @@ def kinds(vehicle: PureVehicle) -> list[str]:
 
 def restart(vehicle: PureVehicle, limits: Limits = LIMITS) -> PureVehicle:
     """As after kill -9: what was put on disk last is all that is left."""
-    kept = json.loads(json.dumps(vehicle.saved))
-    place = vehicle.machine.position
-    return PureVehicle(machine=OrderMachine.from_json(kept, limits), x=0.0 if place is None else place.x)
+    place = vehicle.state.position
+    return PureVehicle(limits, kept=vehicle.disk.kept, x=0.0 if place is None else place.x)

@@ -15,10 +15,10 @@ from typing import Any
 from tests.support.fleet import LIMITS, action, instant, order_json
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
-from woosh_pure.fleet.order.actions import ActionStatus
-from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order import events, first_state, read_state, step
 from woosh_pure.fleet.order.errors import Level, Problem
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.tables import ActionStatus
 
 __all__ = ["FILE", "SEEDS", "Player", "Playing", "lines"]
 
@@ -38,61 +38,54 @@ class Playing:
     """
 
     def __init__(self) -> None:
-        self.machine = OrderMachine(LIMITS)
+        self.state = first_state(LIMITS)
         self.asked: list[list[Any]] = []
 
     def happens(self, event: Event) -> None:
         name, *given = event
         if name == "restart":
-            self.machine = OrderMachine.from_json(json.loads(json.dumps(self.machine.to_json())), LIMITS)
-            effects = self.machine.set_standing(False)
-        else:
-            effects = EVENTS_OF[name](self.machine, *given)
+            self.state = read_state(json.loads(json.dumps(self.state.to_json())), LIMITS)
+        self.state, effects = step(self.state, EVENTS_OF[name](*given))
         self.asked = [words(effect) for effect in effects]
 
     def shown(self) -> dict[str, Any]:
-        machine = self.machine
-        kept = machine.to_json()
+        state = self.state
+        kept = state.to_json()
         return {
-            "order": f"{machine.order_id} {machine.update}", "at": f"{machine.last_node} {machine.last_sequence}",
-            "ahead": " ".join(f"{n.id}{n.sequence}{'' if n.released else '?'}" for n in machine.nodes),
-            "edges": " ".join(f"{e.id}{e.sequence}{'' if e.released else '?'}" for e in machine.edges),
-            "actions": {a.action.id: f"{a.action.type} {a.status.value}" for a in machine.action_states},
-            "problems": " ".join(f"{p.kind}:{p.level}" for p in machine.problems),
+            "order": f"{state.order_id} {state.update}", "at": f"{state.last_node} {state.last_sequence}",
+            "ahead": " ".join(f"{n.id}{n.sequence}{'' if n.released else '?'}" for n in state.nodes),
+            "edges": " ".join(f"{e.id}{e.sequence}{'' if e.released else '?'}" for e in state.edges),
+            "actions": {a.action.id: f"{a.action.type} {a.status.value}" for a in state.action_states},
+            "problems": " ".join(f"{p.kind}:{p.level}" for p in state.problems),
             "waits": " ".join(
-                name for name in ("paused", "held", "closed", "executing", "wants_base", "at_rest", "waits_for_rest")
-                if getattr(machine, name)
+                name for name in ("paused", "held", "executing", "wants_base", "at_rest", "waits_for_rest")
+                if getattr(state, name)
             ),
-            "mode": machine.mode, "decision": list(machine.decision_point), "driving": machine.driving,
-            "disk": [kept[name] for name in ("ending", "cancels", "driving", "onEdge")],
+            "mode": state.mode, "decision": list(state.decision_point), "motion": state.motion.name,
+            "phase": state.phase.name, "disk": [kept[name] for name in ("cancels", "driving", "onEdge")],
         }  # fmt: skip
 
 
-EVENTS_OF: dict[str, Callable[..., Any]] = {
-    "order": lambda machine, data: machine.receive(read_order(data)),
-    "instant": lambda machine, *actions: machine.receive_instant(read_instant_actions(instant(*actions))),
-    "malformed": lambda machine: machine.receive_malformed(
-        {"headerId": 3}, Invalid("nodes", "a list", "nothing")
-    ),
-    "position": lambda machine, x, used="hall": machine.set_position(
+EVENTS_OF: dict[str, Callable[..., events.Event]] = {
+    "order": read_order,
+    "instant": lambda *actions: read_instant_actions(instant(*actions)),
+    "malformed": lambda: events.MalformedMessage({"headerId": 3}, Invalid("nodes", "a list", "nothing")),
+    "position": lambda x, used="hall": events.PositionMeasured(
         None if x is None else AgvPosition(x, 0.0, 0.0, used)
     ),
-    "standing": lambda machine, standing: machine.set_standing(standing),
-    "heard": lambda machine, heard: machine.set_heard(heard),
-    "stopped": lambda machine, standing: machine.stop_ended(standing),
-    "too fast": lambda machine: machine.drive_too_fast("it was too fast"),
-    "drive ended": lambda machine, token, arrived, known: machine.drive_ended(
-        token, arrived, "", known=known
-    ),
-    "action ended": lambda machine, name, ok, known: machine.action_ended(name, ok, "", known=known),
-    "action runs": lambda machine, name, status: machine.action_running(name, ActionStatus(status)),
-    "mode": lambda machine, mode: machine.set_mode(mode),
-    "shut down": lambda machine: machine.shut_down("it was ended"),
-    "retry": lambda machine: machine.retry(),
-    "disk": lambda machine, full: machine.set_storage_problem(FULL if full else None),
-    "problem": lambda machine, told: machine.set_problem(
-        "rest", Problem("stillMoving", "") if told else None
-    ),
+    "standing": events.StandingMeasured,
+    "heard": events.Heard,
+    "stopped": events.StopEnded,
+    "too fast": lambda: events.DriveTooFast("it was too fast"),
+    "drive ended": lambda token, arrived, known: events.DriveEnded(token, arrived, "", known),
+    "action ended": lambda name, ok, known: events.ActionEnded(name, ok, "", known),
+    "action runs": lambda name, status: events.ActionProgress(name, ActionStatus(status)),
+    "mode": events.ModeChanged,
+    "shut down": lambda: events.ShutDown("it was ended"),
+    "restart": events.Restarted,
+    "retry": events.RetryDue,
+    "disk": lambda full: events.DiskFailed(FULL) if full else events.DiskRecovered(),
+    "problem": lambda told: events.ProblemChanged("rest", Problem("stillMoving", "") if told else None),
 }
 
 
@@ -278,11 +271,11 @@ def brief(event: Event) -> str:
     return " ".join((name, *(str(each) for each in given)))
 
 
-def lines(seed: int, playing: Any, events: int = EVENTS) -> list[str]:
+def lines(seed: int, playing: Any, count: int = EVENTS) -> list[str]:
     """The trace of one seed: the event, what it asked for, and what of the machine has changed."""
     player, found = Player(seed, playing), [f"seed {seed}"]
     before: dict[str, Any] = {}
-    for _ in range(events):
+    for _ in range(count):
         event = player.next()
         playing.happens(event)
         player.took(event, playing.asked)

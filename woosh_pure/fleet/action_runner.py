@@ -11,7 +11,7 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from woosh_pure.errors import GoalFailed
 from woosh_pure.fleet.actions.task import Handler, Task, end_is_known
-from woosh_pure.fleet.order.effects import Begin
+from woosh_pure.fleet.order.events import Begin
 from woosh_pure.fleet.state import Load
 
 if TYPE_CHECKING:
@@ -45,14 +45,9 @@ class ActionRunner:
         self.loads: list[Load] = []
         self._tasks: dict[str, Task] = {}
         self._workers: set[threading.Thread] = set()
-        self._deferring = False
-        self._deferred: list[Begin] = []
 
     def begin(self, effect: Begin) -> None:
-        """Begin an action, or defer it."""
-        if self._deferring:
-            self._deferred.append(effect)
-            return
+        """Begin an action."""
         action = effect.action
         task = Task(action, self._chassis, self.loads)
         self._tasks[action.id] = task
@@ -81,24 +76,10 @@ class ActionRunner:
         self._tasks.pop(action_id, None)
 
     def end(self, action_id: str) -> None:
-        """Ask an action to end; one that was deferred has ended before it began."""
-        for effect in [each for each in self._deferred if each.action.id == action_id]:
-            self._deferred.remove(effect)
-            self._ended(effect.action.id, False, "it was ended before it began", True)
+        """Ask an action to end."""
         task = self._tasks.get(action_id)
         if task is not None:
             task.cancelled.set()
-
-    def defer(self) -> None:
-        """Begin nothing until `resume`: what is not on disk as begun would begin again after a restart."""
-        self._deferring = True
-
-    def resume(self) -> None:
-        """Begin what was deferred."""
-        self._deferring = False
-        waiting, self._deferred = self._deferred, []
-        for effect in waiting:
-            self.begin(effect)
 
     def end_all(self) -> None:
         """Ask all to end."""

@@ -25,8 +25,8 @@ from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
 from woosh_pure.fleet.actions.task import end_is_known
 from woosh_pure.fleet.messages.elements import Edge, Node
-from woosh_pure.fleet.order.deviation import AgvPosition
-from woosh_pure.fleet.order.effects import Drive
+from woosh_pure.fleet.order.events import Drive
+from woosh_pure.fleet.order.limits import AgvPosition
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis

@@ -1,4 +1,4 @@
-"""What other threads leave for the one that owns the order machine: messages, calls, flags, and due times.
+"""What other threads leave for the one that owns the order machine: messages, events, flags, and due times.
 
 Messages wait in lanes, each with a room of its own, so that no flood takes the place of what stops the robot:
 
@@ -17,17 +17,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import Counter, deque
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections import Counter
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from woosh_pure.fleet.messages.elements import InstantActions, Order
-from woosh_pure.fleet.messages.schema import Invalid
-from woosh_pure.fleet.order.effects import Effect
+from woosh_pure.fleet.order.events import Event, MalformedMessage
 
-__all__ = ["MOST_MESSAGES", "ROOM", "Inbox", "Lane", "Left", "Malformed", "Message", "lane_of"]
+__all__ = ["MOST_MESSAGES", "ROOM", "Inbox", "Lane", "Left", "Message", "lane_of"]
 
 
 class Lane(Enum):
@@ -45,21 +42,12 @@ MOST_MESSAGES = sum(ROOM.values())
 """Messages of a fleet manager that wait."""
 
 
-@dataclass(frozen=True, slots=True)
-class Malformed:
-    """A message that does not fit, with whatever of it can be read."""
-
-    topic: str
-    data: Mapping[str, Any]
-    error: Invalid
-
-
-Message = Order | InstantActions | Malformed
+Message = Order | InstantActions | MalformedMessage
 
 
 def lane_of(message: Message) -> Lane:
     """The lane of a message."""
-    if isinstance(message, Malformed):
+    if isinstance(message, MalformedMessage):
         return Lane.MALFORMED
     if isinstance(message, Order):
         return Lane.ORDER
@@ -77,12 +65,12 @@ class Left(NamedTuple):
 
     Attributes:
         flags: What has changed, by a word.
-        calls: To be made in their order; each gives effects of the order machine.
+        events: What the parts of the vehicle have reported, in its order.
         message: The oldest message of the fleet manager that waits; None where there is none.
     """
 
     flags: set[str]
-    calls: list[Callable[[], list[Effect]]]
+    events: list[Event]
     message: Message | None
 
 
@@ -101,7 +89,7 @@ class Inbox:
         self.closed = False
         self._wake = threading.Condition()
         self._flags: set[str] = set()
-        self._calls: deque[Callable[[], list[Effect]]] = deque()
+        self._events: list[Event] = []
         self._waiting: list[tuple[Lane, Message]] = []  # in the order in which they came
         self._count: Counter[Lane] = Counter()
 
@@ -111,10 +99,10 @@ class Inbox:
             self._flags.add(name)
             self._wake.notify_all()
 
-    def call(self, call: Callable[[], list[Effect]]) -> None:
-        """Have something done in the reader's thread."""
+    def report(self, event: Event) -> None:
+        """Leave an event of the robot; none is ever dropped."""
         with self._wake:
-            self._calls.append(call)
+            self._events.append(event)
             self._wake.notify_all()
 
     def add_message(self, message: Message) -> bool:
@@ -165,7 +153,7 @@ class Inbox:
     def wait(self) -> Left | None:
         """Wait until something is left or due, and take it; None when the inbox is closed."""
         with self._wake:
-            while not (self.closed or self._flags or self._calls or self._waiting):
+            while not (self.closed or self._flags or self._events or self._waiting):
                 wait = min(self.due.values()) - time.monotonic()
                 if wait <= 0.0:
                     break
@@ -176,7 +164,6 @@ class Inbox:
             if self._waiting:
                 lane, message = self._waiting.pop(0)
                 self._count[lane] -= 1
-            left = Left(self._flags, list(self._calls), message)
-            self._flags = set()
-            self._calls.clear()
+            left = Left(self._flags, self._events, message)
+            self._flags, self._events = set(), []
             return left

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from woosh_pure.enums import RobotMode
-from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.operating_mode import operating_mode
+from woosh_pure.fleet.order.limits import AgvPosition
 from woosh_pure.fleet.state import Facts
 from woosh_pure.reasons import ReasonKey
 
@@ -26,6 +25,14 @@ SILENT_AFTER = 1.5
 """Seconds without pose and velocity after which the robot is lost; both come several times a second."""
 STILL = 0.3
 """Seconds for which velocities must be those of a robot that stands before it counts as standing."""
+
+
+def operating_mode(robot_mode: int, *, owner: str = "") -> str:
+    """The operating mode (6.10.6) of a robot_mode: 2 is manual, 3 maintenance; a local driver who has the
+    robot makes it MANUAL, whatever its key says."""
+    if robot_mode == 3:
+        return "SERVICE"
+    return "MANUAL" if robot_mode == 2 or owner else "AUTOMATIC"
 
 
 class ChassisMonitor:

@@ -15,7 +15,7 @@ from woosh_pure.fleet.factsheet import Body, factsheet_message
 from woosh_pure.fleet.link import BrokerConnection
 from woosh_pure.fleet.messages.header import Headers
 from woosh_pure.fleet.order.limits import Limits
-from woosh_pure.fleet.order.order_state import OrderState
+from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.state import Facts, state_message, visualization_message
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.order_state import OrderState
+from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.state import OrderState
 
 __all__ = ["Facts", "Load", "MapEntry", "state_message", "visualization_message"]
 
@@ -115,27 +115,27 @@ def _node_state(node: Node) -> dict[str, Any]:
     return found
 
 
-def state_message(machine: OrderState, facts: Facts, header: dict[str, Any], version: str) -> dict[str, Any]:
+def state_message(order: OrderState, facts: Facts, header: dict[str, Any], version: str) -> dict[str, Any]:
     """The state as it is now, of a version of the standard."""
     later = not version.startswith("2.0")
-    problems = [*_of_chassis(facts), *machine.problems]
+    problems = [*_of_chassis(facts), *order.problems]
     message: dict[str, Any] = {
         **header,
-        "orderId": machine.order_id,
-        "orderUpdateId": machine.update,
-        "lastNodeId": machine.last_node,
-        "lastNodeSequenceId": machine.last_sequence,
-        "nodeStates": [_node_state(node) for node in machine.nodes],
+        "orderId": order.order_id,
+        "orderUpdateId": order.update,
+        "lastNodeId": order.last_node,
+        "lastNodeSequenceId": order.last_sequence,
+        "nodeStates": [_node_state(node) for node in order.nodes],
         "edgeStates": [
             {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in
-            machine.edges
+            order.edges
         ],
         "driving": facts.moving or (facts.lost and facts.may_move),
-        "paused": machine.paused or machine.held,
-        "newBaseRequest": machine.wants_base,
-        "actionStates": [record.to_state() for record in machine.action_states],
+        "paused": order.paused or order.held,
+        "newBaseRequest": order.wants_base,
+        "actionStates": [record.to_state() for record in order.action_states],
         "batteryState": _battery(facts),
-        "operatingMode": machine.mode,
+        "operatingMode": order.mode,
         "errors": [problem.to_json(hints=later) for problem in problems],
         "information": [
             {"infoType": kind, "infoDescription": text, "infoLevel": "INFO", "infoReferences": []}

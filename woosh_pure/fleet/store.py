@@ -64,6 +64,9 @@ class Store:
         self._locked: int | None = None  # the open lock file
         self._to_lock = False
 
+    def __str__(self) -> str:
+        return str(self.path)
+
     def lock(self) -> None:
         """Keep others from using it until `unlock`.
 

@@ -1,11 +1,10 @@
 """`Vehicle`: a chassis as a VDA 5050 vehicle. The broker on one side, the chassis on the other, the order
 machine in between.
 
-One thread owns the machine. It waits for whatever comes: a message, a position, the end of a drive or of an
-action, a due time. That is told to the machine, and the effects are carried out in their order: state on
-disk, state to the broker, then the drive or the action. An order is on disk before the machine takes it;
-while the disk takes nothing, no order is taken and nothing begins. Callbacks of the broker and of the chassis
-only leave something in the inbox.
+One thread owns the order. It waits for whatever comes: a message, a position, the end of a drive or of an
+action, a due time. Each of them is an event of the order machine, and its effects are carried out in their
+order: what stops, state on disk, state to the broker, then the drive or the action. Callbacks of the broker
+and of the chassis only leave something in the inbox.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import math
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -26,20 +25,21 @@ from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
 from woosh_pure.fleet.driving_lease import DrivingLease
 from woosh_pure.fleet.equipment import equipment_of
-from woosh_pure.fleet.inbox import Inbox, Lane, Left, Malformed, Message
+from woosh_pure.fleet.inbox import Inbox, Lane, Left, Message
+from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.header import check_header
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
-from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
-from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry, StopAll
+from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.machine import OrderMachine
-from woosh_pure.fleet.order_storage import OrderStorage
+from woosh_pure.fleet.order.events import Effect, Event
+from woosh_pure.fleet.order.limits import AgvPosition, within_deviation
+from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.outline import outline_of
 from woosh_pure.fleet.publisher import Publisher
-from woosh_pure.fleet.store import Store
+from woosh_pure.fleet.store import Store, StoreInUse
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -90,7 +90,8 @@ class Vehicle:
         self.limits, self.facts = equipment.limits, equipment.facts
         self._inbox = Inbox()
         self._due = self._inbox.due
-        self._machine = OrderMachine(self.limits)
+        self._order = KeptOrder(self.limits, store, config.prefix)
+        self._store = store
         self._publisher = Publisher(config, broker, self._on_message, self._on_connected, self._journal)
         self._mqtt = self._publisher.connection
         self._monitor = ChassisMonitor(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
@@ -98,8 +99,17 @@ class Vehicle:
             chassis, self._on_drive_ended, self._on_stopped, lambda: self.facts.position, marks=config.marks
         )
         self._actions = ActionRunner(chassis, equipment.handlers, self._on_action_ended)
-        self._storage = OrderStorage(store, config.prefix, self._on_disk_failed, self._on_disk_recovered)
         self._lease = DrivingLease(chassis, config.serial, self._due)
+        self._do: dict[type, Callable[[Any], object]] = {
+            events.Halt: lambda effect: self._driver.halt(effect.token),
+            events.StopAll: lambda effect: self._driver.stop_all(effect.after),
+            events.End: lambda effect: self._actions.end(effect.action_id),
+            events.Tell: lambda effect: self._tell(),
+            events.Drive: self._drive,
+            events.Begin: self._actions.begin,
+            events.Retry: self._retry_after,
+            events.Factsheet: lambda effect: self._factsheet(),
+        }
         self._thread: threading.Thread | None = None
         self._end_lease: Callable[[], object] = lambda: None
         self._moving = False
@@ -107,7 +117,6 @@ class Vehicle:
         self._driven = 0.0  # when the newest drive was given out
         self._fast_since: float | None = None  # from when on it is faster than its edge allows
         self._was_blocked = ""
-        self._owed = False  # the state has changed, and was not told
         self._told = 0.0
         self._told_dropped: Counter[Lane] = Counter()
 
@@ -122,7 +131,7 @@ class Vehicle:
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Vehicle {self.config.prefix}: order {self._machine.order_id or 'none'}>"
+        return f"<Vehicle {self.config.prefix}: order {self._state.order_id or 'none'}>"
 
     def open(self) -> Vehicle:
         """Restore what was kept, listen to the chassis, connect with the broker; returns at once.
@@ -131,9 +140,10 @@ class Vehicle:
             StoreInUse: Another vehicle with this manufacturer and serial keeps its order in the same folder.
         """
         if self._thread is None:
-            self._storage.lock()
+            self._lock_store()
             self._monitor.open()  # what it hears comes while a drive of before is ended
-            self._restore()
+            # What the process before this one had sent may still be under way: then it is stopped now.
+            self._carry_out(self._order.restore())
             if self._maps is not None:
                 self._maps.confirm(self.chassis)
                 self._use_maps()
@@ -144,7 +154,7 @@ class Vehicle:
             self._due.update({"state": now, "silent": now + SILENT_AFTER, "connect": now + _FACTS_SECONDS})
             if self.config.visualization:
                 self._due["visualization"] = now
-            self._save()  # a disk that takes nothing is told before an order comes
+            self._write()  # a disk that takes nothing is told before an order comes
             self._thread = threading.Thread(
                 target=self._run, name=f"woosh:vehicle-{self.config.serial}", daemon=True
             )
@@ -166,15 +176,28 @@ class Vehicle:
         self._lease.release()
         self._monitor.close()
         self._mqtt.close()
-        self._storage.unlock()
+        if self._store is not None:
+            self._store.unlock()
+
+    def _lock_store(self) -> None:
+        """A disk that takes nothing is no reason not to start: it is told, and tried again."""
+        try:
+            if self._store is not None:
+                self._store.lock()
+        except StoreInUse:
+            raise
+        except OSError as error:
+            _log.warning("! %s: %s cannot be locked: %s", self.config.prefix, self._store, error)
 
     def _end_in_order(self) -> None:
         """The last word of the machine, when its thread is over. What it still asks for is being done."""
         self._actions.join(_ACTIONS_SECONDS)
-        effects = self._machine.shut_down("the vehicle's software was ended in order")
-        if any(isinstance(effect, Changed) for effect in effects):
-            self._publish()
-        self._save()
+        self._happens(events.ShutDown("the vehicle's software was ended in order"))
+        self._write()
+
+    @property
+    def _state(self) -> OrderState:
+        return self._order.state
 
     @property
     def connected(self) -> bool:
@@ -201,13 +224,6 @@ class Vehicle:
         """Wait for the broker; whether it is there."""
         return self._mqtt.connected.wait(timeout)
 
-    def _restore(self) -> None:
-        restored = self._storage.restore(self.limits)
-        if restored is not None:
-            self._machine = restored
-            # What the process before this one had sent may still be under way: then it is stopped now.
-            self._carry_out(self._machine.set_standing(False))
-
     # -- from other threads ----------------------------------------------------------------------------------
 
     def _on_message(self, topic: str, payload: bytes) -> None:
@@ -223,7 +239,7 @@ class Vehicle:
             check_header(data, version=ours.version, manufacturer=ours.manufacturer, serial=ours.serial)
             return read_order(data) if topic == "order" else read_instant_actions(data)
         except Invalid as error:
-            return Malformed(topic, data, error)
+            return events.MalformedMessage(data, error, topic)
 
     def _on_connected(self, connected: bool) -> None:
         if connected:
@@ -231,15 +247,15 @@ class Vehicle:
 
     def _on_moved(self) -> None:
         """Ten times a second for each robot that drives: the thread is only woken up for what may matter."""
-        facts, machine = self.facts, self._machine
-        rests = machine.standing or machine.driving
+        facts, state = self.facts, self._state
+        rests = state.standing or state.driving
         news = facts.lost or not facts.located or facts.moving != self._moving or not rests
         if news or self._at_node() or self._fast_since is not None or self._too_fast():
             self._inbox.flag("moved")
 
     def _at_node(self) -> bool:
         """Whether the drive under way has come into the range of its node."""
-        drive = self._machine.drive
+        drive = self._state.drive
         return drive is not None and within_deviation(self.facts.position, drive.node, self.limits)
 
     def _on_told(self) -> None:
@@ -249,22 +265,13 @@ class Vehicle:
         self._inbox.flag("described")
 
     def _on_drive_ended(self, token: int, arrived: bool, text: str, known: bool) -> None:
-        self._inbox.call(lambda: self._drive_ended(token, arrived, text, known))
+        self._inbox.report(events.DriveEnded(token, arrived, text, known))
 
     def _on_stopped(self, standing: bool) -> None:
-        self._inbox.call(lambda: self._stop_ended(standing))
+        self._inbox.report(events.StopEnded(standing))
 
     def _on_action_ended(self, action_id: str, ok: bool, text: str, known: bool) -> None:
-        self._inbox.call(lambda: self._action_ended(action_id, ok, text, known))
-
-    def _drive_ended(self, token: int, arrived: bool, text: str, known: bool) -> list[Effect]:
-        self._ended = time.monotonic()
-        before = self._machine.set_position(self._position())
-        return [*before, *self._machine.drive_ended(token, arrived, text, known=known)]
-
-    def _stop_ended(self, standing: bool) -> list[Effect]:
-        self._ended = time.monotonic()
-        return self._machine.stop_ended(standing)
+        self._inbox.report(events.ActionEnded(action_id, ok, text, known))
 
     # -- the one thread --------------------------------------------------------------------------------------
 
@@ -277,20 +284,20 @@ class Vehicle:
                 _log.exception("! %s: a failure of our own; the vehicle goes on", self.config.prefix)
 
     def _handle(self, left: Left) -> None:
-        flags, calls, message = left
+        flags, reported, message = left
         if "lease" in flags:
             self._lease.hand_over()
         if flags & {"told", "moved", "lease"} or message is not None:
             self._refresh(full=bool(flags & {"told", "lease"}) or not self.facts.located)
-        for call in calls:
-            self._carry_out(call())
+        for event in reported:
+            self._robot_reports(event)
         if message is not None:
-            self._carry_out(self._receive(message))
+            self._happens(message)
         self._look_for_rest()
         if "dropped" in flags and "dropped" not in self._due:
             self._due["dropped"] = 0.0
-        if self._owed and not self._inbox.waiting_messages:
-            self._tell()
+        if self._order.owed and not self._inbox.waiting_messages:
+            self._write()
         if "connected" in flags or "described" in flags:
             self._factsheet()
         if "connected" in flags:
@@ -301,26 +308,37 @@ class Vehicle:
             self._moving = self.facts.moving
             self._publish()
 
-    def _receive(self, message: Message) -> list[Effect]:
-        if isinstance(message, Order):
-            return self._take(message)
-        if isinstance(message, Malformed):
-            return self._machine.receive_malformed(message.data, message.error, message.topic)
-        return self._machine.receive_instant(message)
+    def _robot_reports(self, event: Event) -> None:
+        """Something that moves the robot has ended, or an action."""
+        if isinstance(event, events.ActionEnded):
+            self._actions.forget(event.action_id)
+            if self.facts.loads is not None:
+                self.facts.loads = tuple(self._actions.loads)
+            self._use_maps()
+            self._monitor.refresh(self._lease.local_driver)  # a pose that was given is known now
+            self._happens(event)
+            if not self._state.standing:
+                self._ended = time.monotonic()
+            self._happens(events.PositionMeasured(self._position()))
+            return
+        self._ended = time.monotonic()
+        if isinstance(event, events.DriveEnded):
+            self._happens(events.PositionMeasured(self._position()))
+        self._happens(event)
 
     def _look_for_rest(self) -> None:
         """A cancel or a pause that waits for a stand is told after a while."""
-        if self._machine.waits_for_rest:
+        if self._state.waits_for_rest:
             self._due.setdefault("rest", time.monotonic() + _REST_SECONDS)
         elif self._due.pop("rest", None) is not None:
-            self._carry_out(self._machine.set_problem("rest", None))
+            self._happens(events.ProblemChanged("rest", None))
 
     def _tell_dropped(self) -> None:
         """What was not read is told as an error, until nothing more was dropped for a while."""
         dropped = self._inbox.dropped
         if dropped == self._told_dropped:
             del self._due["dropped"]
-            self._carry_out(self._machine.set_problem("dropped", None))
+            self._happens(events.ProblemChanged("dropped", None))
             return
         counted = ", ".join(f"{lane.value}: {n}" for lane, n in dropped.items())
         text = f"messages came faster than they are read, and were dropped since the start: {counted}"
@@ -328,66 +346,59 @@ class Vehicle:
         hint = "send less at a time, and wait for the state that answers"
         problem = Problem(ErrorType.DROPPED, text, (), Level.WARNING, hint)
         self._due["dropped"], self._told_dropped = time.monotonic() + _DROPPED_SECONDS, dropped.copy()
-        self._carry_out(self._machine.set_problem("dropped", problem))
-
-    def _take(self, order: Order) -> list[Effect]:
-        """What is acknowledged is there after a restart: the disk takes an order before the machine does."""
-        error = self._storage.save_with(self._machine, order)
-        if error is not None:
-            text = f"the order cannot be kept on disk ({error}), so it is not taken"
-            return self._machine.reject(order, text)
-        return self._machine.receive(order)
+        self._happens(events.ProblemChanged("dropped", problem))
 
     def _position(self) -> AgvPosition | None:
         return self.facts.position if self.facts.located and not self.facts.lost else None
 
     def _too_fast(self) -> float:
         """How fast it drives, where that is more than the edge under way allows; or else 0."""
-        drive, velocity = self._machine.drive, self.facts.velocity
+        drive, velocity = self._state.drive, self.facts.velocity
         limit = 0.0 if drive is None or drive.edge is None else float(drive.edge.options.get("maxSpeed", 0.0))
         speed = 0.0 if velocity is None else math.hypot(velocity[0], velocity[1])
         return speed if limit and speed > _FASTER * limit + _FASTER_BY else 0.0
 
     def _watch(self) -> None:
         """Whether it stands, and whether it is too fast, by the newest velocity."""
-        now, machine = time.monotonic(), self._machine
-        if not machine.driving:
+        now = time.monotonic()
+        if not self._state.driving:
             standing = not self.facts.lost and self._monitor.stood(self._ended)
-            if standing != machine.standing:
-                self._carry_out(machine.set_standing(standing))
+            if standing != self._state.standing:
+                self._happens(events.StandingMeasured(standing))
         speed = self._too_fast()
         if not speed:
             self._fast_since = None
             return
         if self._fast_since is None:
             self._fast_since = max(now, self._driven + _SLOWING_SECONDS)
-        if now - self._fast_since >= _FAST_SECONDS and machine.drive is not None:
-            edge = machine.drive.edge
+        drive = self._state.drive
+        if now - self._fast_since >= _FAST_SECONDS and drive is not None:
+            edge = drive.edge
             name, limit = ("", 0.0) if edge is None else (edge.id, edge.options["maxSpeed"])
             text = f"it drove at {speed:.2f} m/s, and edge {name} allows {limit:g} m/s; it is halted"
-            self._carry_out(machine.drive_too_fast(text))
+            self._happens(events.DriveTooFast(text))
 
     def _refresh(self, *, full: bool) -> None:
         if self.facts.lost and not self._monitor.silent:
             self.facts.lost, full = False, True
             self._ended = time.monotonic()  # what was measured before is no news
-            self._carry_out(self._machine.set_heard(True))
-            self._carry_out(self._machine.set_problem("lost", None))
+            self._happens(events.Heard(True))
+            self._happens(events.ProblemChanged("lost", None))
         if full:
             before = self.facts.alarms
             self._monitor.refresh(self._lease.local_driver)
             if self._monitor.heard:
-                self._carry_out(self._machine.set_mode(self._monitor.mode))
+                self._happens(events.ModeChanged(self._monitor.mode))
             if before != self.facts.alarms:
                 self._publish()
-        self._carry_out(self._machine.set_position(self._position()))
+        self._happens(events.PositionMeasured(self._position()))
         self._watch()
         if "connect" in self._due and self.facts.located and self.facts.percent is not None:
             self._due["connect"] = 0.0  # ONLINE says that orders are taken
         if full:
             freed, self._was_blocked = self._was_blocked and not self._monitor.blocked, self._monitor.blocked
             if freed:
-                self._carry_out(self._machine.retry())
+                self._happens(events.RetryDue())
 
     def _on_time(self, now: float) -> None:
         for name in [name for name, due in self._due.items() if due <= now]:
@@ -405,15 +416,15 @@ class Vehicle:
                 )
                 hint = "look at the robot; its own stop button stops it"
                 problem = Problem(ErrorType.STILL_MOVING, text, (), Level.WARNING, hint)
-                self._carry_out(self._machine.set_problem("rest", problem))
+                self._happens(events.ProblemChanged("rest", problem))
             elif name == "disk":
                 del self._due[name]
-                self._save()
+                self._write()
             elif name == "retry":
                 del self._due[name]
-                self._carry_out(self._machine.retry())
+                self._happens(events.RetryDue())
             elif name == "lease":
-                if not self._lease.renew(self._machine.executing):
+                if not self._lease.renew(self._state.executing):
                     self._inbox.flag("told")
             elif name == "connect":
                 del self._due[name]
@@ -425,61 +436,46 @@ class Vehicle:
     def _look_for_silence(self) -> None:
         if self.facts.lost or not self._monitor.silent:
             return
-        self.facts.may_move = self.facts.moving or not self._machine.at_rest
+        self.facts.may_move = self.facts.moving or not self._state.at_rest
         self.facts.lost, self.facts.velocity = True, None
-        self._carry_out(self._machine.set_heard(False))
-        self._carry_out(self._machine.set_problem("lost", self._monitor.silence()))
-        self._carry_out(self._machine.set_position(None))
+        self._happens(events.Heard(False))
+        self._happens(events.ProblemChanged("lost", self._monitor.silence()))
+        self._happens(events.PositionMeasured(None))
 
     # -- effects ---------------------------------------------------------------------------------------------
 
-    def _carry_out(self, effects: list[Effect]) -> None:
-        # What stops waits for no disk and no broker.
+    def _happens(self, event: Event) -> None:
+        """An event of the order machine, with all that it leads to. An order is written before it is
+        answered."""
+        later = self._busy() and not isinstance(event, Order)
+        self._carry_out(self._order.happens(event, later=later))
+
+    def _write(self) -> None:
+        """Write and tell what was put off; or try a disk again that took nothing."""
+        self._carry_out(self._order.write())
+
+    def _carry_out(self, effects: Iterable[Effect]) -> None:
         for effect in effects:
-            if isinstance(effect, Halt):
-                self._driver.halt(effect.token)
-            elif isinstance(effect, StopAll):
-                self._driver.stop_all(effect.after)
-            elif isinstance(effect, End):
-                self._actions.end(effect.action_id)
-        if any(isinstance(effect, Changed) for effect in effects):
-            self._owed = True
-            if all(isinstance(effect, Changed) for effect in effects) and self._busy():
-                return  # nothing follows from it: the next state tells it, too
-            self._tell()
-        for effect in effects:
-            if isinstance(effect, Drive):
-                self._driven = time.monotonic()
-                self._driver.drive(effect)
-            elif isinstance(effect, Begin):
-                self._actions.begin(effect)
-            elif isinstance(effect, Retry):
-                self._due["retry"] = time.monotonic() + effect.after
-            elif isinstance(effect, Factsheet):
-                self._factsheet()
+            self._do[type(effect)](effect)
+        if self._order.failing:
+            self._due.setdefault("disk", time.monotonic() + _DISK_SECONDS)
+
+    def _tell(self) -> None:
+        self._told = time.monotonic()
+        self._lease.hold(self._state.executing)
+        self._publish()
+
+    def _drive(self, effect: events.Drive) -> None:
+        self._driven = time.monotonic()
+        self._driver.drive(effect)
+
+    def _retry_after(self, effect: events.Retry) -> None:
+        self._due["retry"] = time.monotonic() + effect.after
 
     def _busy(self) -> bool:
         """Whether what has changed may be told with the next message: a stop waits, or many messages do."""
         waits = self._inbox.waiting_messages > 0 and time.monotonic() < self._told + _TOGETHER_SECONDS
         return self._inbox.stop_waits or waits
-
-    def _tell(self) -> None:
-        """Put what has changed on disk, then tell it."""
-        self._owed, self._told = False, time.monotonic()
-        self._lease.hold(self._machine.executing)
-        self._save()
-        self._publish()
-
-    def _action_ended(self, action_id: str, ok: bool, text: str, known: bool) -> list[Effect]:
-        self._actions.forget(action_id)
-        if self.facts.loads is not None:
-            self.facts.loads = tuple(self._actions.loads)
-        self._use_maps()
-        self._monitor.refresh(self._lease.local_driver)  # a pose that was given is known now
-        effects = self._machine.action_ended(action_id, ok, text, known=known)
-        if not self._machine.standing:
-            self._ended = time.monotonic()
-        return [*effects, *self._machine.set_position(self._position())]
 
     def _use_maps(self) -> None:
         if self._maps is not None:
@@ -488,7 +484,7 @@ class Vehicle:
             if facts.position is not None:
                 facts.position = replace(facts.position, map_id=facts.map_id)
             self.limits = replace(self.limits, maps=self._maps.enabled_ids)
-            self._machine.limits = replace(self._machine.limits, maps=self.limits.maps)
+            self._happens(events.MapsChanged(self.limits.maps))
 
     def _report(self, reason: str) -> str:
         """logReport: its name is the result, and stands in the state's information."""
@@ -496,30 +492,17 @@ class Vehicle:
         facts = {
             "vehicle": self.config.prefix, "version": __version__, "chassis": self.chassis.master_uri,
             "readiness": self.chassis.readiness().sentence(), "facts": repr(self.facts),
-            "order": self._storage.kept,
+            "order": self._state.to_json(),
         }  # fmt: skip
         name = self._journal.write(reason, facts)
         self.facts.information = (("logReport", name),)
         return name
 
-    # -- disk, broker, lease ---------------------------------------------------------------------------------
-
-    def _save(self) -> None:
-        self._storage.save(self._machine)
-
-    def _on_disk_failed(self, problem: Problem | None) -> None:
-        self._due["disk"] = time.monotonic() + _DISK_SECONDS
-        if problem is not None:
-            self._actions.defer()
-            self._inbox.call(lambda: self._machine.set_storage_problem(problem))
-
-    def _on_disk_recovered(self) -> None:
-        self._actions.resume()
-        self._inbox.call(lambda: self._machine.set_storage_problem(None))
+    # -- broker ----------------------------------------------------------------------------------------------
 
     def _publish(self) -> None:
         self._due["state"] = time.monotonic() + STATE_EVERY
-        self._publisher.send_state(self._machine, self.facts)
+        self._publisher.send_state(self._state, self.facts)
 
     def _factsheet(self) -> None:
         self._publisher.send_factsheet(self.limits, self._monitor.parameters)

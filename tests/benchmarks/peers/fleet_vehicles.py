@@ -71,19 +71,19 @@ def main(size: str, kind: str, url: str) -> None:
 
 def watch(vehicle: Any, chassis: Any, serial: str, log: list[dict[str, Any]], *, real: bool) -> None:
     """Note when an order sets the robot moving, and when it has arrived at the last node."""
-    machine, seen = vehicle._machine, {""}
+    order, seen = vehicle._order, {""}
 
     def note(event: str) -> None:
-        log.append({"event": event, "serial": serial, "order": machine.order_id, "at": time.monotonic()})
+        log.append({"event": event, "serial": serial, "order": order.state.order_id, "at": time.monotonic()})
 
     def moves() -> None:
-        if machine.order_id not in seen:
-            seen.add(machine.order_id)
+        if order.state.order_id not in seen:
+            seen.add(order.state.order_id)
             note("motion")
 
     if real:
         chassis.measured_velocity.on(
-            lambda v: moves() if abs(v.vx) + abs(v.wz) > 0.01 and machine.driving else None, connect=False
+            lambda v: moves() if abs(v.vx) + abs(v.wz) > 0.01 and order.state.driving else None, connect=False
         )
     else:
         go_to = chassis.go_to
@@ -95,10 +95,10 @@ def watch(vehicle: Any, chassis: Any, serial: str, log: list[dict[str, Any]], *,
         chassis.go_to = begin
     ended = vehicle._driver._ended
 
-    def over(token: int, arrived: bool, text: str) -> None:
-        if arrived and len(machine.nodes) == 1:
+    def over(token: int, arrived: bool, text: str, known: bool) -> None:
+        if arrived and len(order.state.nodes) == 1:
             note("arrival")
-        ended(token, arrived, text)
+        ended(token, arrived, text, known)
 
     vehicle._driver._ended = over
 

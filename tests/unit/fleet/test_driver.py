@@ -13,7 +13,7 @@ from woosh_pure.enums import NavDirection
 from woosh_pure.errors import MotionRefused
 from woosh_pure.fleet.driver import Driver
 from woosh_pure.fleet.messages.elements import Edge, Node, NodePosition
-from woosh_pure.fleet.order.effects import Drive
+from woosh_pure.fleet.order.events import Drive
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 
 NODE = Node("b", 2, True, NodePosition(2.0, 0.0, 0.0, "hall"))

@@ -7,13 +7,14 @@ import random
 import pytest
 
 from tests.support.fleet import action, instant, order_json
-from woosh_pure.fleet.inbox import MOST_MESSAGES, ROOM, Inbox, Lane, Malformed, Message, lane_of
+from woosh_pure.fleet.inbox import MOST_MESSAGES, ROOM, Inbox, Lane, Message, lane_of
 from woosh_pure.fleet.messages.elements import InstantActions
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.order.events import MalformedMessage
 
 ORDER = read_order(order_json())
-MALFORMED = Malformed("order", {}, Invalid("", "an object", 3))
+MALFORMED = MalformedMessage({}, Invalid("", "an object", 3))
 
 
 def told(*kinds: str, name: str = "x") -> InstantActions:

@@ -11,9 +11,10 @@ from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from woosh_pure.fleet.factsheet import Body, factsheet_message
 from woosh_pure.fleet.messages.header import Headers
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.monitor import operating_mode
 from woosh_pure.fleet.order.errors import Problem
-from woosh_pure.fleet.order.operating_mode import operating_mode
+from woosh_pure.fleet.order.events import ProblemChanged
+from woosh_pure.fleet.order.limits import AgvPosition
 from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
 
 HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)
@@ -31,7 +32,7 @@ def test_a_state_tells_order_actions_and_chassis() -> None:
     """Nodes and edges that are ahead, how actions stand, pose, battery, faults, safety."""
     vehicle = PureVehicle()
     vehicle.order(nodes="abc", released=2, node_actions={"b": [action("x")]})
-    found = state_message(vehicle.machine, facts(), HEADER, "2.1.0")
+    found = state_message(vehicle.state, facts(), HEADER, "2.1.0")
     assert (found["orderId"], found["lastNodeId"], found["lastNodeSequenceId"]) == ("o", "a", 0)
     assert [(n["nodeId"], n["released"]) for n in found["nodeStates"]] == [("b", True), ("c", False)]
     assert [(e["edgeId"], e["released"]) for e in found["edgeStates"]] == [("ab", True), ("bc", False)]
@@ -55,9 +56,9 @@ def test_a_state_tells_order_actions_and_chassis() -> None:
 def test_what_version_two_nought_does_not_know_is_left_out() -> None:
     """Maps and hints."""
     vehicle = PureVehicle()
-    vehicle.take(vehicle.machine.set_problem("x", Problem("t", "d", hint="h")))
-    old = state_message(vehicle.machine, facts(), HEADER, "2.0.0")
-    new = state_message(vehicle.machine, facts(), HEADER, "2.1.0")
+    vehicle.happens(ProblemChanged("x", Problem("t", "d", hint="h")))
+    old = state_message(vehicle.state, facts(), HEADER, "2.0.0")
+    new = state_message(vehicle.state, facts(), HEADER, "2.1.0")
     assert "maps" not in old
     assert new["maps"] == [{"mapId": "hall", "mapVersion": "1", "mapStatus": "ENABLED"}]
     assert ["errorHint" in error for error in (old["errors"][-1], new["errors"][-1])] == [False, True]
@@ -67,7 +68,7 @@ def test_what_version_two_nought_does_not_know_is_left_out() -> None:
 def test_a_lost_robot_is_not_said_to_stand_where_it_was(may_move: bool) -> None:
     """Its position is not initialised, it may be driving if it was, and its velocity is left out."""
     known = replace(facts(), lost=True, may_move=may_move, velocity=None)
-    found = state_message(PureVehicle().machine, known, HEADER, "2.1.0")
+    found = state_message(PureVehicle().state, known, HEADER, "2.1.0")
     assert found["driving"] is may_move
     assert found["agvPosition"]["positionInitialized"] is False
     assert "velocity" not in found
@@ -78,7 +79,7 @@ def test_a_lost_robot_is_not_said_to_stand_where_it_was(may_move: bool) -> None:
 def test_what_is_not_known_is_left_out() -> None:
     """A pose that nobody has told is no pose of zeros."""
     vehicle = PureVehicle()
-    found = state_message(vehicle.machine, Facts(), HEADER, "2.1.0")
+    found = state_message(vehicle.state, Facts(), HEADER, "2.1.0")
     assert not {"agvPosition", "velocity", "loads"} & set(found)
     assert visualization_message(Facts(), HEADER) == HEADER
 
@@ -133,8 +134,8 @@ def test_a_zone_set_is_told_where_there_is_one() -> None:
     for name, kinds in (("zones-1", []), ("zones-2", ["orderError"]), ("", [])):
         vehicle = PureVehicle(limits)
         order = {**order_json(), "zoneSetId": name}
-        vehicle.take(vehicle.machine.receive(read_order(order)))
+        vehicle.happens(read_order(order))
         assert vehicle.problems == kinds
     known = Facts(zone_set="zones-1")
-    assert state_message(PureVehicle().machine, known, HEADER, "2.1.0")["zoneSetId"] == "zones-1"
+    assert state_message(PureVehicle().state, known, HEADER, "2.1.0")["zoneSetId"] == "zones-1"
     assert "order.zoneSetId" in str(factsheet_message(Body(), limits, HEADER, version="2.1.0"))

@@ -10,7 +10,8 @@ from woosh_pure.fleet.broker import Broker
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.inbox import Inbox
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.events import ModeChanged, PositionMeasured
+from woosh_pure.fleet.order.limits import AgvPosition
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
@@ -36,15 +37,15 @@ def test_a_pose_that_changes_nothing_wakes_nobody() -> None:
     config = VehicleConfig(manufacturer="W", serial="1")
     vehicle = Vehicle(Chassis("127.0.0.1:1"), config, Broker("mqtt://127.0.0.1:1"))
     vehicle._inbox.due["now"] = 0.0  # a look into it does not wait
-    machine, facts = vehicle._machine, vehicle.facts
-    machine.set_mode("AUTOMATIC")
+    order, facts = vehicle._order, vehicle.facts
     facts.position, facts.located = AgvPosition(0.0, 0.0, 0.0, "map"), True
-    machine.set_position(facts.position)
+    for event in (ModeChanged("AUTOMATIC"), PositionMeasured(facts.position)):
+        list(order.happens(event))
     data = order_json(nodes="ab", deviation=0.5)
     for node in data["nodes"]:
         node["nodePosition"]["mapId"] = "map"
-    machine.receive(read_order(data))
-    assert machine.driving
+    list(order.happens(read_order(data)))
+    assert order.state.driving
     woken: list[set[str]] = []
     for x in (0.5, 1.0, 1.4, 1.6, 2.0):
         facts.position = AgvPosition(x, 0.0, 0.0, "map")

@@ -1,7 +1,9 @@
-"""What a vehicle does with orders, updates and actions: a machine without clock, threads or network."""
+"""What a vehicle does with orders, updates and actions: a table-driven machine without clock, threads or
+network."""
 
 from __future__ import annotations
 
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.machine import step
+from woosh_pure.fleet.order.state import OrderState, first_state, read_state
 
-__all__ = ["OrderMachine"]
+__all__ = ["OrderState", "first_state", "read_state", "step"]

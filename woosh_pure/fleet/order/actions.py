@@ -24,40 +24,7 @@ from enum import Enum
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action
-
-__all__ = [
-    "BUILT_IN",
-    "Ability",
-    "ActionState",
-    "ActionStatus",
-    "Parameter",
-    "Scope",
-    "effective_blocking",
-    "holds_driving",
-    "may_begin",
-    "objection",
-]
-
-
-class ActionStatus(str, Enum):
-    """`actionStatus`."""
-
-    WAITING = "WAITING"
-    INITIALIZING = "INITIALIZING"
-    RUNNING = "RUNNING"
-    PAUSED = "PAUSED"
-    FINISHED = "FINISHED"
-    FAILED = "FAILED"
-
-    @property
-    def final(self) -> bool:
-        """True when it has ended, well or badly."""
-        return self in (ActionStatus.FINISHED, ActionStatus.FAILED)
-
-    @property
-    def begun(self) -> bool:
-        """True from its beginning to its end."""
-        return not self.final and self is not ActionStatus.WAITING
+from woosh_pure.fleet.order.tables import ActionStatus
 
 
 class Scope(str, Enum):
@@ -145,7 +112,7 @@ BUILT_IN = {
 """What the order machine does itself; the vehicle adds what its chassis can."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class ActionState:
     """How an action stands.
 

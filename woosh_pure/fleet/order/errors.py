@@ -6,11 +6,9 @@ managers know where it names none; see `Problem.kind`. References follow its cha
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
-
-__all__ = ["ErrorType", "Level", "Problem", "Problems"]
 
 MOST = 24
 """Problems told at a time; the oldest of those that an order has caused makes room."""
@@ -94,45 +92,40 @@ class Problem:
         return next((value for name, value in self.references if name == key), None)
 
 
+@dataclass(frozen=True, slots=True)
 class Problems:
     """The errors that are reported now: a bounded number, each once.
 
-    Problems of orders stay until an order is accepted (6.6.4); others stay until whoever put them takes them
-    back by their kind.
+    Attributes:
+        of_orders: Those that stay until an order is accepted (6.6.4).
+        standing: Those that stay until whoever put them takes them back, by their keys.
     """
 
-    def __init__(self, given: Iterable[Problem] = ()) -> None:
-        self._of_orders: list[Problem] = list(given)[-MOST:]
-        self._standing: dict[str, Problem] = {}
+    of_orders: tuple[Problem, ...] = ()
+    standing: tuple[tuple[str, Problem], ...] = ()
 
-    def __iter__(self) -> Any:
-        return iter((*self._standing.values(), *self._of_orders))
+    def __iter__(self) -> Iterator[Problem]:
+        return iter((*(problem for _, problem in self.standing), *self.of_orders))
 
     def __len__(self) -> int:
-        return len(self._standing) + len(self._of_orders)
+        return len(self.standing) + len(self.of_orders)
 
-    @property
-    def of_orders(self) -> tuple[Problem, ...]:
-        """Those that end with the next accepted order."""
-        return tuple(self._of_orders)
+    def get(self, key: str) -> Problem | None:
+        """The problem of a key; None where there is none."""
+        return dict(self.standing).get(key)
 
-    def add(self, problem: Problem) -> None:
-        """Report it until an order is accepted."""
-        if problem in self._of_orders:
-            self._of_orders.remove(problem)
-        self._of_orders.append(problem)
-        del self._of_orders[:-MOST]
+    def added(self, problem: Problem) -> Problems:
+        """With one that is reported until an order is accepted."""
+        others = [each for each in self.of_orders if each != problem]
+        return replace(self, of_orders=(*others, problem)[-MOST:])
 
-    def order_accepted(self) -> None:
-        """Drop the errors that orders have caused."""
-        self._of_orders.clear()
-
-    def set(self, key: str, problem: Problem | None) -> bool:
-        """Report it until it is taken back with None; True if that changes anything."""
-        if self._standing.get(key) == problem:
-            return False
+    def with_key(self, key: str, problem: Problem | None) -> Problems:
+        """With one that is reported until it is taken back with None."""
+        known = dict(self.standing)
+        if known.get(key) == problem:
+            return self
         if problem is None:
-            del self._standing[key]
+            del known[key]
         else:
-            self._standing[key] = problem
-        return True
+            known[key] = problem
+        return replace(self, standing=tuple(known.items()))

@@ -3,6 +3,7 @@
     the order is ...                                              it is rejected as
     ------------------------------------------------------------------------------------------------
     malformed (before it comes here)                                validationError           6.6.4.1
+    any, while nothing can be written on disk                     orderError                (ours)
     new, while another is carried out, waits or is cancelled      orderError                figure 8, 3
     new, in an operating mode in which nobody may send orders     orderError                6.10.6
     new, while the vehicle does not know where it is              noRouteError              figure 8, 4
@@ -35,25 +36,18 @@ from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.actions import Scope, objection
-from woosh_pure.fleet.order.deviation import on_other_map, within_deviation
 from woosh_pure.fleet.order.errors import ErrorType, Problem
-from woosh_pure.fleet.order.limits import Limits
-from woosh_pure.fleet.order.order_state import OrderState
-
-__all__ = [
-    "order_problem",
-    "references",
-    "rejection_of_new_order",
-    "rejection_of_update",
-    "unsupported_in_order",
-    "unsupported_instant_action",
-]
+from woosh_pure.fleet.order.limits import Limits, on_other_map, within_deviation
+from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.tables import Hold, OrderPhase
 
 MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 
 
 def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
     """Why a new order is not taken; None when it is."""
+    if Hold.DISK in state.holds:
+        return _not_kept(order, state)
     if state.executing:
         text = f"order {state.order_id} is not finished; cancel it first, or update it"
         return order_problem(order, ErrorType.ORDER, text)
@@ -69,10 +63,12 @@ def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
 
 def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
     """Why an update of the order that is here is not taken; None when it is."""
+    if Hold.DISK in state.holds:
+        return _not_kept(order, state)
     if order.update < state.update:
         text = f"update {order.update} of order {order.id} comes late: {state.update} is here"
         return order_problem(order, ErrorType.ORDER_UPDATE, text)
-    if state.closed:
+    if state.phase is not OrderPhase.OPEN:
         text = f"order {order.id} was cancelled or cleared; send a new order"
         return order_problem(order, ErrorType.ORDER_UPDATE, text)
     first = order.nodes[0]
@@ -119,6 +115,12 @@ def _unconnected_maps(order: Order, first_actions: Iterable[Action]) -> Problem 
             if action.type == "initPosition":
                 used = str(action.parameters.get("mapId", used))
     return None
+
+
+def _not_kept(order: Order, state: OrderState) -> Problem:
+    why = state.problems.get("disk")
+    text = f"the order cannot be kept on disk, so it is not taken: {why.description if why else ''}"
+    return order_problem(order, ErrorType.ORDER, text)
 
 
 def _not_in_control(order: Order, state: OrderState) -> Problem:
@@ -213,14 +215,27 @@ def _of_actions(
     return None
 
 
-def unsupported_instant_action(action: Action, limits: Limits, header: int) -> Problem | None:
-    """Why an instant action cannot be done."""
-    found = objection(action, Scope.INSTANT, limits.abilities.get(action.type))
-    if found is None:
+def instant_action_problem(action: Action, state: OrderState, header: int) -> Problem | None:
+    """Why an instant action cannot be done: the vehicle is not able to, it contradicts the order (6.9), or it
+    moves the vehicle in a mode that is somebody else's."""
+    ability = state.limits.abilities.get(action.type)
+    found = objection(action, Scope.INSTANT, ability)
+    if found is not None or ability is None:
+        field, text = found or ("actionType", "")
+        where = (("topic", "instantActions"), ("headerId", str(header)))
+        more = (("actionId", action.id), ("actionType", action.type), ("field", field))
+        return Problem(ErrorType.INSTANT_ACTION, text, (*where, *more))
+    of_map = action.type == "enableMap" and action.parameters.get("mapId") in state.maps
+    if not (ability.moves or action.type == "initPosition" or of_map):
         return None
-    about = (("topic", "instantActions"), ("headerId", str(header)))
-    more = (("actionId", action.id), ("actionType", action.type), ("field", found[0]))
-    return Problem(ErrorType.INSTANT_ACTION, found[1], (*about, *more))
+    about = (("topic", "instantActions"), ("actionId", action.id), ("actionType", action.type))
+    if state.executing:
+        text = f"{action.type} contradicts order {state.order_id}, which is carried out; cancel it first"
+        return Problem(ErrorType.INSTANT_ACTION, text, about)
+    if ability.moves and not state.in_control:
+        text = f"{action.type} moves the robot, and the operating mode is {state.mode}"
+        return Problem(ErrorType.INSTANT_ACTION, text, about)
+    return None
 
 
 def _map_of(node: Node, field: str) -> tuple[tuple[str, str], ...]:

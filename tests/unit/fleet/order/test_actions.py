@@ -67,7 +67,7 @@ def test_actions_of_an_edge_run_while_it_is_driven(vehicle: PureVehicle) -> None
     assert vehicle.status("on_ab") == "FINISHED"
     vehicle.arrive()
     vehicle.finish("on_bc")
-    assert not vehicle.machine.executing
+    assert not vehicle.state.executing
 
 
 def test_an_action_of_an_edge_that_blocks_is_done_before_driving(vehicle: PureVehicle) -> None:
@@ -84,7 +84,7 @@ def test_an_action_that_failed_is_told_and_the_order_goes_on(vehicle: PureVehicl
     vehicle.order(nodes="ab", node_actions={"a": [action("x", blocking="HARD")]})
     vehicle.finish("x", False, "no load there")
     assert vehicle.status("x") == "FAILED"
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert problem.kind == "orderActionError"
     assert problem.about("actionId") == "x"
     assert "no load there" in problem.description
@@ -117,7 +117,7 @@ def test_instant_actions_that_cannot_be_done_fail(vehicle: PureVehicle) -> None:
     """Each with its error, which refers to it."""
     vehicle.instant(action("x", "fly"))
     assert vehicle.status("x") == "FAILED"
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert problem.kind == "instantActionError"
     assert problem.about("actionId") == "x"
     assert problem.about("topic") == "instantActions"
@@ -137,15 +137,15 @@ def test_init_position_names_the_last_node(vehicle: PureVehicle) -> None:
     """An order may begin there afterwards."""
     vehicle.instant(action("i", "initPosition", lastNodeId="q"))
     vehicle.finish("i")
-    assert (vehicle.machine.last_node, vehicle.machine.last_sequence) == ("q", 0)
+    assert (vehicle.state.last_node, vehicle.state.last_sequence) == ("q", 0)
 
 
 def test_requests_are_finished_at_once(vehicle: PureVehicle) -> None:
     """A state comes with each."""
-    before = vehicle.changes
+    before = vehicle.told
     vehicle.instant(action("s", "stateRequest"), action("f", "factsheetRequest"))
     assert vehicle.status("s") == vehicle.status("f") == "FINISHED"
-    assert vehicle.changes == before + 1
+    assert vehicle.told == before + 1
 
 
 def test_what_moves_nothing_and_wants_the_robot_to_stand_is_hard(vehicle: PureVehicle) -> None:
@@ -175,13 +175,13 @@ def test_an_action_id_that_was_used_is_refused(vehicle: PureVehicle, kind: str) 
     vehicle.instant(action("p", "startPause"))
     assert vehicle.status("p") == "FINISHED"
     vehicle.instant(action("p", kind))
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert (problem.kind, problem.about("actionId"), problem.about("actionType")) == (
         "instantActionError",
         "p",
         kind,
     )
-    assert vehicle.machine.paused
+    assert vehicle.state.paused
     assert vehicle.begun == []
     assert vehicle.status("p") == "FINISHED"
 
@@ -195,7 +195,7 @@ def test_what_stops_is_obeyed_under_an_id_that_was_used(vehicle: PureVehicle) ->
     assert vehicle.drives == ["b", "b"]
     vehicle.instant(action("p", "startPause"))
     assert vehicle.halting
-    assert vehicle.machine.paused
+    assert vehicle.state.paused
     assert kinds(vehicle) == ["instantActionError"]
     vehicle.instant(action("p", "cancelOrder"))
     vehicle.stop()

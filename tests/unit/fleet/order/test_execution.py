@@ -5,7 +5,8 @@ from __future__ import annotations
 from tests.support.fleet import PureVehicle, action, order_json
 from tests.support.fleet_orders import finish_order, kinds
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.machine import RETRIES
+from woosh_pure.fleet.order.events import DriveEnded, RetryDue
+from woosh_pure.fleet.order.transition import RETRIES
 
 
 def test_an_order_is_driven_node_by_node(vehicle: PureVehicle) -> None:
@@ -17,8 +18,8 @@ def test_an_order_is_driven_node_by_node(vehicle: PureVehicle) -> None:
     vehicle.arrive()
     assert vehicle.drives == ["b", "c"]
     assert vehicle.visited == [("a", 0), ("b", 2), ("c", 4)]
-    assert not vehicle.machine.executing
-    assert vehicle.machine.edges == []
+    assert not vehicle.state.executing
+    assert vehicle.state.edges == ()
 
 
 def test_a_node_with_a_range_is_passed_without_a_stop(vehicle: PureVehicle) -> None:
@@ -52,15 +53,15 @@ def test_the_last_node_of_the_base_is_arrived_at(vehicle: PureVehicle) -> None:
 def test_nothing_of_the_horizon_is_driven(vehicle: PureVehicle) -> None:
     """It stops at the end of the base, asks for more, and goes on when it comes."""
     vehicle.order(nodes="abcd", released=2)
-    assert vehicle.machine.wants_base
+    assert vehicle.state.wants_base
     vehicle.arrive()
     assert vehicle.drive is None
     assert vehicle.ahead == "cd"
-    assert vehicle.machine.executing
+    assert vehicle.state.executing
     vehicle.order(update=1, nodes="bc", first=2)
     assert vehicle.drives == ["b", "c"]
     assert vehicle.ahead == "c"
-    assert not vehicle.machine.wants_base
+    assert not vehicle.state.wants_base
 
 
 def test_an_update_under_way_joins_at_the_decision_point(vehicle: PureVehicle) -> None:
@@ -82,7 +83,7 @@ def test_an_update_may_delete_the_horizon(vehicle: PureVehicle) -> None:
     vehicle.order(update=1, nodes="b", first=2)
     assert vehicle.ahead == "b"
     vehicle.arrive()
-    assert not vehicle.machine.executing
+    assert not vehicle.state.executing
 
 
 def test_a_finished_order_may_be_continued(vehicle: PureVehicle) -> None:
@@ -108,7 +109,7 @@ def test_the_first_node_is_turned_to(vehicle: PureVehicle) -> None:
     """Near enough but looking elsewhere: the vehicle turns on the node before anything else."""
     data = order_json(nodes="ab", node_actions={"a": [action("on_a")]})
     data["nodes"][0]["nodePosition"].update(theta=1.5, allowedDeviationTheta=0.1)
-    vehicle.take(vehicle.machine.receive(read_order(data)))
+    vehicle.happens(read_order(data))
     assert vehicle.drives == ["a"]
     assert vehicle.begun == []
     vehicle.arrive()
@@ -121,14 +122,14 @@ def test_a_drive_that_ends_beside_its_node_is_tried_again(vehicle: PureVehicle) 
     vehicle.order(nodes="abc")
     for n, seconds in enumerate(RETRIES):
         assert vehicle.drive is not None
-        vehicle.take(vehicle.machine.drive_ended(vehicle.drive.token, True))
+        vehicle.happens(DriveEnded(vehicle.drive.token, True))
         assert vehicle.retries[n] == seconds
         assert kinds(vehicle) == ["driveError"]
-        vehicle.take(vehicle.machine.retry())
+        vehicle.happens(RetryDue())
         assert kinds(vehicle) == []
     assert vehicle.drive is not None
-    vehicle.take(vehicle.machine.drive_ended(vehicle.drive.token, False, "blocked"))
-    (problem,) = vehicle.machine.problems
+    vehicle.happens(DriveEnded(vehicle.drive.token, False, "blocked"))
+    (problem,) = vehicle.state.problems
     assert problem.level == "FATAL"
     assert "blocked" in problem.description
     assert problem.about("nodeId") == "b"
@@ -143,6 +144,6 @@ def test_the_end_of_a_drive_that_was_replaced_means_nothing(vehicle: PureVehicle
     assert vehicle.drive is not None
     first = vehicle.drive.token
     vehicle.place(1.9)
-    vehicle.take(vehicle.machine.drive_ended(first, False, "replaced"))
+    vehicle.happens(DriveEnded(first, False, "replaced"))
     assert vehicle.drives == ["b", "c"]
     assert kinds(vehicle) == []

@@ -6,7 +6,16 @@ import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action
 from tests.support.fleet_orders import finish_order, kinds
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.events import (
+    ActionEnded,
+    DriveTooFast,
+    Heard,
+    ModeChanged,
+    PositionMeasured,
+    RetryDue,
+    StandingMeasured,
+)
+from woosh_pure.fleet.order.state import first_state
 
 
 def test_pause_halts_and_resume_drives_on(vehicle: PureVehicle) -> None:
@@ -17,14 +26,14 @@ def test_pause_halts_and_resume_drives_on(vehicle: PureVehicle) -> None:
     assert vehicle.halting
     vehicle.stop()
     assert vehicle.status("p") == "FINISHED"
-    assert vehicle.machine.paused
+    assert vehicle.state.paused
     assert vehicle.drives == ["b"]
     vehicle.instant(action("r", "stopPause"))
     assert vehicle.status("r") == "FINISHED"
     assert vehicle.drives == ["b", "b"]
     assert vehicle.begun == ["e"], "the action of the edge does not begin again"
     finish_order(vehicle)
-    assert vehicle.machine.last_node == "b"
+    assert vehicle.state.last_node == "b"
 
 
 def test_a_pause_taken_back_at_once(vehicle: PureVehicle) -> None:
@@ -36,7 +45,7 @@ def test_a_pause_taken_back_at_once(vehicle: PureVehicle) -> None:
     if vehicle.halting:
         vehicle.stop()
     finish_order(vehicle)
-    assert vehicle.machine.last_node == "b"
+    assert vehicle.state.last_node == "b"
 
 
 def test_an_order_taken_while_paused_waits(vehicle: PureVehicle) -> None:
@@ -44,7 +53,7 @@ def test_an_order_taken_while_paused_waits(vehicle: PureVehicle) -> None:
     vehicle.instant(action("p", "startPause"))
     assert vehicle.status("p") == "FINISHED"
     vehicle.order()
-    assert vehicle.machine.order_id == "o"
+    assert vehicle.state.order_id == "o"
     assert vehicle.drives == []
 
 
@@ -60,8 +69,8 @@ def test_cancel_halts_and_forgets_the_order(vehicle: PureVehicle) -> None:
     vehicle.finish("runs", False, "interrupted")
     assert vehicle.status("x") == "FINISHED"
     assert vehicle.ahead == ""
-    assert vehicle.machine.edges == []
-    assert (vehicle.machine.order_id, vehicle.machine.last_node) == ("o", "a")
+    assert vehicle.state.edges == ()
+    assert (vehicle.state.order_id, vehicle.state.last_node) == ("o", "a")
     assert kinds(vehicle) == []
     vehicle.order("p", nodes="ab")
     assert vehicle.drives == ["b", "b"]
@@ -84,7 +93,7 @@ def test_cancel_without_an_order_fails(vehicle: PureVehicle) -> None:
     """6.6.3.2, also after a cancel, and when the order is finished."""
     vehicle.instant(action("x", "cancelOrder"))
     assert vehicle.status("x") == "FAILED"
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert (problem.kind, problem.level, problem.about("actionId")) == ("noOrderToCancel", "WARNING", "x")
     vehicle.order(nodes="ab")
     vehicle.instant(action("y", "cancelOrder"))
@@ -120,7 +129,7 @@ def test_a_node_reached_while_a_cancel_halts_counts(vehicle: PureVehicle) -> Non
     vehicle.order()
     vehicle.instant(action("x", "cancelOrder"))
     vehicle.arrive()
-    assert vehicle.machine.last_node == "b"
+    assert vehicle.state.last_node == "b"
     assert vehicle.status("x") == "FINISHED"
     assert vehicle.drives == ["b"]
 
@@ -129,21 +138,21 @@ def test_a_node_reached_while_a_cancel_halts_counts(vehicle: PureVehicle) -> Non
 def test_a_mode_of_others_clears_the_order(vehicle: PureVehicle, mode: str) -> None:
     """6.10.6: at once, with its actions; AUTOMATIC again does not bring it back."""
     vehicle.order(node_actions={"a": [action("r")], "c": [action("w")]})
-    vehicle.take(vehicle.machine.set_mode(mode))
+    vehicle.happens(ModeChanged(mode))
     assert vehicle.halting
     assert vehicle.ended == ["r"]
     vehicle.stop()
     vehicle.finish("r", False)
     assert vehicle.ahead == ""
     assert kinds(vehicle) == ["orderError"]
-    vehicle.take(vehicle.machine.set_mode("AUTOMATIC"))
+    vehicle.happens(ModeChanged("AUTOMATIC"))
     assert vehicle.drives == ["b"]
 
 
 def test_a_vehicle_that_is_lost_halts_and_goes_on_when_found(vehicle: PureVehicle) -> None:
     """The order is kept."""
     vehicle.order()
-    vehicle.take(vehicle.machine.set_position(None))
+    vehicle.happens(PositionMeasured(None))
     assert vehicle.halting
     vehicle.stop()
     assert vehicle.drives == ["b"]
@@ -153,8 +162,7 @@ def test_a_vehicle_that_is_lost_halts_and_goes_on_when_found(vehicle: PureVehicl
 
 def test_nothing_moves_before_the_mode_is_told() -> None:
     """A machine that was just made, or restored, is in SERVICE."""
-    machine = OrderMachine(LIMITS)
-    assert machine.mode == "SERVICE"
+    assert first_state(LIMITS).mode == "SERVICE"
 
 
 @pytest.mark.parametrize("kind", ["cancelOrder", "startPause"])
@@ -165,10 +173,10 @@ def test_what_stops_is_finished_when_the_vehicle_was_measured_standing(kind: str
     vehicle.instant(action("x", kind))
     vehicle.stop()
     assert vehicle.status("x") == "RUNNING"
-    assert vehicle.machine.waits_for_rest
-    vehicle.take(vehicle.machine.set_standing(True))
+    assert vehicle.state.waits_for_rest
+    vehicle.happens(StandingMeasured(True))
     assert vehicle.status("x") == "FINISHED"
-    assert not vehicle.machine.waits_for_rest
+    assert not vehicle.state.waits_for_rest
 
 
 @pytest.mark.parametrize("kind", ["cancelOrder", "startPause"])
@@ -176,24 +184,23 @@ def test_what_stops_runs_until_a_lost_robot_was_heard_to_stand(kind: str) -> Non
     """The link is lost under way: nobody knows whether the drive has ended. The stop is sent again when the robot
     is back, until it stands."""
     vehicle = PureVehicle(obeys=False)
-    machine = vehicle.machine
     vehicle.order(nodes="abc")
-    vehicle.take(machine.set_heard(False))
-    vehicle.take(machine.set_position(None))
+    vehicle.happens(Heard(False))
+    vehicle.happens(PositionMeasured(None))
     vehicle.instant(action("x", kind))
     assert vehicle.halting
     vehicle.stop(known=False)
     assert (vehicle.status("x"), vehicle.stops) == ("RUNNING", 0)
-    vehicle.take(machine.set_heard(True))
+    vehicle.happens(Heard(True))
     vehicle.place(0.5)
     assert vehicle.stops == 1
-    vehicle.take(machine.set_standing(True))
+    vehicle.happens(StandingMeasured(True))
     assert vehicle.status("x") == "RUNNING", "it may stand by chance, and go on"
     vehicle.stopped(False)
     assert vehicle.stops == 2, "it was not stopped: once more"
     vehicle.stopped(True)
     assert vehicle.status("x") == "RUNNING"
-    vehicle.take(machine.set_standing(True))
+    vehicle.happens(StandingMeasured(True))
     assert vehicle.status("x") == "FINISHED"
     assert vehicle.drives == ["b"]
 
@@ -205,7 +212,7 @@ def test_a_drive_whose_end_is_not_known_is_stopped_before_it_is_tried_again() ->
     vehicle.stop(known=False)
     assert vehicle.stops == 1
     assert vehicle.problems == ["driveError"]
-    vehicle.take(vehicle.machine.retry())
+    vehicle.happens(RetryDue())
     assert vehicle.drives == ["b"]
     vehicle.stopped(True)
     assert vehicle.drives == ["b", "b"]
@@ -218,10 +225,10 @@ def test_an_action_that_moves_and_whose_end_is_not_known_is_stopped() -> None:
     assert vehicle.begun == ["d"]
     vehicle.obeys = False
     vehicle.instant(action("x", "cancelOrder"))
-    vehicle.take(vehicle.machine.action_ended("d", False, "the link was lost", known=False))
+    vehicle.happens(ActionEnded("d", False, "the link was lost", known=False))
     assert (vehicle.stops, vehicle.status("x")) == (1, "RUNNING")
     vehicle.stopped(True)
-    vehicle.take(vehicle.machine.set_standing(True))
+    vehicle.happens(StandingMeasured(True))
     assert vehicle.status("x") == "FINISHED"
 
 
@@ -229,13 +236,13 @@ def test_an_action_that_moves_and_whose_end_is_not_known_is_stopped() -> None:
 def test_an_action_that_blocks_begins_when_the_vehicle_was_measured_standing(blocking: str) -> None:
     """4 of 7 began while the robot was still coming to its stand."""
     vehicle = PureVehicle(obeys=False)
-    vehicle.take(vehicle.machine.set_standing(True))
+    vehicle.happens(StandingMeasured(True))
     vehicle.order(nodes="abc", node_actions={"b": [action("x", blocking=blocking)]})
     vehicle.arrive()
-    assert vehicle.machine.last_node == "b"
+    assert vehicle.state.last_node == "b"
     assert vehicle.begun == []
     assert vehicle.drives == ["b"], "it waits there"
-    vehicle.take(vehicle.machine.set_standing(True))
+    vehicle.happens(StandingMeasured(True))
     assert vehicle.begun == ["x"]
 
 
@@ -243,7 +250,7 @@ def test_a_restart_while_it_drove_stops_the_robot_first() -> None:
     """What the process before had sent may still be under way."""
     vehicle = PureVehicle()
     vehicle.order(nodes="ab")
-    again = PureVehicle(machine=OrderMachine.from_json(vehicle.saved, LIMITS), obeys=False)
+    again = PureVehicle(kept=vehicle.disk.kept, obeys=False)
     assert again.stops == 1
     again.instant(action("r", "stopPause"))
     assert again.drives == []
@@ -255,13 +262,13 @@ def test_a_drive_faster_than_its_edge_allows_is_ended_and_told() -> None:
     """At once as speedExceeded, then as a drive that failed, which is tried again."""
     vehicle = PureVehicle()
     vehicle.order(nodes="ab")
-    vehicle.take(vehicle.machine.drive_too_fast("it drove at 0.79 m/s, and edge ab allows 0.25 m/s"))
+    vehicle.happens(DriveTooFast("it drove at 0.79 m/s, and edge ab allows 0.25 m/s"))
     assert vehicle.halting
     assert vehicle.problems == ["speedExceeded"]
     vehicle.stop()
     assert sorted(vehicle.problems) == ["driveError", "speedExceeded"]
     assert vehicle.drives == ["b"]
-    vehicle.take(vehicle.machine.retry())
+    vehicle.happens(RetryDue())
     assert vehicle.drives == ["b", "b"]
 
 
@@ -275,9 +282,9 @@ def test_no_order_is_taken_before_a_cancel_has_ended() -> None:
     vehicle.finish("d", True)
     assert vehicle.status("x") == "RUNNING"
     vehicle.order("early", nodes="ab")
-    assert (vehicle.machine.order_id, kinds(vehicle)) == ("o", ["orderError"])
+    assert (vehicle.state.order_id, kinds(vehicle)) == ("o", ["orderError"])
     vehicle.instant(action("y", "cancelOrder"))
-    vehicle.take(vehicle.machine.set_standing(True))
+    vehicle.happens(StandingMeasured(True))
     assert (vehicle.status("x"), vehicle.status("y")) == ("FINISHED", "FINISHED")
     vehicle.order("late", nodes="ab")
     assert vehicle.drives == ["b"]

@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from tests.support.fleet import LIMITS, PureVehicle, action, order_json
+from tests.support.fleet import LIMITS, PureVehicle, action, instant, order_json
 from tests.support.fleet_orders import kinds, restart
-from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.errors import Level, Problem
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
+from woosh_pure.fleet.order.events import ShutDown
+from woosh_pure.fleet.order.state import read_state
 
 
 def test_an_order_waits_after_a_restart_and_goes_on_when_told(vehicle: PureVehicle) -> None:
@@ -20,7 +20,7 @@ def test_an_order_waits_after_a_restart_and_goes_on_when_told(vehicle: PureVehic
     again = restart(vehicle)
     assert (again.drives, again.ahead) == ([], "cd")
     assert kinds(again) == ["orderHeld"]
-    assert (again.machine.order_id, again.machine.last_node) == ("o", "b")
+    assert (again.state.order_id, again.state.last_node) == ("o", "b")
     again.order(nodes="abcd")
     assert kinds(again) == ["orderHeld"], "the order is known: it came twice"
     again.instant(action("go", "stopPause"))
@@ -34,7 +34,7 @@ def test_an_update_does_not_set_a_restored_order_going(vehicle: PureVehicle) -> 
     vehicle.order(nodes="abc", released=2)
     again = restart(vehicle)
     again.order(update=1, nodes="bc", first=2)
-    assert (again.machine.update, again.ahead, again.drives) == (1, "bc", [])
+    assert (again.state.update, again.ahead, again.drives) == (1, "bc", [])
     again.instant(action("go", "stopPause"))
     assert again.drives == ["b"]
 
@@ -63,7 +63,7 @@ def test_what_waits_for_its_manager_anyway_is_not_held(vehicle: PureVehicle) -> 
     vehicle.order(nodes="abc", released=2)
     vehicle.arrive()
     again = restart(vehicle)
-    assert not again.machine.held
+    assert not again.state.held
     again.order(update=1, nodes="bc", first=2)
     assert again.drives == ["c"]
 
@@ -72,10 +72,10 @@ def test_an_orderly_end_ends_the_order(vehicle: PureVehicle) -> None:
     """What ran and what waited has failed, and is told; the next start has no order to go on with."""
     vehicle.order(nodes="ab", node_actions={"a": [action("x")], "b": [action("y")]})
     vehicle.instant(action("i"))
-    vehicle.take(vehicle.machine.shut_down("it was ended"))
+    vehicle.happens(ShutDown("it was ended"))
     assert [vehicle.status(name) for name in "xyi"] == ["FAILED"] * 3
-    assert (vehicle.ahead, kinds(vehicle), vehicle.machine.driving) == ("", ["orderError"], False)
-    assert vehicle.machine.order_id == "o"
+    assert (vehicle.ahead, kinds(vehicle), vehicle.state.driving) == ("", ["orderError"], False)
+    assert vehicle.state.order_id == "o"
     again = restart(vehicle)
     assert (again.drives, again.begun, kinds(again)) == ([], [], ["orderError"])
     again.order(update=1, nodes="bc", first=2)
@@ -88,7 +88,7 @@ def test_an_orderly_end_without_an_order_tells_nothing(vehicle: PureVehicle) -> 
     """A finished order stays finished."""
     vehicle.order(nodes="ab")
     vehicle.arrive()
-    vehicle.take(vehicle.machine.shut_down("it was ended"))
+    vehicle.happens(ShutDown("it was ended"))
     assert kinds(vehicle) == []
 
 
@@ -117,7 +117,7 @@ def test_a_pause_outlives_a_restart(vehicle: PureVehicle) -> None:
     vehicle.order()
     vehicle.instant(action("p", "startPause"))
     again = restart(vehicle)
-    assert again.machine.paused
+    assert again.state.paused
     assert again.drives == []
 
 
@@ -130,39 +130,41 @@ def test_what_is_restored_is_what_was_saved(vehicle: PureVehicle) -> None:
         edge_actions={"bc": [action("e")]},
     )
     vehicle.order("late", nodes="cd")
-    kept = json.loads(json.dumps(vehicle.machine.to_json()))
-    assert OrderMachine.from_json(kept, LIMITS).to_json() == {**kept, "driving": True}
+    kept = json.loads(json.dumps(vehicle.state.to_json()))
+    assert read_state(kept, LIMITS).to_json() == {**kept, "driving": True}
 
 
 def test_an_order_that_is_extended_for_ever_fills_no_memory(
     vehicle: PureVehicle, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ended actions of long ago are forgotten; the ids go on."""
-    monkeypatch.setattr("woosh_pure.fleet.order.order_state.MOST_ACTION_STATES", 40)
+    monkeypatch.setattr("woosh_pure.fleet.order.transition.MOST_ACTION_STATES", 40)
     vehicle.order(nodes="a")
     for n in range(1, 150):
         first, last = ("a", "b") if n % 2 else ("b", "a")
         vehicle.order(update=n, nodes=first + last, first=2 * n - 2, node_actions={last: [action(f"x{n}")]})
         vehicle.arrive()
         vehicle.finish(f"x{n}")
-    assert len(vehicle.machine.action_states) <= 41
-    assert vehicle.machine.update == 149
+    assert len(vehicle.state.action_states) <= 41
+    assert vehicle.state.update == 149
     assert kinds(vehicle) == []
 
 
 def test_a_disk_that_takes_nothing_lets_it_reach_the_next_node_and_begin_nothing() -> None:
     """What began now might begin again after a restart; when the disk is back all goes on."""
-    full = Problem("storageError", "no space", (), Level.FATAL)
     vehicle = PureVehicle()
     vehicle.order(node_actions={"b": [action("x", blocking="NONE")]})
     assert vehicle.drives == ["b"]
-    vehicle.take(vehicle.machine.set_storage_problem(full))
-    assert (vehicle.halts, vehicle.problems) == (0, ["storageError"])
+    vehicle.disk.full = True
     vehicle.place(1.9)
-    assert (vehicle.drives, vehicle.begun) == (["b"], [])
+    assert (vehicle.drives, vehicle.begun, vehicle.ahead) == (["b"], [], "bc"), "passing b was not written"
+    assert (vehicle.halts, vehicle.problems) == (0, ["storageError"])
     vehicle.arrive()
-    assert (vehicle.machine.last_node, vehicle.drives, vehicle.begun) == ("b", ["b"], [])
-    vehicle.take(vehicle.machine.set_storage_problem(None))
+    assert (vehicle.state.last_node, vehicle.drives, vehicle.begun) == ("b", ["b"], [])
+    vehicle.write()
+    assert vehicle.drives == ["b"], "it is full still"
+    vehicle.disk.full = False
+    vehicle.write()
     assert (vehicle.drives, vehicle.begun, vehicle.problems) == (["b", "c"], ["x"], [])
 
 
@@ -170,18 +172,49 @@ def test_it_halts_for_a_pause_also_without_a_disk() -> None:
     """To stand still is never refused."""
     vehicle = PureVehicle()
     vehicle.order()
-    vehicle.take(vehicle.machine.set_storage_problem(Problem("storageError", "no space", (), Level.FATAL)))
+    vehicle.disk.full = True
     vehicle.instant(action("p", "startPause"))
-    assert vehicle.halts == 1
+    assert (vehicle.halts, vehicle.state.paused) == (1, True)
 
 
-def test_a_rehearsal_leaves_no_trace() -> None:
-    """And ends as the order itself does."""
+def test_no_order_is_taken_that_was_not_written() -> None:
+    """It is rejected, the order that is carried out stays as it is, and so does what is on the disk."""
     vehicle = PureVehicle()
-    before = vehicle.machine.to_json()
+    vehicle.order("first", nodes="abc", released=2)
+    kept = vehicle.disk.kept
+    vehicle.disk.full = True
+    vehicle.order("first", 1, nodes="bc", first=2)
+    assert (vehicle.state.update, vehicle.ahead, vehicle.drives) == (0, "bc", ["b"])
+    assert vehicle.problems == ["storageError", "orderError"]
+    assert vehicle.disk.kept == kept
+    vehicle.disk.full = False
+    vehicle.write()
+    vehicle.order("first", 2, nodes="bc", first=2)
+    assert (vehicle.state.update, vehicle.ahead, vehicle.problems) == (2, "bc", [])
+
+
+def test_what_was_put_off_is_written_before_the_next_is_told() -> None:
+    """A flood of requests costs one write; nothing of it is told before."""
+    vehicle = PureVehicle()
+    saves, told = vehicle.disk.saves, vehicle.told
+    for n in range(5):
+        message = read_instant_actions(instant(action(f"r{n}", "stateRequest")))
+        assert [*vehicle.order_machine.happens(message, later=True)] == []
+    assert vehicle.order_machine.owed
+    assert (vehicle.disk.saves, vehicle.told) == (saves, told)
+    vehicle.write()
+    assert (vehicle.disk.saves, vehicle.told) == (saves + 1, told + 1)
+    assert vehicle.disk.kept is not None
+    assert len(vehicle.disk.kept["records"]) == 5
+
+
+def test_nothing_begins_that_is_not_on_disk() -> None:
+    """At the moment when a drive or an action is given out, the file says so already."""
+    vehicle = PureVehicle()
     order = read_order(order_json(node_actions={"a": [action("x")]}))
-    rehearsal = vehicle.machine.trial_copy()
-    rehearsal.receive(order)
-    assert vehicle.machine.to_json() == before
-    assert vehicle.machine.receive(order)
-    assert vehicle.machine.to_json() == rehearsal.to_json()
+    for effect in vehicle.order_machine.happens(order):
+        kept = vehicle.disk.kept
+        assert kept is not None
+        assert (kept["orderId"], kept["records"][0]["status"], kept["driving"]) == ("o", "RUNNING", True), (
+            effect
+        )

@@ -10,6 +10,7 @@ from tests.support.fleet import PureVehicle, action, order_json
 from tests.support.fleet_orders import kinds
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.order.events import MalformedMessage, ModeChanged, PositionMeasured
 
 
 @pytest.mark.promise("is answered with `validationError` and changes nothing")
@@ -19,14 +20,14 @@ def test_a_malformed_order_is_a_validation_error(vehicle: PureVehicle) -> None:
     del data["nodes"][1]["released"]
     with pytest.raises(Invalid) as caught:
         read_order(data)
-    vehicle.take(vehicle.machine.receive_malformed(data, caught.value))
-    (problem,) = vehicle.machine.problems
+    vehicle.happens(MalformedMessage(data, caught.value))
+    (problem,) = vehicle.state.problems
     assert (problem.kind, problem.level) == ("validationError", "WARNING")
     assert problem.references == (
         ("topic", "order"), ("headerId", "7"), ("orderId", "bad"), ("orderUpdateId", "0"),
         ("field", "nodes[1].released"),
     )  # fmt: skip
-    assert vehicle.machine.order_id == ""
+    assert vehicle.state.order_id == ""
     vehicle.order()
     assert kinds(vehicle) == []
 
@@ -36,9 +37,9 @@ def test_a_new_order_is_rejected_while_one_is_carried_out(vehicle: PureVehicle) 
     vehicle.order()
     vehicle.order("p", nodes="ab")
     assert kinds(vehicle) == ["orderError"]
-    assert vehicle.machine.order_id == "o"
+    assert vehicle.state.order_id == "o"
     assert vehicle.drives == ["b"]
-    assert next(iter(vehicle.machine.problems)).about("orderId") == "p"
+    assert next(iter(vehicle.state.problems)).about("orderId") == "p"
 
 
 def test_a_new_order_is_rejected_while_one_waits_for_its_base(vehicle: PureVehicle) -> None:
@@ -52,12 +53,12 @@ def test_a_new_order_is_rejected_while_one_waits_for_its_base(vehicle: PureVehic
 def test_a_new_order_is_rejected_while_an_action_of_the_last_runs(vehicle: PureVehicle) -> None:
     """All nodes are reached, and an action is not at its end."""
     vehicle.order(nodes="a", node_actions={"a": [action("long")]})
-    assert vehicle.machine.nodes == []
+    assert vehicle.state.nodes == ()
     vehicle.order("p", nodes="ab")
     assert kinds(vehicle) == ["orderError"]
     vehicle.finish("long")
     vehicle.order("p", nodes="ab")
-    assert vehicle.machine.order_id == "p"
+    assert vehicle.state.order_id == "p"
     assert kinds(vehicle) == []
     assert vehicle.status("long") == "", "states of the previous order are gone"
 
@@ -66,20 +67,20 @@ def test_a_first_node_out_of_reach_is_rejected(vehicle: PureVehicle) -> None:
     """Figure 8, 4."""
     vehicle.order(nodes="bc")
     assert kinds(vehicle) == ["noRouteError"]
-    assert vehicle.machine.order_id == ""
+    assert vehicle.state.order_id == ""
     assert vehicle.drives == []
 
 
 def test_a_wide_range_makes_the_first_node_reached(vehicle: PureVehicle) -> None:
     """6.6.3.1: after a cancel an order may begin at the last node with a range that covers the vehicle."""
     vehicle.order(nodes="bc", deviation=2.5)
-    assert vehicle.machine.last_node == "b"
+    assert vehicle.state.last_node == "b"
     assert vehicle.drives == ["c"]
 
 
 def test_an_order_is_rejected_without_localisation(vehicle: PureVehicle) -> None:
     """Nobody knows whether the first node is near."""
-    vehicle.take(vehicle.machine.set_position(None))
+    vehicle.happens(PositionMeasured(None))
     vehicle.order()
     assert kinds(vehicle) == ["noRouteError"]
 
@@ -87,7 +88,7 @@ def test_an_order_is_rejected_without_localisation(vehicle: PureVehicle) -> None
 @pytest.mark.parametrize("mode", ["MANUAL", "SERVICE", "TEACHIN"])
 def test_an_order_is_rejected_in_the_modes_of_others(vehicle: PureVehicle, mode: str) -> None:
     """The fleet manager is not in control there."""
-    vehicle.take(vehicle.machine.set_mode(mode))
+    vehicle.happens(ModeChanged(mode))
     vehicle.order()
     assert kinds(vehicle) == ["orderError"]
     assert vehicle.drives == []
@@ -97,24 +98,24 @@ def test_a_lower_update_is_rejected_and_the_order_goes_on(vehicle: PureVehicle) 
     """6.6.4.3."""
     vehicle.order(update=3, nodes="abc", released=2)
     vehicle.order(update=2, nodes="bc", first=2)
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert (problem.kind, problem.level) == ("orderUpdateError", "WARNING")
     assert problem.about("orderUpdateId") == "2"
-    assert vehicle.machine.update == 3
+    assert vehicle.state.update == 3
     assert vehicle.ahead == "bc"
     vehicle.arrive()
-    assert vehicle.machine.last_node == "b"
+    assert vehicle.state.last_node == "b"
 
 
 def test_the_same_update_twice_is_ignored(vehicle: PureVehicle) -> None:
     """Nothing but a state comes of it, whatever is in it."""
     vehicle.order()
-    before, drives = vehicle.changes, list(vehicle.drives)
+    before, drives = vehicle.told, list(vehicle.drives)
     vehicle.order(nodes="aq")
     assert vehicle.drives == drives
     assert vehicle.ahead == "bc"
     assert kinds(vehicle) == []
-    assert vehicle.changes == before + 1
+    assert vehicle.told == before + 1
 
 
 @pytest.mark.parametrize(("nodes", "first"), [("bc", 2), ("cd", 2), ("cd", 6)])
@@ -125,7 +126,7 @@ def test_an_update_elsewhere_than_at_the_decision_point_is_rejected(
     vehicle.order(nodes="abcd", released=3)
     vehicle.order(update=1, nodes=nodes, first=first)
     assert kinds(vehicle) == ["orderUpdateError"]
-    assert vehicle.machine.update == 0
+    assert vehicle.state.update == 0
     assert vehicle.ahead == "bcd"
 
 
@@ -161,8 +162,8 @@ def test_fields_of_an_edge_that_are_not_obeyed_are_rejected(
     """6.6.4.2: the wrong field is the reference."""
     data = order_json()
     data["edges"][1].update(fields)
-    vehicle.take(vehicle.machine.receive(read_order(data)))
-    (problem,) = vehicle.machine.problems
+    vehicle.happens(read_order(data))
+    (problem,) = vehicle.state.problems
     assert problem.kind == "orderError"
     assert problem.about("edgeId") == "bc"
     assert problem.about("field") == f"edges[1].{named}"
@@ -173,7 +174,7 @@ def test_fields_of_an_edge_that_are_obeyed_are_given_on(vehicle: PureVehicle) ->
     """Speed and direction of travel."""
     data = order_json()
     data["edges"][0].update(maxSpeed=0.3, orientation=3.14159, rotationAllowed=True, length=2.0)
-    vehicle.take(vehicle.machine.receive(read_order(data)))
+    vehicle.happens(read_order(data))
     assert vehicle.drive is not None
     assert vehicle.drive.edge is not None
     assert vehicle.drive.edge.options["maxSpeed"] == 0.3
@@ -195,10 +196,10 @@ def test_actions_that_cannot_be_done_are_rejected(
 ) -> None:
     """6.6.4.2, in the horizon as in the base."""
     vehicle.order(nodes="abc", released=1, node_actions={"c": [given]})
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert problem.kind == "orderError"
     assert (problem.about("actionId"), problem.about("field")) == ("x", field)
-    assert vehicle.machine.order_id == ""
+    assert vehicle.state.order_id == ""
 
 
 def test_other_things_a_vehicle_cannot_do_are_rejected(vehicle: PureVehicle) -> None:
@@ -208,9 +209,9 @@ def test_other_things_a_vehicle_cannot_do_are_rejected(vehicle: PureVehicle) -> 
     elsewhere["nodes"][2]["nodePosition"]["mapId"] = "cellar"
     zones["zoneSetId"] = "zones"
     for data in (nowhere, elsewhere, zones):
-        vehicle.take(vehicle.machine.receive(read_order(data)))
+        vehicle.happens(read_order(data))
     assert kinds(vehicle) == ["orderError"] * 3
-    fields = [problem.about("field") for problem in vehicle.machine.problems]
+    fields = [problem.about("field") for problem in vehicle.state.problems]
     assert fields == ["nodes[1].nodePosition", "nodes[2].nodePosition.mapId", "zoneSetId"]
 
 
@@ -220,13 +221,13 @@ def test_an_update_with_an_action_that_has_run_is_rejected(vehicle: PureVehicle)
     vehicle.finish("once")
     vehicle.order(update=1, nodes="ab", node_actions={"b": [action("once")]})
     assert kinds(vehicle) == ["orderError"]
-    assert vehicle.machine.update == 0
+    assert vehicle.state.update == 0
 
 
 def test_problems_of_orders_are_bounded(vehicle: PureVehicle) -> None:
     """Who sends nonsense for ever fills no memory; the newest are told."""
     for n in range(200):
         vehicle.order(f"far{n}", nodes="bc")
-    found = list(vehicle.machine.problems)
+    found = list(vehicle.state.problems)
     assert len(found) == 24
     assert found[-1].about("orderId") == "far199"

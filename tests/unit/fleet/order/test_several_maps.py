@@ -12,7 +12,8 @@ from tests.support.fleet_orders import kinds, restart
 from woosh_pure.fleet.actions.predefined import PARAMETERS, SCOPES
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.order.actions import Ability
-from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.events import DriveEnded, PositionMeasured
+from woosh_pure.fleet.order.limits import AgvPosition
 
 TO_ANOTHER = Ability("initPosition", SCOPES["initPosition"], PARAMETERS["initPosition"], still=True)
 BOTH = replace(LIMITS, maps=("hall", "up"), abilities={**LIMITS.abilities, "initPosition": TO_ANOTHER})
@@ -22,7 +23,7 @@ BOTH = replace(LIMITS, maps=("hall", "up"), abilities={**LIMITS.abilities, "init
 def vehicle() -> PureVehicle:
     """On a, with two maps enabled."""
     found = PureVehicle(BOTH)
-    found.take(found.machine.set_position(AgvPosition(0.0, 0.0, 0.0, "hall")))
+    found.happens(PositionMeasured(AgvPosition(0.0, 0.0, 0.0, "hall")))
     return found
 
 
@@ -39,18 +40,18 @@ def over_two(*, lifts: list[Any] | None = None, **given: Any) -> dict[str, Any]:
 
 
 def take(vehicle: PureVehicle, data: dict[str, Any]) -> None:
-    vehicle.take(vehicle.machine.receive(read_order(data)))
+    vehicle.happens(read_order(data))
 
 
 def stand(vehicle: PureVehicle, x: float, map_id: str) -> None:
-    vehicle.take(vehicle.machine.set_position(AgvPosition(x, 0.0, 0.0, map_id)))
+    vehicle.happens(PositionMeasured(AgvPosition(x, 0.0, 0.0, map_id)))
 
 
 def to_the_lift(vehicle: PureVehicle) -> None:
     assert vehicle.drive is not None
     token, vehicle.drive = vehicle.drive.token, None
     stand(vehicle, 2.0, "hall")
-    vehicle.take(vehicle.machine.drive_ended(token, True))
+    vehicle.happens(DriveEnded(token, True))
     vehicle.rest()
 
 
@@ -75,7 +76,7 @@ def test_a_node_of_another_map_is_never_driven_to(vehicle: PureVehicle) -> None:
     vehicle.finish("lift", False, "the map was refused")
     assert vehicle.drives == ["b"]
     assert kinds(vehicle) == ["driveError", "orderActionError"]
-    problem = next(iter(vehicle.machine.problems))
+    problem = next(iter(vehicle.state.problems))
     assert (problem.about("nodeId"), problem.about("mapId"), problem.level) == ("c", "up", "FATAL")
     stand(vehicle, 4.0, "hall")
     assert vehicle.visited[-1] == ("b", 2), "x and y are those of c, and the map is not"
@@ -88,7 +89,7 @@ def test_a_map_that_is_not_on_the_vehicle_is_rejected(vehicle: PureVehicle) -> N
     data = over_two(released=1)
     data["nodes"][3]["nodePosition"]["mapId"] = "cellar"
     take(vehicle, data)
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert problem.kind == "orderError"
     assert problem.about("field") == "nodes[3].nodePosition.mapId"
     assert (problem.about("nodeId"), problem.about("mapId")) == ("d", "cellar")
@@ -102,7 +103,7 @@ def test_an_order_that_does_not_say_how_the_map_is_changed_is_rejected(
 ) -> None:
     """Nobody but the manager knows when the lift is upstairs."""
     take(vehicle, over_two(lifts=lifts))
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert (problem.kind, problem.about("nodeId")) == ("orderError", "c")
     assert problem.about("field") == "nodes[2].nodePosition.mapId"
     assert "initPosition" in problem.description
@@ -112,7 +113,7 @@ def test_an_order_that_does_not_say_how_the_map_is_changed_is_rejected(
 def test_an_order_that_changes_the_map_and_goes_on_in_the_old_one_is_rejected(vehicle: PureVehicle) -> None:
     """The node after the change is on the wrong map."""
     take(vehicle, order_json(nodes="abc", node_actions={"b": [lift()]}))
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert (problem.kind, problem.about("nodeId")) == ("orderError", "c")
 
 
@@ -122,7 +123,7 @@ def test_an_order_that_begins_on_another_map_is_out_of_reach(vehicle: PureVehicl
     for node in data["nodes"]:
         node["nodePosition"]["mapId"] = "up"
     take(vehicle, data)
-    (problem,) = vehicle.machine.problems
+    (problem,) = vehicle.state.problems
     assert (problem.kind, problem.about("nodeId"), problem.about("mapId")) == ("noRouteError", "a", "up")
 
 
@@ -159,10 +160,10 @@ def test_after_a_restart_the_map_is_looked_at_again(vehicle: PureVehicle) -> Non
     take(vehicle, over_two())
     to_the_lift(vehicle)
     again = restart(vehicle, BOTH)
-    again.take(again.machine.set_position(AgvPosition(2.0, 0.0, 0.0, "hall")))
+    again.happens(PositionMeasured(AgvPosition(2.0, 0.0, 0.0, "hall")))
     again.instant(action("go", "stopPause"))
     assert (again.drives, again.status("lift")) == ([], "FAILED")
     assert "driveError" in kinds(again)
-    again.take(again.machine.set_position(AgvPosition(2.0, 0.0, 0.0, "up")))
+    again.happens(PositionMeasured(AgvPosition(2.0, 0.0, 0.0, "up")))
     assert again.drives == ["c"]
     assert "driveError" not in kinds(again)

@@ -8,9 +8,19 @@ import pytest
 
 from tests.support.fleet import LIMITS, action, instant, order_json
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
-from woosh_pure.fleet.order.deviation import AgvPosition
-from woosh_pure.fleet.order.effects import Drive, Effect, Halt, Retry
-from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.events import (
+    Drive,
+    DriveEnded,
+    Event,
+    Halt,
+    ModeChanged,
+    PositionMeasured,
+    Retry,
+    StandingMeasured,
+)
+from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.machine import step
+from woosh_pure.fleet.order.state import first_state
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
 from woosh_pure.sim.settings import Settings
@@ -24,13 +34,14 @@ class Tour:
 
     def __init__(self, seed: int) -> None:
         self.world = World(settings=Settings(seed=seed))
-        self.machine = OrderMachine(LIMITS)
+        self.state = first_state(LIMITS)
         self.drive: Drive | None = None
         self.motion: Motion | None = None
         self.retries = 0
-        self.take(self.machine.set_mode("AUTOMATIC"))
+        self.happens(ModeChanged("AUTOMATIC"))
 
-    def take(self, effects: list[Effect]) -> None:
+    def happens(self, event: Event) -> None:
+        self.state, effects = step(self.state, event)
         for effect in effects:
             if isinstance(effect, Drive):
                 position = effect.node.position
@@ -46,13 +57,13 @@ class Tour:
     def step(self) -> None:
         self.world.step(DT)
         pose = self.world.believed_pose
-        self.take(self.machine.set_position(AgvPosition(pose.x, pose.y, pose.yaw)))
+        self.happens(PositionMeasured(AgvPosition(pose.x, pose.y, pose.yaw)))
         standing = self.world.body.velocity.is_standing(0.01, 0.1)
         if self.drive is not None and self.motion is not None and self.motion.state.is_final and standing:
             token, arrived = self.drive.token, self.motion.state is MotionState.DONE
             self.drive = self.motion = None
-            self.take(self.machine.drive_ended(token, arrived))
-            self.take(self.machine.set_standing(True))
+            self.happens(DriveEnded(token, arrived))
+            self.happens(StandingMeasured(True))
 
 
 @pytest.mark.parametrize("seed", [6, 8])
@@ -72,21 +83,15 @@ def test_nodes_passed_at_speed_and_cancels_beside_pillars_end_at_no_bumper(seed:
                 if tour.world.planner.is_free(*place):
                     break
             node["nodePosition"].update(x=place[0], y=place[1], allowedDeviationXY=chance.uniform(0.3, 1.0))
-        tour.take(tour.machine.receive(read_order(order)))
+        tour.happens(read_order(order))
         stops_at = chance.uniform(5.0, 60.0) if n == 1 else 300.0
         began = tour.world.time
-        while tour.machine.executing:
+        while tour.state.executing:
             tour.step()
             assert not tour.world.bumper, (tour.world.time, tour.world.body.pose)
             if tour.world.time - began > stops_at:
                 stops_at = 1000.0
-                tour.take(
-                    tour.machine.receive_instant(
-                        read_instant_actions(instant(action(f"c{n}", "cancelOrder")))
-                    )
-                )
+                tour.happens(read_instant_actions(instant(action(f"c{n}", "cancelOrder"))))
             assert tour.world.time - began < 400.0, "it never ends"
-        assert tour.machine.last_sequence == 10 or n == 1, [
-            each.description for each in tour.machine.problems
-        ]
+        assert tour.state.last_sequence == 10 or n == 1, [each.description for each in tour.state.problems]
     assert tour.retries == 0

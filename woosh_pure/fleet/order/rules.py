@@ -1,0 +1,183 @@
+"""What the vehicle does next: the table that every event of the order machine ends in. Pure.
+
+    when                                           then
+    ----------------------------------------------------------------------------------------------------
+    how a drive ended is not known                 stop everything as soon as the robot is heard
+    an order is cancelled or cleared               halt; when its actions have ended and the vehicle stands,
+                                                   forget it
+    actions here or instant ones may begin         begin them (`actions.may_begin` has their order)
+    a hold, or a SOFT or HARD action, bars it      halt
+    the next node is released, nothing bars it     enter its edge, begin the edge's actions, drive to it
+    the next node is not released, or none is      stand
+
+A node is traversed when the measured position is in its deviation range. Where the vehicle goes on without a
+stop that is enough, and the next drive replaces the one under way; where it stops (the end of the base, an
+action that wants it to stand), the drive must have ended, too. Only the next node is ever looked at, so none
+is skipped. With a node the edge before it is left: what runs on the edge is ended.
+
+SOFT and HARD actions, cancels and pauses wait for a measured stand. Every action begins once: it is RUNNING,
+and written, before it is given out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from woosh_pure.fleet.messages.elements import Node
+from woosh_pure.fleet.order.actions import BUILT_IN, ActionState, may_begin
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.events import Drive
+from woosh_pure.fleet.order.limits import on_other_map, within_deviation
+from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.tables import ActionStatus, Barred, Motion
+from woosh_pure.fleet.order.transition import Transition
+
+
+def follow(now: Transition) -> None:
+    """Go through the table until nothing follows any more."""
+    while _one_row(now):
+        pass
+    now.set_problem("map", _wrong_map(now.state))
+
+
+def _one_row(now: Transition) -> bool:
+    """One row of the table; True when something was done that lets another follow."""
+    if now.state.at_rest:
+        end_pauses(now, ActionStatus.FINISHED)
+    if now.state.motion is Motion.UNKNOWN and now.state.heard:
+        now.stop_all()
+    if now.state.ending:
+        return _end_order(now)
+    state = now.state
+    if state.drive is not None and state.motion is Motion.DRIVING and _passes_by(now, state.drive):
+        return True
+    if _begin_actions(now):
+        return True
+    state = now.state
+    if state.drive is not None:
+        if state.motion is Motion.DRIVING and (state.bars(Barred.GOING_ON) or state.waits_for_actions):
+            now.halt()
+            return True
+        return False
+    if not (state.nodes and state.nodes[0].released and _may_drive(state)):
+        return False
+    if not state.on_edge:
+        now.enter_edge()
+        return True
+    node = state.nodes[0]
+    if within_deviation(state.position, node, state.limits) and not state.has_edge_to(node):
+        now.traverse()  # the first node of an order, or one that another drive came by
+        return True
+    now.drive_to(node)
+    return False
+
+
+def _end_order(now: Transition) -> bool:
+    """An order that was given up. One that the operating mode has cleared does not wait for a measured stand:
+    a person may be driving. Whether it was forgotten."""
+    state = now.state
+    if state.drive is not None:
+        if state.motion is Motion.DRIVING:
+            now.halt()
+        return False
+    known = state.motion not in (Motion.UNKNOWN, Motion.STOPPING)
+    if not (state.at_rest or (known and not state.cancels and not state.in_control)):
+        return False
+    if any(each.of_order and not each.status.final for each in state.action_states):
+        return False
+    now.forget(ActionStatus.FINISHED)
+    return True
+
+
+def end_pauses(now: Transition, status: ActionStatus) -> None:
+    """The startPause actions that run end: FINISHED with a measured stand, FAILED when one was taken back."""
+    for each in now.state.action_states:
+        if each.action.type == "startPause" and each.status.begun:
+            now.set_action(each.action.id, status)
+
+
+# -- driving -------------------------------------------------------------------------------------------------
+
+
+def reached(state: OrderState, node: Node) -> bool:
+    """Whether a drive that arrived did so at its node; where a mark is, only the chassis knows."""
+    return bool(state.nodes) and state.nodes[0] is node and (
+        node.position is None or within_deviation(state.position, node, state.limits)
+    )  # fmt: skip
+
+
+def _may_drive(state: OrderState) -> bool:
+    return not (state.bars(Barred.DRIVING) or state.waits_for_actions)
+
+
+def _passes_by(now: Transition, drive: Drive) -> bool:
+    """Traverse the node under way where the vehicle is near enough and goes on; whether it did."""
+    state, node = now.state, drive.node
+    if now.drive_is_new or state.bars(Barred.DRIVING):
+        return False
+    if not (_goes_on_from(state, node) and reached(state, node)):
+        return False
+    now.traverse()
+    while _begin_actions(now):
+        pass
+    now.enter_edge()
+    while _begin_actions(now):
+        pass
+    if _may_drive(now.state):
+        now.drive_to(now.state.nodes[0])
+    else:
+        now.halt()
+    return True
+
+
+def _goes_on_from(state: OrderState, node: Node) -> bool:
+    """Whether the vehicle goes on from the node under way without a stop."""
+    if len(state.nodes) < 2 or not state.nodes[1].released:
+        return False
+    if node.position is None or not node.position.deviation_xy > 0:
+        return False
+    if state.position is not None and on_other_map(state.position, state.nodes[1]):
+        return False
+    sequences = (node.sequence, node.sequence + 1)
+    here = [a for a in state.action_states if a.of_order and a.sequence in sequences]
+    return not any(each.stands_still for each in here)
+
+
+def _wrong_map(state: OrderState) -> Problem | None:
+    """Why the vehicle cannot go on, because no action has taken it to the map of the next node."""
+    if not (state.is_on_other_map and state.nodes[0].released) or state.held or state.ending:
+        return None
+    if any(not each.status.final for each in state.actions_here()):
+        return None
+    node, used = state.nodes[0], state.position.map_id if state.position is not None else ""
+    map_id = node.position.map_id if node.position is not None else ""
+    return Problem(
+        ErrorType.DRIVE,
+        f"node {node.id} is on the map {map_id}, the vehicle on {used}; no initPosition has changed it",
+        (("orderId", state.order_id), ("nodeId", node.id), ("mapId", map_id)),
+        Level.FATAL,
+        "cancelOrder gives the order up; then initPosition takes the vehicle to the other map",
+    )
+
+
+# -- actions -------------------------------------------------------------------------------------------------
+
+
+def _begin_actions(now: Transition) -> bool:
+    """Begin the first action that may; whether there was one."""
+    state = now.state
+    return _begin_one(now, state.instant_actions()) or _begin_one(now, state.actions_here())
+
+
+def _begin_one(now: Transition, group: Sequence[ActionState]) -> bool:
+    state, own = now.state, {id(each) for each in group}
+    others = [a for a in state.action_states if id(a) not in own and a.action.type not in BUILT_IN]
+    ready = may_begin(group, others, standing=state.at_rest)
+    if not ready:
+        return False
+    each = ready[0]
+    barred = [Barred.ORDER if each.of_order else Barred.INSTANT, *[Barred.MOVING] * state.moves(each)]
+    if any(state.bars(what) for what in barred):
+        return False
+    now.begin(each)
+    return True

@@ -1,0 +1,351 @@
+"""The way from one state to the next, by one event. Pure.
+
+Everything that may change of an `OrderState` is a method here; `machine.py` says which event calls which, and
+`rules.py` what follows by itself. Order, motion and actions change as `tables.py` has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+from typing import Any
+
+from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
+from woosh_pure.fleet.order.actions import ActionState, Scope, effective_blocking
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.events import Begin, Drive, Effect, End, Halt, Retry, StopAll, Tell, Write, stops
+from woosh_pure.fleet.order.limits import AgvPosition, within_deviation
+from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.tables import (
+    ActionStatus,
+    Hold,
+    Motion,
+    MotionEvent,
+    OrderEvent,
+    may_become,
+    next_motion,
+    next_phase,
+)
+
+MOST_ACTION_STATES = 1000
+"""Ended actions that are remembered; one that runs is never forgotten."""
+MOST_REQUESTS = 32
+"""Ended requests for a state or the factsheet that are remembered."""
+_REQUESTS = ("stateRequest", "factsheetRequest")
+
+RETRIES = (2.0, 5.0, 10.0)
+"""Seconds until a drive that failed is tried again; after these it waits for a person or the fleet
+manager."""
+STOP_AGAIN = 2.0
+"""Seconds until a robot that did not come to a stand is stopped once more."""
+
+
+class Transition:
+    """One event that is being handled.
+
+    Attributes:
+        state: As it is so far.
+        drive_is_new: A drive was given out by this event: each node is told by itself.
+    """
+
+    def __init__(self, before: OrderState) -> None:
+        self._before = self.state = before
+        self.drive_is_new = False
+        self._asked: list[Effect] = []
+        self._told = False
+
+    def result(self) -> tuple[OrderState, list[Effect]]:
+        """The state after the event, and its effects in their order: what stops, `Write`, `Tell`, the
+        rest."""
+        effects: list[Effect] = [each for each in self._asked if stops(each)]
+        if self.state.kept != self._before.kept:
+            effects.append(Write())
+        if self._told or self.state.shown != self._before.shown:
+            effects.append(Tell())
+        return self.state, effects + [each for each in self._asked if not stops(each)]
+
+    def ask(self, effect: Effect) -> None:
+        """Ask for an effect."""
+        self._asked.append(effect)
+
+    def tell(self) -> None:
+        """Ask for a state message, whatever has changed."""
+        self._told = True
+
+    def _change(self, **fields: Any) -> None:
+        self.state = replace(self.state, **fields)
+
+    # -- what was measured -----------------------------------------------------------------------------------
+
+    def set_position(self, position: AgvPosition | None) -> None:
+        """The vehicle is here."""
+        if position != self.state.position:
+            self._change(position=position)
+
+    def set_heard(self, heard: bool) -> None:
+        """The robot is heard, or not; in both cases nobody knows yet whether it stands."""
+        self._change(heard=heard, stops=0)
+        self.moved(MotionEvent.MOVED)
+
+    def set_mode(self, mode: str) -> None:
+        """The operating mode is another one."""
+        self._change(mode=mode)
+
+    def set_maps(self, maps: Collection[str]) -> None:
+        """These maps are ENABLED."""
+        self._change(limits=replace(self.state.limits, maps=maps))
+
+    def moved(self, event: MotionEvent) -> None:
+        """Something has happened to the motion."""
+        motion = next_motion(self.state.motion, event)
+        if motion is not self.state.motion:
+            open_still = motion in (Motion.DRIVING, Motion.HALTING)
+            self._change(motion=motion, drive=self.state.drive if open_still else None)
+
+    # -- holds and problems ----------------------------------------------------------------------------------
+
+    def hold(self, hold: Hold) -> None:
+        """A hold is set."""
+        self._change(set_holds=self.state.set_holds | {hold})
+
+    def release(self, *holds: Hold) -> None:
+        """Holds are taken away, with what was told of them."""
+        self._change(set_holds=self.state.set_holds - set(holds))
+        for hold, key in ((Hold.RESTARTED, "held"), (Hold.FAILED, "drive"), (Hold.DISK, "disk")):
+            if hold in holds:
+                self.set_problem(key, None)
+
+    def report(self, problem: Problem) -> None:
+        """Tell a problem until an order is accepted."""
+        self._change(problems=self.state.problems.added(problem))
+        self.tell()
+
+    def set_problem(self, key: str, problem: Problem | None) -> None:
+        """Tell a problem of the vehicle itself, or take it back."""
+        problems = self.state.problems.with_key(key, problem)
+        if problems is not self.state.problems:
+            self._change(problems=problems)
+
+    def report_failed_action(self, failed: ActionState, text: str) -> None:
+        """Tell that an action has failed."""
+        about = (
+            ("topic", "order" if failed.of_order else "instantActions"),
+            ("actionId", failed.action.id),
+            ("actionType", failed.action.type),
+        )
+        kind = ErrorType.ORDER_ACTION if failed.of_order else ErrorType.INSTANT_ACTION
+        text = f"{failed.action.type} has failed: {text or 'no reason was given'}"
+        self.report(Problem(kind, text, about))
+
+    def about_order(self) -> tuple[tuple[str, str], ...]:
+        """What a problem of the order refers to."""
+        return (("orderId", self.state.order_id), ("orderUpdateId", str(self.state.update)))
+
+    # -- the order -------------------------------------------------------------------------------------------
+
+    def take(self, order: Order) -> None:
+        """A new order is here."""
+        self._change(
+            phase=next_phase(self.state.phase, OrderEvent.TAKEN),
+            problems=replace(self.state.problems, of_orders=()),
+            action_states=tuple(a for a in self.state.action_states if not a.of_order and not a.status.final),
+            order_id=order.id,
+            update=order.update,
+            nodes=order.nodes,
+            edges=order.edges,
+            on_edge=False,
+            failures=0,
+        )
+        self.release(Hold.RESTARTED, Hold.FAILED)
+        self._add_actions(order.nodes, order.edges)
+        first = order.nodes[0]
+        if first.position is None or within_deviation(self.state.position, first, self.state.limits):
+            self.traverse()
+        self.tell()
+
+    def extend(self, order: Order) -> None:
+        """An update is here: it replaces the horizon."""
+        state, gone = self.state, {id(each) for each in self.state.actions_of_horizon()}
+        self._change(
+            problems=replace(state.problems, of_orders=()),
+            action_states=tuple(each for each in state.action_states if id(each) not in gone),
+            nodes=(*(node for node in state.nodes if node.released), *order.nodes[1:]),
+            edges=(*(edge for edge in state.edges if edge.released), *order.edges),
+            update=order.update,
+        )
+        self._add_actions(order.nodes[1:], order.edges)
+        self.tell()
+
+    def enter_edge(self) -> None:
+        """The edge to the next node is entered: its actions begin before the vehicle does."""
+        self._change(on_edge=True)
+
+    def traverse(self) -> None:
+        """The next node is reached: its edge is left, its actions are here now."""
+        state = self.state
+        node = state.nodes[0]
+        self._change(
+            nodes=state.nodes[1:],
+            edges=state.edges[1:] if state.has_edge_to(node) else state.edges,
+            last_node=node.id,
+            last_sequence=node.sequence,
+            on_edge=False,
+            failures=0,
+        )
+        for each in self.state.action_states:
+            if each.scope is Scope.EDGE and each.sequence < node.sequence and not each.status.final:
+                self._request_end(each, failed=False)
+
+    def give_up(self, cancel: str | None = None) -> None:
+        """The order was cancelled or cleared: its actions are asked to end; its nodes are forgotten when all
+        has ended.
+
+        Args:
+            cancel: Id of the cancelOrder action that is FINISHED then.
+        """
+        begins = not self.state.ending
+        cancels = self.state.cancels if cancel is None else (*self.state.cancels, cancel)
+        self._change(phase=next_phase(self.state.phase, OrderEvent.GIVEN_UP), cancels=cancels)
+        for each in self.state.action_states if begins else ():
+            if each.of_order and not each.status.final:
+                self._request_end(each, failed=True)
+
+    def forget(self, cancels: ActionStatus) -> None:
+        """The order that was given up is over; its cancelOrder actions end in a status."""
+        ended = self.state.cancels
+        self._change(
+            phase=next_phase(self.state.phase, OrderEvent.OVER), nodes=(), edges=(), cancels=(), on_edge=False
+        )
+        self.release(Hold.RESTARTED, Hold.FAILED)
+        for name in ended:
+            self.set_action(name, cancels)
+
+    def set_last_node(self, node: str) -> None:
+        """Somebody says on which node the vehicle stands."""
+        self._change(last_node=node, last_sequence=0)
+
+    # -- driving ---------------------------------------------------------------------------------------------
+
+    def drive_to(self, node: Node) -> None:
+        """Give out a drive, which replaces one under way."""
+        self.moved(MotionEvent.DRIVE)
+        token = self.state.last_token + 1
+        drive = Drive(token, node, self.state.edges[0] if self.state.has_edge_to(node) else None)
+        self._change(drive=drive, last_token=token)
+        self.drive_is_new = True
+        self.ask(drive)
+
+    def halt(self) -> None:
+        """Ask the drive under way to end."""
+        assert self.state.drive is not None
+        self.ask(Halt(self.state.drive.token))
+        self.moved(MotionEvent.HALT)
+
+    def too_fast(self, text: str) -> None:
+        """The drive under way is to be ended, because it is faster than its edge allows; or it has ended."""
+        self._change(too_fast=text)
+
+    def stop_all(self) -> None:
+        """Stop whatever moves the robot, and has not ended as far as anybody knows."""
+        self.ask(StopAll(STOP_AGAIN if self.state.stops else 0.0))
+        self.moved(MotionEvent.STOP)
+        self._change(stops=self.state.stops + 1)
+
+    def stopped(self) -> None:
+        """The robot has confirmed that it stands."""
+        self._change(stops=0)
+
+    def drive_failed(self, drive: Drive, text: str) -> None:
+        """A drive has ended elsewhere: it is told, and tried again after a while, or by somebody."""
+        tries = self.state.failures
+        last = tries >= len(RETRIES)
+        self._change(failures=tries + 1)
+        self.hold(Hold.FAILED)
+        problem = Problem(
+            ErrorType.DRIVE,
+            f"node {drive.node.id} was not reached: {text}",
+            (
+                ("orderId", self.state.order_id),
+                ("nodeId", drive.node.id),
+                ("sequenceId", str(drive.node.sequence)),
+            ),
+            Level.FATAL if last else Level.WARNING,
+            "see to the way and to the vehicle; stopPause tries again, cancelOrder gives up",
+        )
+        self.set_problem("drive", problem)
+        if not last:
+            self.ask(Retry(RETRIES[tries]))
+
+    def forget_failures(self) -> None:
+        """A drive that failed is tried again as if for the first time."""
+        self._change(failures=0)
+        self.release(Hold.FAILED)
+
+    # -- actions ---------------------------------------------------------------------------------------------
+
+    def add_instant_action(self, action: Action) -> ActionState:
+        """An instant action is here, and waits."""
+        ability = self.state.limits.abilities.get(action.type)
+        added = ActionState(action, Scope.INSTANT, 0, effective_blocking(action, ability))
+        self._change(action_states=(*self.state.action_states, added))
+        self._forget_old_actions()
+        return added
+
+    def obey(self, built_in: ActionState) -> None:
+        """An action of ours begins; it blocks nothing."""
+        self._replace_action(replace(built_in, blocking="NONE", status=ActionStatus.RUNNING))
+
+    def begin(self, waiting: ActionState) -> None:
+        """An action begins."""
+        self.set_action(waiting.action.id, ActionStatus.RUNNING)
+        if self.state.moves(waiting):
+            self.moved(MotionEvent.MOVED)
+        self.ask(Begin(waiting.action, waiting.scope))
+
+    def set_action(self, action_id: str, status: ActionStatus, result: str = "") -> None:
+        """An action is in another status; its result stays where none is given."""
+        known = self.state.action_state(action_id)
+        if known is None:
+            return
+        assert may_become(known.status, status), f"{action_id} is {known.status}, and became {status}"
+        self._replace_action(replace(known, status=status, result=result or known.result))
+
+    def _request_end(self, action: ActionState, *, failed: bool) -> None:
+        """Ask an action to end; one that waits does not begin any more. `failed` is False when its edge was
+        left: that is its right end."""
+        if action.status is ActionStatus.WAITING:
+            self.set_action(action.action.id, ActionStatus.FAILED, "the order was cancelled before it began")
+            return
+        ability = self.state.limits.abilities.get(action.action.type)
+        if not action.ending and (not failed or ability is None or ability.interruptible):
+            self._replace_action(replace(action, ending=True))
+            self.ask(End(action.action.id, failed))
+
+    def _replace_action(self, new: ActionState) -> None:
+        states = self.state.action_states
+        self._change(action_states=tuple(new if e.action.id == new.action.id else e for e in states))
+
+    def _add_actions(self, nodes: Iterable[Node], edges: Iterable[Edge]) -> None:
+        """States for the actions of new nodes and edges, in the order in which they come."""
+        elements: list[Node | Edge] = [*nodes, *edges]
+        added = []
+        for element in sorted(elements, key=lambda each: each.sequence):
+            scope = Scope.NODE if isinstance(element, Node) else Scope.EDGE
+            for action in element.actions:
+                blocking = effective_blocking(action, self.state.limits.abilities.get(action.type))
+                added.append(ActionState(action, scope, element.sequence, blocking))
+        self._change(action_states=(*self.state.action_states, *added))
+        self._forget_old_actions()
+
+    def _forget_old_actions(self) -> None:
+        """Keep as many action states as there may be. Each state message has them all, so that those of mere
+        requests are soon forgotten."""
+        states = self.state.action_states
+        requests = [a for a in states if a.action.type in _REQUESTS and a.status.final]
+        gone = {id(each) for each in requests[:-MOST_REQUESTS]}
+        over = len(states) - len(gone) - MOST_ACTION_STATES
+        if over > 0:
+            old = [each for each in states if each.status.final and id(each) not in gone]
+            gone |= {id(each) for each in old[:over]}
+        if gone:
+            self._change(action_states=tuple(each for each in states if id(each) not in gone))
