@@ -21,7 +21,7 @@ def start(marks: Iterable[str] = (), files: Iterable[str] = ()) -> str:
         FileNotFoundError: There is no such list.
     """
     from woosh_pure import SimulatedChassis
-    from woosh_pure.sim.site_options import site_of
+    from woosh_pure.sim.site import site_of
 
     simulated = SimulatedChassis(site=site_of(None, marks, files))
     simulated.__enter__()

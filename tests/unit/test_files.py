@@ -15,7 +15,7 @@ from rosproto.files import read_file, read_stream, read_text
 from rosproto.msg.sources import FileTree
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import MarkFile
-from woosh_pure.sim.site_options import site_of
+from woosh_pure.sim.site import site_of
 
 ENDLESS = Path("/dev/zero")
 endless = pytest.mark.skipif(

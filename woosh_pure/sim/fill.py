@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from woosh_pure.geometry import Pose2D, Velocity, quaternion_from_yaw
-from woosh_pure.sim.camera import Camera
-from woosh_pure.sim.raycast import cast
+from woosh_pure.sim.sensors import Camera, cast
 from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
-from woosh_pure.geometry import Pose2D
+from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.maps.gridmap import OCCUPIED, GridMap
+from woosh_pure.maps.marks import MarkFile
 
-__all__ = ["Mark", "Site", "built_in_site"]
+__all__ = ["Mark", "Site", "built_in_site", "mark_of", "site_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,3 +79,83 @@ def built_in_site(resolution: float = 0.05) -> Site:
         "C1": Mark(Pose2D(-0.9, -3.0, math.pi), charger=True),
     }
     return Site(grid, marks, Pose2D(0.0, 0.0, 0.0))
+
+
+# -- as a command line describes it: a map file, and marks by name; angles are degrees here ------------------
+#
+# Sources: `NAME=X,Y,YAW` of --mark, and files of --marks, which are those of `woosh marks` (yaw in rad
+# there).
+
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)"
+_MARK = re.compile(rf"(?P<name>.*\S.*)=(?P<x>{_NUMBER}),(?P<y>{_NUMBER}),(?P<yaw>{_NUMBER})", re.ASCII)
+
+
+def mark_of(text: str) -> tuple[str, Pose2D]:
+    """`DOCK=1.5,-2,90`: its name and pose.
+
+    Raises:
+        ValueError: It is written otherwise.
+    """
+    found = _MARK.fullmatch(text)
+    if found is None:
+        raise ValueError(
+            f"--mark {text}: expected NAME=X,Y,YAW in metres, metres and degrees, such as DOCK=1.5,-2,90"
+        )
+    x, y, degrees = (float(found[key]) for key in ("x", "y", "yaw"))
+    return found["name"].strip(), Pose2D(x, y, normalize_angle(math.radians(degrees)))
+
+
+def site_of(
+    map_file: Path | None = None, marks: Iterable[str] = (), files: Iterable[str | Path] = ()
+) -> Site | None:
+    """The place with these marks; None when nothing is asked for: the built-in hall.
+
+    A given map keeps those of the hall that lie in it, on free ground. Marks of files come first, then those
+    of the command line, so that these replace them.
+
+    Args:
+        map_file: YAML of map_server.
+        marks: As `mark_of` reads them.
+        files: As `MarkFile` reads them; an entry without a pose is a note and no place.
+
+    Raises:
+        ValueError: A mark is written wrong, or lies where the map has no free ground.
+        FileNotFoundError: There is no such file.
+    """
+    given: dict[str, tuple[str, Pose2D]] = {}
+    for path in map(Path, files):
+        if not path.exists():
+            raise FileNotFoundError(
+                f"--marks {path}: there is no such file; `woosh marks --file {path} add` makes one"
+            )
+        for mark in MarkFile(path):
+            if mark.pose is not None:
+                given[mark.name] = (f"--marks {path}: {mark.name}", mark.pose)
+    for text in marks:
+        name, pose = mark_of(text)
+        given[name] = (f"--mark {text}", pose)
+    if map_file is None and not given:
+        return None
+    hall = built_in_site()
+    site = hall if map_file is None else _on_map(GridMap.load(map_file), hall)
+    for source, pose in given.values():
+        if not _is_free(site.grid, pose):
+            raise ValueError(f"{source} lies in a wall or beside the map, which is {_extent(site.grid)}")
+    # A charger stays one when it is moved.
+    old = site.marks
+    new = {name: replace(old.get(name, Mark(pose)), pose=pose) for name, (_, pose) in given.items()}
+    return replace(site, marks={**old, **new})
+
+
+def _on_map(grid: GridMap, hall: Site) -> Site:
+    marks = {name: mark for name, mark in hall.marks.items() if _is_free(grid, mark.pose)}
+    return Site(grid, marks, Pose2D(0.0, 0.0))
+
+
+def _is_free(grid: GridMap, pose: Pose2D) -> bool:
+    return not grid.is_occupied(pose.x, pose.y)  # also off the map
+
+
+def _extent(grid: GridMap) -> str:
+    wide, high = grid.width * grid.resolution, grid.height * grid.resolution
+    return f"{wide:g} m by {high:g} m from its corner at x {grid.origin.x:g}, y {grid.origin.y:g}"

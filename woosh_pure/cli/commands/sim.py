@@ -104,7 +104,7 @@ def run(args: Namespace, out: Output) -> int:
     hurry()
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits
-    from woosh_pure.sim.site_options import site_of
+    from woosh_pure.sim.site import site_of
 
     schedule = sorted(_parse_at(text) for text in args.at)
     _require_known(args.firmware)

@@ -11,8 +11,7 @@ import pytest
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import MarkFile
-from woosh_pure.sim.site import built_in_site
-from woosh_pure.sim.site_options import mark_of, site_of
+from woosh_pure.sim.site import built_in_site, mark_of, site_of
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.body import BodyLimits
 from woosh_pure.sim.motions import MotionState
-from woosh_pure.sim.raycast import cast
+from woosh_pure.sim.sensors import cast
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site, built_in_site
 from woosh_pure.sim.tasks import TaskRequest
