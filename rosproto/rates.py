@@ -9,15 +9,14 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 __all__ = ["Bandwidth", "Statistics", "Window", "bandwidth_text", "delay_text", "hz_table", "hz_text"]
 
 _COLUMNS = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
 
 
-@dataclass(frozen=True, slots=True)
-class Statistics:
+class Statistics(NamedTuple):
     """Of the values of a window: seconds.
 
     Attributes:

@@ -86,7 +86,7 @@ def with_table(text: str) -> str:
 
 
 def _all_commands() -> Iterator[str]:
-    from rosproto.cli.commands import COMMANDS as ROSPROTO
+    from rosproto.cli.entry import COMMANDS as ROSPROTO
     from woosh_pure.cli.registry import COMMANDS, load
 
     rows = [("woosh", name, load(name).HELP) for name in COMMANDS]
@@ -119,9 +119,8 @@ def _woosh() -> Iterator[str]:
 
 
 def _rosproto() -> Iterator[str]:
-    from rosproto.cli.commands import COMMANDS
     from rosproto.cli.connection import add_graph_options
-    from rosproto.cli.entry import EXIT_CODES, add_general_options, parser_for
+    from rosproto.cli.entry import COMMANDS, EXIT_CODES, add_general_options, parser_for
 
     yield _ROSPROTO
     rows = [(_link("rosproto", name), command.help) for name, command in COMMANDS.items()]

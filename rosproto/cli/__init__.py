@@ -13,8 +13,16 @@ from rosproto.cli.bag_progress import Progress
 from rosproto.cli.bag_record import add_output_options, follow_recording, recorder_options
 from rosproto.cli.completion import add_arguments as add_completion_arguments
 from rosproto.cli.completion import answer as answer_completion
-from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, terminal_size
-from rosproto.cli.counts import counted
+from rosproto.cli.console import (
+    counted,
+    enable_escapes,
+    is_terminal,
+    json_text,
+    own,
+    shows_unicode,
+    terminal_size,
+    unguarded,
+)
 from rosproto.cli.failure import (
     DONE,
     FAILED,
@@ -29,9 +37,8 @@ from rosproto.cli.failure import (
 )
 from rosproto.cli.foxglove import add_server_options, announced, serve, server_options
 from rosproto.cli.gateway_options import gateway_watchdog, until_interrupted
-from rosproto.cli.json_output import json_text
 from rosproto.cli.keys import Keys, open_keys
-from rosproto.cli.option_types import (
+from rosproto.cli.options import (
     count,
     finite,
     folder_exists,
@@ -47,7 +54,6 @@ from rosproto.cli.option_types import (
 from rosproto.cli.parser import Parser, WrongUse, give_examples, near
 from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
 from rosproto.cli.signals import interrupt_on_signals, signals_ignored
-from rosproto.cli.streams import own, unguarded
 
 __all__ = [
     "DONE",

@@ -27,8 +27,6 @@ from typing import Any
 
 from .signals import Terminated
 
-__all__ = ["BackgroundOutput", "everything_is_written", "hurry", "in_background"]
-
 MOST = 500
 """Pieces of text that may wait for their reader."""
 _LARGE = 65536  # bytes; so long a piece is waited for by itself

@@ -5,16 +5,15 @@ from __future__ import annotations
 import argparse
 import importlib
 
+from . import topic
 from .connection import Verb, verbs
-
-__all__ = ["add_arguments"]
 
 VERBS = {
     "info": ("bag_info", "info", "tell what is in bags, without reading the messages"),
     "check": ("bag_check", "check", "read everything and tell what is damaged or undecodable"),
     "record": ("bag_record", "record", "record topics of a live graph"),
     "play": ("bag_play", "play", "publish bags to a live graph as they were recorded"),
-    "echo": ("bag_echo", "echo", "print the messages of a topic"),
+    "echo": ("bag", "echo", "print the messages of a topic"),
     "filter": ("bag_edit", "filter", "copy chosen topics, a span, or what an expression chooses"),
     "merge": ("bag_edit", "merge", "put several bags into one, by time"),
     "convert": ("bag_edit", "convert", "make MCAP of a bag, or a bag of MCAP"),
@@ -35,3 +34,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _verb(module: str, name: str, text: str) -> Verb:
     found = importlib.import_module(f".{module}", __package__)
     return getattr(found, f"add_{name}_arguments"), getattr(found, name), text
+
+
+def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
+    """The bag, then what `topic echo` takes."""
+    parser.add_argument("file", metavar="BAG")
+    topic.add_echo_arguments(parser)
+    parser.add_argument("--json", action="store_true", help="print messages as JSON, one a line")
+
+
+def echo(arguments: argparse.Namespace) -> int:
+    """`rosproto topic echo` on a bag; the topic may be a pattern such as '/camera/*'."""
+    arguments.bag = arguments.file
+    return topic.echo(arguments)

@@ -12,14 +12,12 @@ from rosproto.text import printable
 from .bag_opening import reader_of
 from .bag_progress import Progress
 from .connection import print_json
-from .counts import counted
-from .shared_options import add_json
+from .console import counted
+from .options import add_json
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
     from rosproto.codec import Message
-
-__all__ = ["add_check_arguments", "check", "problems_of"]
 
 
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:

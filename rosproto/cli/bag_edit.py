@@ -13,31 +13,15 @@ from rosproto.text import human_bytes
 
 from .bag_opening import check_local, opened
 from .bag_progress import Progress
-from .connection import CommandError
-from .counts import counted
+from .console import counted
 from .expression import Expression
-from .option_types import finite
-from .shared_options import add_allow_damaged, add_compression, add_quiet
+from .failure import CommandError
+from .options import add_allow_damaged, add_compression, add_quiet, finite
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader, RawMessage
     from rosproto.time import Time
 
-__all__ = [
-    "add_compress_arguments",
-    "add_convert_arguments",
-    "add_decompress_arguments",
-    "add_filter_arguments",
-    "add_merge_arguments",
-    "add_span_arguments",
-    "compress",
-    "convert",
-    "decompress",
-    "filter",
-    "merge",
-    "span",
-    "wanted_topics",
-]
 
 Kind = Literal["none", "bz2", "lz4"]
 Entry = tuple[str, "RawMessage", "Time"]

@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_opening import next_to, opened
 from .bag_progress import Progress
-from .connection import CommandError
-from .counts import counted
+from .console import counted
 from .export_parquet import file_names, need, write_parquet
-from .field_path import parse_field_path
-from .shared_options import add_allow_damaged, add_quiet
+from .failure import CommandError
+from .fields import parse_field_path
+from .options import add_allow_damaged, add_quiet
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
-
-__all__ = ["IMAGES", "add_export_arguments", "export", "pixels_of", "png_of"]
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
@@ -110,7 +108,7 @@ class _CsvFile:
         self._begun = False
 
     def write(self, message: Any, receive_ns: int) -> None:
-        from .message_csv import header, row
+        from .fields import header, row
 
         if not self._takers:
             names, cells = ([header(message, "field")] if not self._begun else []), [row(message)]

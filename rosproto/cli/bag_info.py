@@ -17,13 +17,13 @@ from rosproto.text import printable
 
 from .bag_opening import reader_of
 from .bag_progress import Progress
-from .connection import CommandError, print_json
+from .connection import print_json
+from .failure import CommandError
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
     from rosproto.bag.summary import Facts
 
-__all__ = ["add_info_arguments", "info", "sparkline"]
 
 CURVE = 24  # characters
 FINE = 16  # chunks that must fit into one of these before their messages count as of one moment

@@ -11,13 +11,11 @@ from urllib.parse import unquote, urlsplit
 from rosproto.bag.remote import is_remote
 
 from .bag_progress import Progress
-from .counts import counted
+from .console import counted
 from .failure import CommandError, say
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
-
-__all__ = ["check_local", "damage_sentence", "next_to", "opened", "reader_of"]
 
 
 def reader_of(

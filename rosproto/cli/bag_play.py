@@ -10,18 +10,15 @@ from typing import TYPE_CHECKING
 
 from .background_output import hurry
 from .bag_opening import opened
-from .connection import CommandError, add_graph_options, open_node
-from .counts import counted
+from .connection import add_graph_options, open_node
+from .console import counted, own
+from .failure import CommandError
 from .keys import Keyboard
-from .option_types import finite, whole
-from .shared_options import add_allow_damaged
+from .options import add_allow_damaged, finite, whole
 from .signals import interrupt_on_signals
-from .streams import own
 
 if TYPE_CHECKING:
     from rosproto.recording import Player
-
-__all__ = ["add_play_arguments", "play"]
 
 
 def add_play_arguments(parser: argparse.ArgumentParser) -> None:

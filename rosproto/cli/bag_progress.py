@@ -14,9 +14,7 @@ from typing import TextIO
 
 from rosproto.text import cut, human_bytes, padded, printable, width
 
-from .streams import own
-
-__all__ = ["Progress"]
+from .console import own
 
 FIRST_AFTER = 1.0
 EVERY = 0.25

@@ -10,25 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.text import human_bytes
 
-from .connection import CommandError, add_graph_options, open_node
-from .counts import counted
-from .option_types import finite, whole
-from .shared_options import add_compression
+from .connection import add_graph_options, open_node
+from .console import counted, own
+from .failure import CommandError
+from .options import add_compression, finite, whole
 from .signals import interrupt_on_signals
-from .streams import own
 
 if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.recording import Recorder, RecorderStats
 
-__all__ = [
-    "add_output_options",
-    "add_record_arguments",
-    "follow_recording",
-    "record",
-    "recorder_options",
-    "seconds_of",
-]
 
 MB = 1 << 20
 

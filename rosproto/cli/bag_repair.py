@@ -9,11 +9,9 @@ from rosproto.text import printable
 
 from .bag_opening import check_local
 from .bag_progress import Progress
-from .connection import CommandError
-from .counts import counted
-from .shared_options import add_compression, add_quiet
-
-__all__ = ["add_fix_arguments", "add_reindex_arguments", "fix", "reindex"]
+from .console import counted
+from .failure import CommandError
+from .options import add_compression, add_quiet
 
 
 def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:

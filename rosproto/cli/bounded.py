@@ -15,8 +15,6 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["FUNCTIONS", "MAX_STEPS", "STRING_METHODS", "Bounds", "TooMuch"]
-
 MAX_STEPS = 500_000
 MAX_BITS = 4096
 MAX_EXPONENT = 1024

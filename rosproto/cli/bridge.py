@@ -19,8 +19,6 @@ from .signals import interrupt_on_signals
 if TYPE_CHECKING:
     from rosproto.gateway import Rosbridge
 
-__all__ = ["add_arguments", "run"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which graph, where to listen, what is open."""

@@ -2,21 +2,22 @@
 
 The script a shell loads asks this command itself (`completion _words =... =...`), which walks the argparse
 parsers as the command line: nothing is listed twice, and names (topics, marks) are looked up when asked for.
+Where a message is to be typed, every field of its type is offered with its default.
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rosproto.errors import RosError
 from rosproto.text import printable
 
 from .parser import actions_of, options_of, verbs_of
-
-__all__ = ["SHELLS", "add_arguments", "answer", "complete", "run", "script"]
 
 Names = Callable[[], Iterable[str]]
 FILES = 10
@@ -261,7 +262,6 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
     def values() -> Iterable[str]:
         """What a message or request looks like: `{data: ""}`; once, then it is edited."""
         from .entry import parser_for
-        from .templates import template_of
 
         given = _walked(parser_for(words), words[:-1]).given
         return [] if "values" in given else template_of(words, given)
@@ -303,3 +303,66 @@ def _types(words: Sequence[str]) -> list[str]:
         for package in library.packages()
         for name in kind(package)
     ]
+
+
+def template(cls: Any) -> str:
+    """`{header: {seq: 0, stamp: now, frame_id: ""}, x: 0.0}`: YAML in one line, without single quotes.
+
+    Args:
+        cls: A message class.
+    """
+    from rosproto.codec.dicts import to_dict
+
+    return _flow(to_dict(cls()), cls)
+
+
+def _flow(value: Any, cls: Any = None) -> str:
+    if isinstance(value, dict):
+        kinds = dict(zip(cls.__slots__, cls._slot_types, strict=True)) if cls else {}
+        stamped = getattr(cls, "_type", "") == "std_msgs/Header"
+        parts = []
+        for name, item in value.items():
+            if stamped and name == "stamp":
+                parts.append("stamp: now")
+            else:
+                parts.append(f"{name}: {_flow(item, _class_of(kinds.get(name, '')))}")
+        return "{" + ", ".join(parts) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_flow(item) for item in value) + "]"
+    return json.dumps(value)
+
+
+def _class_of(kind: str) -> Any:
+    from rosproto.codec import message_class
+
+    if kind == "Header":
+        kind = "std_msgs/Header"
+    return message_class(kind) if "/" in kind and "[" not in kind else None
+
+
+def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> list[str]:
+    """For `topic pub TOPIC TYPE` and `service call NAME`: the template, or nothing.
+
+    Args:
+        words: The command line so far.
+        given: Its positional arguments.
+    """
+    from rosproto.codec import message_class, service_class
+
+    from .connection import absolute, add_graph_options, library_for
+    from .service import type_of
+
+    parser = argparse.ArgumentParser(add_help=False)
+    add_graph_options(parser)
+    options = parser.parse_known_args(list(words))[0]
+    try:
+        if "type" in given:
+            kind = given["type"][0]
+            return [template(message_class(kind, library_for(options, kind)))]
+        if "service" in given:
+            kind = type_of(options, absolute(given["service"][0]))
+            request = service_class(kind, library_for(options, kind, "srv")).Request
+            return [template(request)] if request.__slots__ else []
+    except (RosError, ValueError):
+        pass  # nobody knows the type, or nobody answers: nothing to offer
+    return []

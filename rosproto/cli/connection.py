@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, cast
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
 from rosproto.text import printable
 
+from .console import json_text
 from .failure import CommandError
-from .json_output import json_text
+from .options import AddArguments, add_json
 from .parser import near
-from .shared_options import AddArguments, add_json
 
 if TYPE_CHECKING:  # imported when they are used: --help has no use for them
     from rosproto.msg import DefinitionLibrary
@@ -23,28 +23,6 @@ if TYPE_CHECKING:  # imported when they are used: --help has no use for them
     from rosproto.node.graph.slave_client import NodeClient
     from rosproto.transport.host_names import HostNames
 
-__all__ = [
-    "CALLER_ID",
-    "TIMEOUT",
-    "CommandError",
-    "Verb",
-    "absolute",
-    "add_graph_options",
-    "below",
-    "given_names",
-    "host_names",
-    "library_for",
-    "master_client",
-    "master_uri",
-    "msg_path",
-    "node_client",
-    "open_node",
-    "print_json",
-    "unknown",
-    "verbs",
-    "warn",
-    "warn_if_none",
-]
 
 CALLER_ID = "/rosproto"
 TIMEOUT = 5.0

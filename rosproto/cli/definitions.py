@@ -6,14 +6,13 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING
 
-from .connection import CommandError, Verb, library_for, print_json, unknown, verbs
+from .connection import Verb, library_for, print_json, unknown, verbs
+from .failure import CommandError
+from .options import add_allow_damaged, add_json
 from .parser import near
-from .shared_options import add_allow_damaged, add_json
 
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary, MessageSpec
-
-__all__ = ["add_arguments_action", "add_arguments_msg", "add_arguments_srv"]
 
 
 def _add_arguments(kind: str, parser: argparse.ArgumentParser) -> None:

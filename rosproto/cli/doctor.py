@@ -14,13 +14,12 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.text import printable
 
 from .connection import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
-from .counts import counted
+from .console import counted
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
     from rosproto.transport.host_names import HostNames
 
-__all__ = ["Finding", "add_arguments", "examine", "run"]
 
 PATIENCE = 2.0
 

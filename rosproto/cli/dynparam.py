@@ -15,11 +15,10 @@ from rosproto.errors import RosTimeout
 from rosproto.files import read_text
 from rosproto.text import printable
 
-from .connection import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
-from .option_types import folder_exists, positive
+from .connection import absolute, master_client, open_node, print_json, unknown, verbs
+from .failure import CommandError
+from .options import folder_exists, positive
 from .yaml_values import load_text, to_text, value_of
-
-__all__ = ["add_arguments"]
 
 SERVICE = "/set_parameters"
 SERVICE_TYPE = "dynamic_reconfigure/Reconfigure"

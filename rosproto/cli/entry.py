@@ -1,20 +1,27 @@
-"""Entry of the `rosproto` command: picks a sub-command and turns its errors into one sentence."""
+"""Entry of the `rosproto` command: its sub-commands, their examples, and the parser that knows them.
+
+A command module has
+
+    def add_arguments(parser: argparse.ArgumentParser) -> None: ...
+    def run(arguments: argparse.Namespace) -> int: ...        # exit code
+
+and a line in `COMMANDS`. One with verbs hands them to `connection.verbs` and has no `run`. Only the module of
+the command that is run gets imported, so `rosproto master` starts without what `rosproto topic` needs.
+"""
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import sys
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from rosproto.version import __version__
 
-from .commands import COMMANDS
-from .examples import EXAMPLES
 from .failure import DONE, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, WRONG_USE, say
 from .parser import Parser, give_examples, leaves, options_of
 from .process import Task, exit_codes_line, run_command, words_of
-
-__all__ = ["EXIT_CODES", "add_general_options", "main", "parser_for"]
 
 EXIT_CODES = {
     DONE: "done",
@@ -115,3 +122,90 @@ def _log_to_stderr(verbosity: int) -> None:
 
     level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbosity, 2)]
     logging.basicConfig(level=level, format="%(asctime)s %(levelname)s %(message)s", stream=sys.stderr)
+
+
+class Command(NamedTuple):
+    """One sub-command.
+
+    Attributes:
+        module: Where its functions are.
+        help: One line for `rosproto --help`.
+        arguments: Name of the function that adds its arguments.
+    """
+
+    module: str
+    help: str
+    arguments: str = "add_arguments"
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Import it and give the parser its arguments; parsing sets `run`, the function to call with them."""
+        module = importlib.import_module(self.module)
+        getattr(module, self.arguments)(parser)
+        if hasattr(module, "run"):
+            parser.set_defaults(run=module.run)
+
+
+COMMANDS: dict[str, Command] = {
+    "topic": Command("rosproto.cli.topic", "list, watch, measure and publish topics (rostopic)"),
+    "node": Command("rosproto.cli.node", "list, inspect, ping and end nodes (rosnode)"),
+    "service": Command("rosproto.cli.service", "list, inspect and call services (rosservice)"),
+    "param": Command("rosproto.cli.param", "get and set parameters (rosparam)"),
+    "msg": Command("rosproto.cli.definitions", "show message definitions (rosmsg)", "add_arguments_msg"),
+    "srv": Command("rosproto.cli.definitions", "show service definitions (rossrv)", "add_arguments_srv"),
+    "action": Command("rosproto.cli.definitions", "show action definitions", "add_arguments_action"),
+    "bag": Command("rosproto.cli.bag", "record, play, inspect, mend and convert bags (rosbag)"),
+    "graph": Command("rosproto.cli.graph", "draw who talks to whom: text, SVG, Graphviz, PNG"),
+    "tf": Command("rosproto.cli.tf", "show the tree of frames, its rates, and transforms in it"),
+    "log": Command("rosproto.cli.log", "read what nodes log, filtered; set their levels (rosconsole)"),
+    "dynparam": Command("rosproto.cli.dynparam", "read and set what can be reconfigured (dynparam)"),
+    "doctor": Command("rosproto.cli.doctor", "find out why a graph does not work from here"),
+    "run": Command("rosproto.rospy.launch", "run a program written for rospy"),
+    "bridge": Command("rosproto.cli.bridge", "serve web pages and programs without ROS (rosbridge)"),
+    "foxglove": Command("rosproto.cli.foxglove", "show the graph live in Foxglove and Lichtblick"),
+    "master": Command("rosproto.cli.master", "run a ROS master (what roscore does) until interrupted"),
+    "completion": Command("rosproto.cli.completion", "print what a shell needs to complete this command"),
+}
+
+
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "topic list": ("rosproto topic list -v", "rosproto topic list '/camera*'"),
+    "topic echo": (
+        "rosproto topic echo /odom -n 1",
+        "rosproto topic echo /odom/pose/pose/position/x --plot",
+        "rosproto topic echo /odom/twist/twist/linear/x /odom/twist/twist/angular/z --plot",
+        "rosproto topic echo /scan --noarr --filter 'm.range_max > 10'",
+    ),
+    "topic hz": ("rosproto topic hz /odom /scan",),
+    "topic pub": (
+        "rosproto topic pub -1 /greeting std_msgs/String 'data: hello'",
+        "rosproto topic pub -r 10 /cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'",
+    ),
+    "service call": ("rosproto service call /lamp '{data: true}'",),
+    "param set": ("rosproto param set /lamp '{watts: 60, name: desk}'",),
+    "msg show": ("rosproto msg show nav_msgs/Odometry", "rosproto msg show Odometry --raw"),
+    "bag record": (
+        "rosproto bag record /odom /scan -O drive.bag --lz4",
+        "rosproto bag record -a --split --duration 5m --max-splits 12",
+    ),
+    "bag play": (
+        "rosproto bag play drive.bag -r 2 --clock",
+        "rosproto bag play drive.bag /odom:=/before",
+    ),
+    "bag filter": (
+        "rosproto bag filter drive.bag slow.bag \"topic == '/odom' and m.twist.twist.linear.x < 0.1\"",
+    ),
+    "graph": ("rosproto graph -o graph.svg", "rosproto graph --node /move_base"),
+    "tf echo": ("rosproto tf echo map base_link -n 1",),
+    "tf frames": ("rosproto tf frames -o frames.svg",),
+    "tf monitor": ("rosproto tf monitor -n 1", "rosproto tf monitor map base_link -n 1"),
+    "log echo": ("rosproto log echo --level warn --node '/move_base*'",),
+    "log set": ("rosproto log set /move_base root debug",),
+    "dynparam set": ("rosproto dynparam set /camera '{size: 20, enabled: false}'",),
+    "bridge": (
+        "rosproto bridge",
+        "rosproto bridge --bind 0.0.0.0 --token SECRET --allow-write 'topic:/chatter' --deny 'param:*'",
+    ),
+    "run": ("rosproto run --sim program.py _speed:=0.2",),
+    "master": ("rosproto master --host 0.0.0.0 --advertise 169.254.128.20",),
+}
+"""By command and verb."""

@@ -13,13 +13,12 @@ from zlib import crc32
 from .bag_edit import span
 from .bag_opening import next_to
 from .bag_progress import Progress
-from .connection import CommandError
-from .counts import counted
+from .console import counted
+from .failure import CommandError
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
 
-__all__ = ["file_name", "file_names", "need", "write_parquet"]
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""

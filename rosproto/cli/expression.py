@@ -17,8 +17,6 @@ from typing import Any
 
 from .bounded import FUNCTIONS, STRING_METHODS, Bounds, TooMuch
 
-__all__ = ["FUNCTIONS", "Expression", "ExpressionError"]
-
 MAX_TEXT = 4096
 MAX_NODES = 500
 MAX_DEPTH = 60

@@ -12,20 +12,6 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import led, sentence_of
 from rosproto.text import printable
 
-__all__ = [
-    "DONE",
-    "FAILED",
-    "INTERRUPTED",
-    "TERMINATED",
-    "UNREACHABLE",
-    "WRONG_USE",
-    "CommandError",
-    "cannot_listen",
-    "explain",
-    "output_is_gone",
-    "say",
-]
-
 DONE, FAILED, WRONG_USE, UNREACHABLE = 0, 1, 2, 4
 INTERRUPTED, TERMINATED = 130, 143
 

@@ -20,7 +20,6 @@ from .signals import interrupt_on_signals
 if TYPE_CHECKING:
     from rosproto.gateway import Foxglove
 
-__all__ = ["add_arguments", "add_server_options", "announced", "run", "serve", "server_options"]
 
 WEB, DESKTOP = "https://app.foxglove.dev", "file://"
 """Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.

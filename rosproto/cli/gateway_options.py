@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from .background_output import hurry
 from .failure import CommandError
-from .option_types import count, host, port, seconds
+from .options import count, host, port, seconds
 
 if TYPE_CHECKING:
     import ssl
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.watchdog import Watchdog
 
-__all__ = ["add_gateway_options", "gateway_options", "gateway_watchdog", "opened", "until_interrupted"]
 
 STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
 

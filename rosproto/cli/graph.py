@@ -1,23 +1,25 @@
-"""`rosproto graph`: who talks to whom, as text, Graphviz DOT, or a picture."""
+"""`rosproto graph`: who talks to whom, as text, Graphviz DOT, or a picture.
+
+The picture has curves between three columns where that fits a screen, else a card a node.
+"""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from html import escape
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.text import printable
 
 from .connection import absolute, add_graph_options, master_client, print_json, unknown
-from .graph_svg import svg
-from .option_types import folder_exists
-from .pictures import form_of, write_picture
+from .options import folder_exists
+from .pictures import form_of, quoted, svg_page, write_picture
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import SystemState
 
-__all__ = ["add_arguments", "run"]
 
 QUIET = frozenset(("/rosout", "/rosout_agg", "/clock", "/statistics"))
 
@@ -109,9 +111,131 @@ def _dot(edges: list[Edge]) -> str:
     return "\n".join([*lines, "}"]) + "\n"
 
 
-def quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
 def _nodes(edges: Iterable[Edge]) -> list[str]:
     return sorted({name for edge in edges for name in (edge.publisher, edge.subscriber) if name})
+
+
+TALLEST = 900
+"""Pixels; a picture of three columns may be as high, and no higher than it is wide."""
+SHAPE = 1.5
+"""Width to height that the cards are arranged for: a screen's."""
+STYLE = (
+    "path{fill:none;stroke:#789}rect{fill:#eef3f8;stroke:#456}"
+    "text{font:13px sans-serif;text-anchor:middle;fill:#123}"
+    ".card text{font-size:12px;text-anchor:start}.card .head{font-weight:bold}.card .to{fill:#567}"
+)
+LETTER, ROW, GAP = 7, 17, 16
+"""Pixels: of a letter, a row of a card, between two cards."""
+
+
+def svg(edges: Sequence[Edge]) -> str:
+    """The picture."""
+    width, height, parts = _columns(edges)
+    if height > max(TALLEST, 0) or height > max(width, 400):
+        width, height, parts = _cards(edges)
+    return svg_page(width, height, STYLE, dict.fromkeys(parts))
+
+
+def _columns(edges: Sequence[Edge]) -> tuple[int, int, list[str]]:
+    """Publishers, topics, subscribers, with curves between them."""
+    columns = [
+        sorted({edge.publisher for edge in edges if edge.publisher}),
+        sorted({edge.topic for edge in edges}),
+        sorted({edge.subscriber for edge in edges if edge.subscriber}),
+    ]
+    height = 40 + 34 * max((len(column) for column in columns), default=1)
+    widths = [40 + 8 * max((len(name) for name in column), default=4) for column in columns]
+    lefts = [20, 20 + widths[0] + 80, 20 + widths[0] + widths[1] + 160]
+    place = {
+        (i, name): (lefts[i], 20 + 34 * row + (height - 40 - 34 * len(column)) // 2)
+        for i, column in enumerate(columns)
+        for row, name in enumerate(column)
+    }
+    parts = []
+    for edge in edges:
+        for a, b in (((0, edge.publisher), (1, edge.topic)), ((1, edge.topic), (2, edge.subscriber))):
+            if a in place and b in place:
+                x1, y1 = place[a][0] + widths[a[0]], place[a][1] + 13
+                x2, y2 = place[b][0], place[b][1] + 13
+                bend = (x1 + x2) // 2
+                parts.append(f'<path d="M{x1},{y1} C{bend},{y1} {bend},{y2} {x2},{y2}"/>')
+    boxes = []
+    for (column, name), (x, y) in place.items():
+        radius = 4 if column == 1 else 13
+        boxes.append(f'<rect x="{x}" y="{y}" width="{widths[column]}" height="26" rx="{radius}"/>')
+        boxes.append(f'<text x="{x + widths[column] // 2}" y="{y + 17}">{escape(name)}</text>')
+    return lefts[2] + widths[2] + 20, height, [*parts, *boxes]
+
+
+class _Card:
+    """A node that publishes, its topics, and who listens to each.
+
+    Attributes:
+        lines: (text, how it is written) from the top.
+        width, height: Pixels.
+    """
+
+    def __init__(self, publisher: str, edges: Sequence[Edge]) -> None:
+        topics: dict[str, list[str]] = {}
+        for edge in edges:
+            topics.setdefault(edge.topic, []).append(edge.subscriber or "(nobody)")
+        self.lines = [(publisher or "(nobody publishes)", "head")]
+        for subscribers, names in _alike(topics):
+            self.lines += [(name, "topic") for name in names]
+            self.lines += [(f"    → {subscriber}", "to") for subscriber in subscribers]
+        self.width = 24 + LETTER * max(len(text) for text, _ in self.lines)
+        self.height = 12 + ROW * len(self.lines)
+
+    def draw(self, x: int, y: int, width: int) -> str:
+        rows = [
+            f'<text class="{kind}" x="{x + 10}" y="{y + 18 + ROW * i}" xml:space="preserve">'
+            f"{escape(text)}</text>"
+            for i, (text, kind) in enumerate(self.lines)
+        ]
+        box = f'<rect x="{x}" y="{y}" width="{width}" height="{self.height}" rx="6"/>'
+        return f'<g class="card">{box}{"".join(rows)}</g>'
+
+
+def _alike(topics: dict[str, list[str]]) -> list[tuple[list[str], list[str]]]:
+    """Topics with the same listeners stand together, those nobody listens to last: (listeners, topics)."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for topic, subscribers in sorted(topics.items()):
+        groups.setdefault(tuple(sorted(set(subscribers))), []).append(topic)
+    found = [(list(subscribers), names) for subscribers, names in groups.items()]
+    return sorted(found, key=lambda group: (group[0] == ["(nobody)"], group[1]))
+
+
+def _cards(edges: Sequence[Edge]) -> tuple[int, int, list[str]]:
+    """Cards in as many columns as give the shape of a screen; the highest first, each where most room is."""
+    by_node: dict[str, list[Edge]] = {}
+    for edge in edges:
+        by_node.setdefault(edge.publisher, []).append(edge)
+    cards = sorted(
+        (_Card(node, found) for node, found in by_node.items()), key=lambda card: (-card.height, card.lines)
+    )
+    best = min((_arranged(cards, count) for count in range(1, len(cards) + 1)), key=_badness)
+    lefts, widths, tops, places = best
+    parts = [card.draw(lefts[column], y, widths[column]) for card, column, y in places]
+    return lefts[-1] + widths[-1] + GAP, max(tops), parts
+
+
+_Arranged = tuple[list[int], list[int], list[int], list[tuple[_Card, int, int]]]
+
+
+def _arranged(cards: Sequence[_Card], count: int) -> _Arranged:
+    """Left edges and widths of the columns, where each ends, and (card, column, top)."""
+    tops, widths = [GAP] * count, [0] * count
+    places = []
+    for card in cards:
+        column = tops.index(min(tops))
+        places.append((card, column, tops[column]))
+        tops[column] += card.height + GAP
+        widths[column] = max(widths[column], card.width)
+    lefts = [GAP + sum(widths[:column]) + GAP * column for column in range(count)]
+    return lefts, widths, tops, places
+
+
+def _badness(arranged: _Arranged) -> float:
+    lefts, widths, tops, _ = arranged
+    shape = (lefts[-1] + widths[-1] + GAP) / max(tops)
+    return max(shape / SHAPE, SHAPE / shape)

@@ -16,8 +16,6 @@ from typing import Any, Protocol
 
 from .console import is_terminal
 
-__all__ = ["KeyDecoder", "Keyboard", "Keys", "WindowsKeys", "open_keys"]
-
 _SEQUENCES = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _WINDOWS = {"H": "up", "P": "down", "M": "right", "K": "left"}
 _ESCAPE_PATIENCE = 0.03

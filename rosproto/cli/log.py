@@ -11,22 +11,10 @@ from typing import Any
 from rosproto.errors import RosTimeout, ServiceError
 from rosproto.text import printable
 
-from .connection import (
-    CommandError,
-    absolute,
-    below,
-    master_client,
-    open_node,
-    print_json,
-    unknown,
-    verbs,
-    warn,
-)
+from .connection import absolute, below, master_client, open_node, print_json, unknown, verbs, warn
 from .console import enable_escapes
-from .option_types import count, positive
-from .shared_options import argument
-
-__all__ = ["add_arguments"]
+from .failure import CommandError
+from .options import argument, count, positive
 
 LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 """rosgraph_msgs/Log, as its definition numbers them."""

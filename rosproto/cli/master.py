@@ -16,13 +16,11 @@ from rosproto.transport.open_files import allow_open_files
 
 from .background_output import hurry
 from .failure import CommandError, cannot_listen
-from .option_types import host, port
+from .options import host, port
 
 if TYPE_CHECKING:
     from rosproto.master import Master
     from rosproto.rosout_aggregator import RosoutAggregator
-
-__all__ = ["add_arguments", "run"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,6 @@ from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
 from .connection import (
-    CommandError,
     absolute,
     below,
     host_names,
@@ -22,14 +21,13 @@ from .connection import (
     warn,
     warn_if_none,
 )
-from .option_types import count, positive
-from .shared_options import argument
+from .failure import CommandError
+from .options import argument, count, positive
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
     from rosproto.node.graph.slave_client import BusConnection
 
-__all__ = ["add_arguments"]
 
 RULE = "-" * 80
 GONE = (ConnectionLost, RosTimeout)

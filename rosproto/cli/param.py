@@ -12,12 +12,11 @@ from rosproto.errors import MasterError
 from rosproto.files import read_file, read_stream, read_text
 from rosproto.text import printable
 
-from .connection import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
-from .json_output import json_text
-from .shared_options import argument
+from .connection import absolute, below, master_client, print_json, unknown, verbs, warn_if_none
+from .console import json_text
+from .failure import CommandError
+from .options import argument
 from .yaml_values import load_text, to_text, value_of
-
-__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,20 +8,6 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, NoReturn, cast
 
-__all__ = [
-    "Parser",
-    "WrongUse",
-    "actions_of",
-    "give_examples",
-    "leaves",
-    "near",
-    "options_of",
-    "sub_parsers",
-    "synopsis",
-    "value_names",
-    "verbs_of",
-]
-
 WRONG_USE = 2
 
 

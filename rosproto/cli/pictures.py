@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from .failure import CommandError
-
-__all__ = ["FORMS", "form_of", "write_picture"]
 
 FORMS = {".dot": "dot", ".gv": "dot", ".svg": "svg", ".txt": "text", ".png": "png", ".pdf": "pdf"}
 """What is written, by the ending of the file."""
@@ -77,3 +75,17 @@ def _by_graphviz(dot: str, form: str) -> bytes:
         said = " ".join(done.stderr.decode("utf-8", "replace").split())[:300]
         raise CommandError(f"Graphviz failed with code {done.returncode}: {said}; write .svg instead")
     return done.stdout
+
+
+def svg_page(width: int, height: float, style: str, parts: Iterable[str]) -> str:
+    """An SVG document of this size, on white."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
+        f'viewBox="0 0 {width} {height}">\n<style>{style}.page{{fill:#fff;stroke:none}}</style>\n'
+        f'<rect class="page" width="{width}" height="{height}"/>\n' + "\n".join(parts) + "\n</svg>\n"
+    )
+
+
+def quoted(text: str) -> str:
+    """A name in DOT."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

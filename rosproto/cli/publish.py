@@ -16,11 +16,10 @@ from rosproto.files import read_text
 from rosproto.time import Time
 
 from .background_output import hurry
-from .connection import CommandError, absolute, library_for, master_client, open_node, print_json, warn
+from .connection import absolute, library_for, master_client, open_node, print_json, warn
 from .console import is_terminal
+from .failure import CommandError
 from .yaml_values import load_documents, value_of
-
-__all__ = ["run"]
 
 LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that are still connecting
 FILE_RATE = 10.0  # messages a second of a file or of standard input, as rostopic publishes them

@@ -12,7 +12,6 @@ from rosproto.text import printable
 from .connection import (
     CALLER_ID,
     TIMEOUT,
-    CommandError,
     absolute,
     below,
     host_names,
@@ -26,15 +25,13 @@ from .connection import (
     warn_if_none,
 )
 from .console import is_terminal
-from .option_types import positive
+from .failure import CommandError
+from .options import argument, positive
 from .parser import near
-from .shared_options import argument
 from .yaml_values import load_documents, to_flow, value_of
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
-
-__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

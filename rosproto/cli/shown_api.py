@@ -11,8 +11,6 @@ from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.text import printable
 
-__all__ = ["ShownMaster", "ShownNode"]
-
 _VALUES = frozenset({"getParam", "subscribeParam"})
 
 

@@ -12,15 +12,6 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
 
-__all__ = [
-    "Terminated",
-    "close_handler",
-    "interrupt_on_signals",
-    "linger_when_closed",
-    "signals_ignored",
-    "signals_unwind",
-]
-
 ONE_SIGNAL = 0.5
 _THAT_END = ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
 """SIGHUP is a closed terminal, SIGQUIT Ctrl-\\; SIGBREAK is Ctrl-Break, and a closed console on Windows."""

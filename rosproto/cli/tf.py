@@ -1,19 +1,27 @@
-"""`rosproto tf`: the tree of frames, as text and as a picture, who sends it, and transforms in it."""
+"""`rosproto tf`: the tree of frames, as text and as a picture, who sends it, and transforms in it.
+
+`frames` draws what tf's view_frames shows, without a PDF reader; `monitor` tells what tf's tf_monitor does.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
+import threading
 import time
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
 from typing import Any
 
 from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
 
-from .connection import CommandError, open_node, print_json, verbs, warn
-from .option_types import count, folder_exists, positive, seconds
-
-__all__ = ["add_arguments"]
+from .connection import open_node, print_json, verbs, warn
+from .failure import CommandError
+from .options import count, folder_exists, positive, seconds
+from .parser import near
+from .pictures import form_of, quoted, svg_page, write_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,8 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         {
             "tree": (_tree_arguments, _tree, "listen for a moment and print the tree of frames"),
-            "frames": (_frames_arguments, _frames, "draw the tree of frames: SVG, DOT, or PNG by Graphviz"),
-            "monitor": (_monitor_arguments, _monitor, "tell who sends each frame, how often and how late"),
+            "frames": (_frames_arguments, draw, "draw the tree of frames: SVG, DOT, or PNG by Graphviz"),
+            "monitor": (_monitor_arguments, monitor, "tell who sends each frame, how often and how late"),
             "echo": (_echo_arguments, _echo, "print the transform between two frames, again and again"),
         },
     )
@@ -71,18 +79,6 @@ def _monitor_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--every", type=positive, default=1.0, metavar="S", help="seconds between two reports (1)"
     )
-
-
-def _frames(arguments: argparse.Namespace) -> int:
-    from .tf_frames import draw
-
-    return draw(arguments)
-
-
-def _monitor(arguments: argparse.Namespace) -> int:
-    from .tf_monitor import monitor
-
-    return monitor(arguments)
 
 
 def _tree(arguments: argparse.Namespace) -> int:
@@ -154,3 +150,263 @@ def _print(transform: Any, as_json: bool) -> None:
     print(f"- Translation: [{x:.3f}, {y:.3f}, {z:.3f}]")
     print(f"- Rotation: in Quaternion [{', '.join(f'{v:.3f}' for v in rotation)}]")
     print(f"            yaw {transform.yaw:.3f} rad, {math.degrees(transform.yaw):.1f}°", flush=True)
+
+
+Frames = dict[str, dict[str, Any]]
+"""As `TransformBuffer.frames()` gives them: child -> facts."""
+LETTER, HIGH, APART, BETWEEN = 7, 44, 14, 46
+"""Pixels: of a letter, a box, between two boxes above each other, between two generations."""
+STYLE = (
+    "path{fill:none;stroke:#789;stroke-width:1.5}rect{fill:#eef3f8;stroke:#456}.root{fill:#dfeadf}"
+    ".static{stroke-dasharray:5 3}text{font:12px sans-serif;fill:#456}"
+    ".name{font-size:13px;font-weight:bold;fill:#123}"
+)
+
+
+def draw(arguments: argparse.Namespace) -> int:
+    """Listen, and write the picture."""
+    from rosproto.tf import TransformListener
+
+    file, asked = arguments.output, arguments.format
+    if file is None and asked != "text":
+        file = Path(f"frames.{asked or 'svg'}")
+    form = form_of(file, asked)
+    with open_node(arguments) as node, TransformListener(node) as listener:
+        time.sleep(arguments.seconds)
+        frames, now = listener.buffer.frames(), node.clock.now().to_sec()
+    if not frames:
+        raise CommandError(f"no transform was heard on /tf and /tf_static within {arguments.seconds:g} s")
+    if arguments.json:
+        print_json(frames)
+        return 0
+    shown = shown_frames(frames)
+    writers = {
+        "text": lambda: text_of(shown, now),
+        "dot": lambda: dot_of(shown, now),
+        "svg": lambda: svg_of(shown, now),
+    }
+    print(write_picture(file, form, writers) or f"wrote {file}", end="\n" if file else "")
+    return 0
+
+
+def shown_frames(frames: Frames) -> Frames:
+    """With names as a terminal, an XML reader and Graphviz can take them: who sends frames names them."""
+    return {
+        printable(child): facts
+        | {name: printable(str(facts[name])) for name in ("parent", "authority") if facts[name]}
+        for child, facts in frames.items()
+    }
+
+
+def facts_of(facts: dict[str, Any], now: float) -> str:
+    """Who sends a frame, how often, how old the newest is; "fixed" for one that holds for ever."""
+    sender = facts["authority"] or "an unknown node"
+    if facts["static"]:
+        return f"{sender}, fixed"
+    span = facts["latest"] - facts["earliest"]
+    rate = (facts["samples"] - 1) / span if span > 0.0 else 0.0
+    often = f"{rate:.1f} Hz" if rate else "once"
+    return f"{sender}, {often}, {now - facts['latest']:.2f} s old"
+
+
+def _children(frames: Frames) -> tuple[list[str], dict[str, list[str]]]:
+    children: dict[str, list[str]] = {}
+    for child, facts in sorted(frames.items()):
+        children.setdefault(str(facts["parent"]), []).append(child)
+    roots = sorted(parent for parent in children if parent not in frames)
+    return roots or sorted(children)[:1], children  # a loop has no root: begin anywhere
+
+
+def text_of(frames: Frames, now: float) -> str:
+    """A line for each frame."""
+    lines = [
+        f"{child}: in {facts['parent']}; {facts_of(facts, now)}\n" for child, facts in sorted(frames.items())
+    ]
+    return "".join(lines)
+
+
+def dot_of(frames: Frames, now: float) -> str:
+    """For Graphviz, with the labels of view_frames."""
+    lines = ["digraph G {"]
+    for child, facts in sorted(frames.items()):
+        label = quoted(facts_of(facts, now)).replace(", ", "\\n")
+        lines.append(f"  {quoted(str(facts['parent']))} -> {quoted(child)} [label={label}];")
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def svg_of(frames: Frames, now: float) -> str:
+    """The tree from left to right: a generation a column, a frame a box, fixed ones with a dashed line."""
+    roots, children = _children(frames)
+    rows: dict[str, float] = {}
+    depths: dict[str, int] = {}
+    free = 0
+
+    def place(frame: str, depth: int) -> None:
+        nonlocal free
+        depths[frame] = depth
+        for child in children.get(frame, []):
+            if child not in depths:  # a loop
+                place(child, depth + 1)
+        below = [rows[child] for child in children.get(frame, []) if child in rows]
+        if below:
+            rows[frame] = (min(below) + max(below)) / 2.0
+        else:
+            rows[frame], free = float(free), free + 1
+
+    for root in roots:
+        place(root, 0)
+    texts = {frame: facts_of(frames[frame], now) if frame in frames else "root" for frame in depths}
+    widths = [0] * (max(depths.values()) + 1)
+    for frame, depth in depths.items():
+        longest = max(len(frame) * 1.15, len(texts[frame]))
+        widths[depth] = max(widths[depth], round(24 + LETTER * longest))
+    lefts = [16 + sum(widths[:i]) + BETWEEN * i for i in range(len(widths))]
+    parts = []
+    for frame, depth in depths.items():
+        y = 16 + rows[frame] * (HIGH + APART)
+        for child in children.get(frame, []):
+            x1, x2 = lefts[depth] + widths[depth], lefts[depths[child]]
+            y1, y2 = y + HIGH / 2, 16 + rows[child] * (HIGH + APART) + HIGH / 2
+            static = ' class="static"' if frames[child]["static"] else ""
+            bend = (x1 + x2) / 2
+            parts.append(f'<path{static} d="M{x1},{y1:g} C{bend:g},{y1:g} {bend:g},{y2:g} {x2},{y2:g}"/>')
+    for frame, depth in depths.items():
+        x, y = lefts[depth], 16 + rows[frame] * (HIGH + APART)
+        root = ' class="root"' if frame not in frames else ""
+        parts.append(f'<rect{root} x="{x}" y="{y:g}" width="{widths[depth]}" height="{HIGH}" rx="6"/>')
+        parts.append(f'<text class="name" x="{x + 10}" y="{y + 18:g}">{escape(frame)}</text>')
+        parts.append(f'<text x="{x + 10}" y="{y + 35:g}">{escape(texts[frame])}</text>')
+    width, height = lefts[-1] + widths[-1] + 16, 32 + free * (HIGH + APART) - APART
+    return svg_page(width, height, STYLE, parts)
+
+
+FIRST = 3.0
+"""Seconds of silence after which a warning says so."""
+
+
+@dataclass
+class _Frame:
+    parent: str
+    sender: str
+    static: bool
+    count: int = 0
+    delays: list[float] = field(default_factory=list)
+    first: float = 0.0
+    last: float = 0.0
+
+
+class Arrivals:
+    """What has come of each frame. Any thread adds; delays are kept for the last `keep` transforms."""
+
+    def __init__(self, keep: int = 1000) -> None:
+        self._keep = keep
+        self._lock = threading.Lock()
+        self._frames: dict[str, _Frame] = {}
+
+    def add(self, message: Any, received: float, *, static: bool) -> None:
+        """Take a tf2_msgs/TFMessage that came at this time, s since 1970 (or simulated)."""
+        sender = (message._connection_header or {}).get("callerid", "")
+        with self._lock:
+            for transform in message.transforms:
+                child = transform.child_frame_id.lstrip("/")
+                parent = transform.header.frame_id.lstrip("/")
+                one = self._frames.setdefault(child, _Frame(parent, sender, static, first=received))
+                one.parent, one.sender, one.static = parent, sender, static
+                one.count, one.last = one.count + 1, received
+                one.delays.append(received - transform.header.stamp.to_sec())
+                del one.delays[: -self._keep]
+
+    def facts(self, asked: list[str]) -> list[dict[str, Any]]:
+        """A row for each frame, sorted; of two frames that were asked for, those on the way between them.
+
+        Raises:
+            CommandError: A frame is not known.
+        """
+        with self._lock:
+            frames = dict(self._frames)
+            wanted = self._wanted(asked, frames)
+            return [
+                {
+                    "frame": child,
+                    "parent": one.parent,
+                    "sender": one.sender,
+                    "static": one.static,
+                    "count": one.count,
+                    "rate": (one.count - 1) / (one.last - one.first) if one.last > one.first else None,
+                    "average_delay": None if one.static else sum(one.delays) / len(one.delays),
+                    "max_delay": None if one.static else max(one.delays),
+                }
+                for child, one in sorted(frames.items())
+                if child in wanted
+            ]
+
+    @staticmethod
+    def _wanted(asked: list[str], frames: dict[str, _Frame]) -> set[str]:
+        if not asked:
+            return set(frames)
+        ways = []
+        for name in asked:
+            frame, way = name.lstrip("/"), set()
+            known = {*frames, *(one.parent for one in frames.values())}
+            if frame not in known:
+                raise CommandError(f"no transform of frame {name!r} has come{near(frame, known)}")
+            while frame in frames and frame not in way:
+                way.add(frame)
+                frame = frames[frame].parent
+            ways.append(way)
+        shared = set.intersection(*ways) if len(ways) > 1 else set()
+        return set.union(*ways) - shared if len(ways) > 1 else ways[0]
+
+
+def monitor(arguments: argparse.Namespace) -> int:
+    """A report every second until interrupted, or -n of them."""
+    from rosproto.codec import message_class
+
+    arrivals = Arrivals()
+    with open_node(arguments) as node:
+        clock = node.clock
+
+        def take(static: bool) -> Any:
+            return lambda message: arrivals.add(message, clock.now().to_sec(), static=static)
+
+        ours = message_class("tf2_msgs/TFMessage")
+        node.subscriber("/tf", ours, take(False), queue_size=1000)
+        node.subscriber("/tf_static", ours, take(True), queue_size=1000)
+        reports, silent = 0, 0.0
+        while arguments.n is None or reports < arguments.n:
+            time.sleep(arguments.every)
+            facts = arrivals.facts([])
+            if not facts:
+                silent += arguments.every
+                if silent >= FIRST:
+                    if arguments.n is not None:
+                        raise CommandError(
+                            f"no transform was heard on /tf and /tf_static within {silent:g} s"
+                        )
+                    warn("nothing comes on /tf and /tf_static; still listening, Ctrl-C ends it")
+                    silent = float("-inf")
+                continue
+            facts = arrivals.facts(arguments.frame)
+            reports += 1
+            print_json(facts) if arguments.json else print(report(facts), flush=True)
+    return 0
+
+
+def report(facts: list[dict[str, Any]]) -> str:
+    """A table of the frames, and one of the nodes that send them."""
+    rows: list[tuple[str, ...]] = [("frame", "parent", "sent by", "rate", "average delay", "max delay")]
+    for one in facts:
+        rate = "fixed" if one["static"] else "once" if one["rate"] is None else f"{one['rate']:.2f} Hz"
+        delays = ["" if one[key] is None else f"{one[key]:.4f} s" for key in ("average_delay", "max_delay")]
+        frame, parent, sender = (printable(str(one[key])) for key in ("frame", "parent", "sender"))
+        rows.append((frame, parent, sender or "?", rate, *delays))
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]
+    for sender in sorted({one["sender"] for one in facts if not one["static"]}):
+        sent = [one for one in facts if one["sender"] == sender and not one["static"]]
+        together = sum(one["rate"] or 0.0 for one in sent)
+        late = max(one["max_delay"] for one in sent)
+        lines.append(f"{printable(sender) or '?'}: {together:.2f} transforms/s, at most {late:.4f} s late")
+    return "\n".join(lines) + "\n"

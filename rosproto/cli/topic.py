@@ -1,22 +1,37 @@
-"""`rosproto topic`: list, info, type, find, echo, hz, bw, delay, pub; the words and forms of rostopic."""
+"""`rosproto topic`: list, info, type, find, echo, hz, bw, delay, pub; the words and forms of rostopic.
+
+The options of all verbs are here; `echo`, `publish` and `topic_rates` do what takes more than the master.
+"""
 
 from __future__ import annotations
 
 import argparse
+import time
 from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError
+from rosproto.text import printable
 
-from . import topic_echo, topic_list, topic_pub, topic_rates
-from .connection import CommandError, absolute, library_for, master_client, print_json, unknown, verbs, warn
-from .field_path import split_topic
+from . import topic_rates
+from .connection import (
+    absolute,
+    below,
+    library_for,
+    master_client,
+    print_json,
+    unknown,
+    verbs,
+    warn,
+    warn_if_none,
+)
+from .failure import CommandError
+from .fields import split_topic
+from .options import add_allow_damaged, argument, count, positive
 from .parser import near
-from .shared_options import argument
 
 if TYPE_CHECKING:
+    from rosproto.bag import BagReader
     from rosproto.node.graph.master_client import MasterClient, SystemState
-
-__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,11 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     verbs(
         parser,
         {
-            "list": (topic_list.add_arguments, topic_list.run, "list the topics of the graph, or of a bag"),
+            "list": (_add_list_arguments, _list, "list the topics of the graph, or of a bag"),
             "info": (argument("topic"), _info, "tell the type of a topic, who publishes and who subscribes"),
             "type": (argument("topic"), _type, "print the type of a topic"),
             "find": (argument("type", help="package/Type"), _find, "list the topics of a type"),
-            "echo": (topic_echo.add_arguments, topic_echo.run, "print messages, or one field of them"),
+            "echo": (add_echo_arguments, echo, "print messages, or one field of them"),
             "hz": (topic_rates.add_hz_arguments, topic_rates.run_hz, "measure how often messages come"),
             "bw": (topic_rates.add_bw_arguments, topic_rates.run_bw, "measure how many bytes a second come"),
             "delay": (
@@ -36,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 topic_rates.run_delay,
                 "measure arrival minus header stamp",
             ),
-            "pub": (topic_pub.add_arguments, topic_pub.run, "publish messages"),
+            "pub": (_add_pub_arguments, _pub, "publish messages"),
         },
     )
 
@@ -57,7 +72,7 @@ def _info(arguments: argparse.Namespace) -> int:
             n: _uri(master, n) for n in {*state.publishers.get(topic, []), *state.subscribers.get(topic, [])}
         }
     if arguments.json:
-        print_json({**topic_list.row(topic, state, {topic: kind}), "uris": uris})
+        print_json({**_row(topic, state, {topic: kind}), "uris": uris})
         return 0
     print(f"Type: {'unknown type' if kind == '*' else kind}\n")
     for title, nodes in (("Publishers", state.publishers), ("Subscribers", state.subscribers)):
@@ -117,3 +132,203 @@ def _find(arguments: argparse.Namespace) -> int:
     else:
         warn(f"no topic carries {arguments.type}{near(arguments.type, set(types.values()))}")
     return 0
+
+
+Side = dict[str, list[str]]
+"""Topics of one side, publishers or subscribers, with their nodes."""
+
+
+def _add_list_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of rostopic list."""
+    parser.add_argument(
+        "namespace", nargs="?", default="", help="only topics below this namespace, or of a pattern: '/move*'"
+    )
+    parser.add_argument(
+        "-v", "--verbose", dest="details", action="store_true", help="types, and numbers of both sides"
+    )
+    side = parser.add_mutually_exclusive_group()
+    side.add_argument("-p", "--publishers", action="store_true", help="only published ones")
+    side.add_argument("-s", "--subscribers", action="store_true", help="only subscribed ones")
+    parser.add_argument("--host", action="store_true", help="grouped by the host of their nodes")
+    parser.add_argument("-b", "--bag", metavar="FILE", help="the topics of a bag, not of a graph")
+    add_allow_damaged(parser)
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    """Print them."""
+    if arguments.bag:
+        return _of_bag(arguments)
+    with master_client(arguments) as master:
+        state, types = master.get_system_state(), master.get_topic_types()
+        published = {} if arguments.subscribers else _only(state.publishers, arguments.namespace)
+        subscribed = {} if arguments.publishers else _only(state.subscribers, arguments.namespace)
+        hosts = _by_host(master, published, subscribed) if arguments.host else None
+    names = {*state.publishers, *state.subscribers}
+    warn_if_none({*published, *subscribed}, "topic", arguments.namespace, names)
+    if arguments.json:
+        rows = [_row(name, state, types) for name in sorted({*published, *subscribed})]
+        print_json(rows if hosts is None else {h: sorted({*a, *b}) for h, (a, b) in hosts.items()})
+    elif hosts is None:
+        _print(published, subscribed, types, arguments, "")
+    else:
+        for host, (a, b) in hosts.items():
+            print(f"Host [{host}]:")
+            _print(a, b, types, arguments, "  ")
+    return 0
+
+
+def _only(side: Side, asked: str) -> Side:
+    """Those below a namespace or of a pattern, in the master's order, in which -v shows them."""
+    wanted = set(below(side, asked))
+    return {name: nodes for name, nodes in side.items() if name in wanted}
+
+
+def _row(name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:
+    """Facts of one topic, for --json."""
+    return {
+        "name": name,
+        "type": types.get(name, "*"),
+        "publishers": state.publishers.get(name, []),
+        "subscribers": state.subscribers.get(name, []),
+    }
+
+
+def _print(
+    published: Side, subscribed: Side, types: dict[str, str], arguments: argparse.Namespace, indent: str
+) -> None:
+    if arguments.details:
+        if not arguments.subscribers:
+            print(f"\n{indent}Published topics:")
+            _print_side("publisher", published, types, indent)
+        if not arguments.publishers:
+            print(f"{indent}\n{indent}Subscribed topics:")
+            _print_side("subscriber", subscribed, types, indent)
+        print()
+    else:
+        for name in sorted({*published, *subscribed}):
+            print(indent + name)
+
+
+def _print_side(what: str, side: Side, types: dict[str, str], indent: str) -> None:
+    for name, nodes in side.items():
+        kind = types.get(name, "*")
+        shown = "unknown type" if kind == "*" else kind
+        print(f"{indent} * {name} [{shown}] {len(nodes)} {what}{'s'[: len(nodes) > 1]}")
+
+
+def _by_host(master: MasterClient, published: Side, subscribed: Side) -> dict[str, tuple[Side, Side]]:
+    """Each host's part of both sides; a node that leaves meanwhile is left out."""
+    from rosproto.transport.address import parse_uri
+
+    host_of: dict[str, str] = {}
+    for node in {node for side in (published, subscribed) for nodes in side.values() for node in nodes}:
+        try:
+            host_of[node] = parse_uri(master.lookup_node(node))[0]
+        except (MasterError, ValueError):
+            continue
+
+    def part(side: Side, host: str) -> Side:
+        found = {name: [n for n in nodes if host_of.get(n) == host] for name, nodes in side.items()}
+        return {name: nodes for name, nodes in found.items() if nodes}
+
+    return {host: (part(published, host), part(subscribed, host)) for host in sorted(set(host_of.values()))}
+
+
+def _stamps(bag: BagReader, names: list[str]) -> list[float]:
+    """When each message came, s."""
+    from .bag_progress import Progress
+
+    found = []
+    with Progress(f"reading {bag.path}", sum(bag.topics[name].message_count for name in names)) as progress:
+        for _, _, stamp in bag.read_messages(topics=names, raw="view"):
+            found.append(stamp.to_sec())
+            progress.step()
+    return found
+
+
+def _of_bag(arguments: argparse.Namespace) -> int:
+    """Topics, or with a namespace how many messages it has, from when to when: as rostopic list -b."""
+    from .bag_opening import opened
+
+    with opened(arguments.bag, arguments) as bag:
+        names = below(bag.topics, arguments.namespace)
+        stamps = _stamps(bag, names) if arguments.namespace and names else []
+        facts = [(name, bag.topics[name]) for name in names]
+    if arguments.json:
+        print_json([{"name": n, "types": t.types, "messages": t.message_count} for n, t in facts])
+    elif arguments.namespace:
+        times = [time.strftime("%d %b %Y %H:%M:%S", time.localtime(t)) for t in stamps]
+        between = f" from {times[0]} to {times[-1]}" if times else ""
+        print(f"{len(times)} message(s){between}")
+    else:
+        for name in names:
+            print(printable(name))
+    return 0
+
+
+def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of rostopic echo, and ours."""
+    parser.add_argument(
+        "topic",
+        help="a topic, with a path to a field behind it: /odom/pose/pose/position/x, /scan/ranges[0:9]; "
+        "or a pattern for several: '/battery*'",
+    )
+    parser.add_argument("topics", nargs="*", default=[], help="with --plot: more numbers to draw")
+    parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many messages")
+    parser.add_argument("-p", "--csv", action="store_true", dest="csv", help="one line of CSV a message")
+    parser.add_argument("-c", "--clear", action="store_true", help="clear the screen before each message")
+    parser.add_argument(
+        "--filter", metavar="EXPRESSION", help='only messages for which it is true: "m.x > 1"'
+    )
+    parser.add_argument("--noarr", action="store_true", help="tell the size of arrays, not their elements")
+    parser.add_argument("--nostr", action="store_true", help="leave strings out")
+    parser.add_argument("--offset", action="store_true", help="times as durations since now")
+    parser.add_argument("-b", "--bag", metavar="FILE", help="read messages from a bag, not from a graph")
+    add_allow_damaged(parser)
+    parser.add_argument("-a", "--all", action="store_true", help="with a bag: the messages of every topic")
+    parser.add_argument("--plot", action="store_true", help="draw numbers over time in the terminal")
+    parser.add_argument(
+        "--seconds", type=positive, metavar="S", help="with --plot: so far back (30; of a bag all)"
+    )
+    parser.add_argument("-w", type=count, metavar="WIDTH", dest="width", help="width of numbers")
+    parser.add_argument(
+        "--timeout", type=positive, metavar="S", help="give up when no message comes for so long"
+    )
+
+
+def echo(arguments: argparse.Namespace) -> int:
+    """Print until interrupted, or until -n messages."""
+    from .echo import run  # late: `topic list` needs no codec
+
+    return run(arguments)
+
+
+def _add_pub_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of rostopic pub."""
+    parser.add_argument("topic")
+    parser.add_argument("type", help="package/Type")
+    parser.add_argument(
+        "values",
+        nargs="*",
+        default=[],
+        help="{field: value}, or the fields in order; now and auto for times; "
+        "without any they are read from standard input",
+    )
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("-r", "--rate", type=positive, metavar="HZ", help="publish this often, per second")
+    how.add_argument("-1", "--once", action="store_true", help="publish one message and end")
+    parser.add_argument(
+        "-f", "--file", default=None, help="take the values from a YAML or JSON file, - is stdin"
+    )
+    parser.add_argument("-l", "--latch", action="store_true", help="latch also with -r, and with a file")
+    parser.add_argument(
+        "-s", "--substitute-keywords", action="store_true", help="accepted: now and auto always work"
+    )
+    parser.add_argument("--use-rostime", action="store_true", help="accepted for rostopic's sake")
+    parser.add_argument("-n", type=count, default=None, metavar="COUNT", help="stop after this many messages")
+
+
+def _pub(arguments: argparse.Namespace) -> int:
+    from .publish import run
+
+    return run(arguments)

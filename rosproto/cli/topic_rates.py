@@ -10,12 +10,11 @@ from typing import Any
 
 from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_text, hz_table, hz_text
 
-from .connection import CommandError, absolute, below, master_client, open_node, print_json, warn
+from .connection import absolute, below, master_client, open_node, print_json, warn
 from .expression import Expression
-from .option_types import count
+from .failure import CommandError
+from .options import count
 from .parser import near
-
-__all__ = ["add_bw_arguments", "add_hz_arguments", "run_bw", "run_delay", "run_hz"]
 
 
 def add_hz_arguments(parser: argparse.ArgumentParser) -> None:

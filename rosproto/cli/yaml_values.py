@@ -14,9 +14,7 @@ from typing import Any
 
 from rosproto.typed_values import parse_value
 
-from .connection import CommandError
-
-__all__ = ["load_documents", "load_text", "to_flow", "to_text", "value_of"]
+from .failure import CommandError
 
 BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
 """A text that YAML takes for more than itself: `a: 1`, `- 1`, `!degrees 90`."""

@@ -18,7 +18,7 @@ import pytest
 
 import rosproto
 from rosproto.bag import BagWriter
-from rosproto.cli.examples import EXAMPLES as ROSPROTO
+from rosproto.cli.entry import EXAMPLES as ROSPROTO
 from tests.support.options import Result, ctrl_c, run
 from tests.support.robot_pool import Robot
 from tests.support.tunable import Tunable

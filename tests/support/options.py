@@ -19,8 +19,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from rosproto.cli.commands import COMMANDS as ROSPROTO
 from rosproto.cli.connection import add_graph_options
+from rosproto.cli.entry import COMMANDS as ROSPROTO
 from rosproto.cli.entry import add_general_options
 from rosproto.cli.entry import parser_for as rosproto_parser
 from rosproto.cli.parser import Parser, sub_parsers

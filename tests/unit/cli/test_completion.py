@@ -130,7 +130,7 @@ def test_a_message_is_offered_as_a_template(capsys, offers) -> None:
     "kind", ["nav_msgs/Odometry", "sensor_msgs/Image", "tf2_msgs/TFMessage", "std_msgs/Time"]
 )
 def test_what_is_offered_can_be_published(kind: str) -> None:
-    from rosproto.cli.templates import template
+    from rosproto.cli.completion import template
     from rosproto.cli.yaml_values import value_of
     from rosproto.codec.dicts import from_dict
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rosproto.cli.counts import counted
+from rosproto.cli.console import counted
 
 ROOT = Path(__file__).resolve().parents[3]
 PLURAL = re.compile(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from rosproto.cli.curves import Curves
+from rosproto.cli.echo import Curves
 
 
 def two() -> Curves:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.cli.field_path import FieldPathError, parse_field_path, split_topic
+from rosproto.cli.fields import FieldPathError, parse_field_path, split_topic
 
 
 class Leaf:

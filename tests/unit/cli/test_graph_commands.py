@@ -13,8 +13,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import main
-from rosproto.cli.graph import Edge
-from rosproto.cli.graph_svg import svg
+from rosproto.cli.graph import Edge, svg
 from rosproto.tf import StaticTransformBroadcaster, Transform
 
 

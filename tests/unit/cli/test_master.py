@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.cli import main
-from rosproto.cli.commands import COMMANDS
+from rosproto.cli.entry import COMMANDS
 from rosproto.node import Node
 from rosproto.node.graph.master_client import MasterClient
 

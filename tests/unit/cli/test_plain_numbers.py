@@ -6,8 +6,7 @@ import argparse
 
 import pytest
 
-from rosproto.cli import option_types
-from rosproto.cli.option_types import to_float, to_int
+from rosproto.cli.options import finite, to_float, to_int
 from tests.support.options import places
 
 ODD = [
@@ -100,7 +99,7 @@ def test_move_does_not_drive_ten_metres(capsys: pytest.CaptureFixture[str]) -> N
         assert left.value.code == 2
         told = f"{word!r} is not a plain decimal number such as 0.5 or -12"
         assert told in capsys.readouterr().err
-    assert option_types.finite("10") == 10.0
+    assert finite("10") == 10.0
 
 
 @pytest.mark.parametrize(

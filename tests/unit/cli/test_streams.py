@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed
+from rosproto.cli.console import as_typed, escape_what_cannot_be_printed
 
 
 def test_a_character_that_the_encoding_lacks_is_put_in_ascii_or_escaped(

@@ -7,8 +7,7 @@ import sys
 
 import pytest
 
-from rosproto.cli.json_output import json_text
-from rosproto.cli.streams import guarded, own, unguarded
+from rosproto.cli.console import guarded, json_text, own, unguarded
 from rosproto.errors import MasterError, RosError, ServiceError
 from rosproto.logs import get_logger
 from tests.support.hostile_peer import RAW, wrongs_of

@@ -14,9 +14,8 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import main
-from rosproto.cli.connection import CommandError
-from rosproto.cli.tf_frames import dot_of, svg_of, text_of
-from rosproto.cli.tf_monitor import Arrivals, report
+from rosproto.cli.failure import CommandError
+from rosproto.cli.tf import Arrivals, dot_of, report, svg_of, text_of
 from rosproto.codec import message_class
 from rosproto.tf import StaticTransformBroadcaster, Transform
 

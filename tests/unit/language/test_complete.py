@@ -29,7 +29,7 @@ SOURCES = [
         "readiness/other_goals", "selftest", "stopping/other_clients", "stopping/report", "stopping/running",
         "stopping/stop", "velocity/drive", "connection/other_drivers", "velocity/shaper", "velocity/watch",
     )),
-    *(f"rosproto/cli/{name}.py" for name in ("failure", "option_types", "parser")),
+    *(f"rosproto/cli/{name}.py" for name in ("failure", "options", "parser")),
     *(f"rosproto/selftest/{name}.py" for name in ("bags", "checking", "codecs", "definitions", "nodes", "real_ros")),
     "rosproto/transport/address.py",
     "rosproto/transport/host_names.py",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rosproto.cli.commands import COMMANDS as ROSPROTO
+from rosproto.cli.entry import COMMANDS as ROSPROTO
 from tools import manual
 from woosh_pure.cli.registry import COMMANDS as WOOSH
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.cli import entry as rosproto_entry
-from rosproto.cli.commands import COMMANDS as ROSPROTO
-from rosproto.cli.examples import EXAMPLES as ROSPROTO_EXAMPLES
+from rosproto.cli.entry import COMMANDS as ROSPROTO
+from rosproto.cli.entry import EXAMPLES as ROSPROTO_EXAMPLES
 from rosproto.cli.parser import leaves, sub_parsers
 from woosh_pure.cli import entry as woosh_entry
 from woosh_pure.cli.examples import EXAMPLES as WOOSH_EXAMPLES

@@ -1,11 +1,17 @@
-"""Paths into a message as people type them after a topic: `/pose/pose/position/x`, `/ranges[0]`."""
+"""Fields of a message as people write them: paths (`/pose/pose/position/x`, `/ranges[0]`) and lines of CSV.
+
+The CSV has the column names of `rostopic echo -p`.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from typing import Any
 
-__all__ = ["FieldPathError", "parse_field_path", "split_topic"]
+from rosproto.codec import Message
+from rosproto.text import printable
+from rosproto.time import TVal
 
 STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)(?P<indices>(?:\[[^\]]*\])*)", re.ASCII)
 INDEX = re.compile(r"\[\s*(-?\d*)\s*(:?)\s*(-?\d*)\s*(?::\s*(-?\d+)\s*)?\]", re.ASCII)
@@ -95,3 +101,47 @@ def _element(value: object, index: int | slice, path: str) -> object:
         raise FieldPathError(f"{type(value).__name__} is not an array", path) from None
     # numpy's own numbers print and compare unlike Python's, and JSON does not know them.
     return found.item() if getattr(found, "ndim", None) == 0 else found
+
+
+def header(value: Any, prefix: str) -> str:
+    """Column names: `field.pose.position.x`, and `field.ranges0,field.ranges1` for arrays."""
+    return ",".join(_names(value, prefix))
+
+
+def row(value: Any, *, one_line: bool = False) -> str:
+    """The values, in the order of `header`; times in nanoseconds, bools 0 and 1.
+
+    Args:
+        value: A message, or what a field of one holds.
+        one_line: Escape what a terminal would obey, and line ends; else a text is what it is, in quotes.
+    """
+    cells = _cells(value)
+    return ",".join(map(printable, cells) if one_line else cells)
+
+
+def _items(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _names(value: Any, prefix: str) -> list[str]:
+    value = _items(value)
+    if isinstance(value, Message):
+        return [n for f in value.__slots__ for n in _names(getattr(value, f), f"{prefix}.{f}")]
+    if isinstance(value, (list, tuple, bytes)):
+        return [n for i, item in enumerate(value) for n in _names(item, f"{prefix}{i}")]
+    return [prefix]
+
+
+def _cells(value: Any) -> list[str]:
+    value = _items(value)
+    if isinstance(value, Message):
+        return [cell for f in value.__slots__ for cell in _cells(getattr(value, f))]
+    if isinstance(value, (list, tuple, bytes)):
+        return [cell for item in value for cell in _cells(item)]
+    if isinstance(value, bool):
+        return ["1" if value else "0"]
+    if isinstance(value, TVal):
+        return [str(value.to_nsec())]
+    if isinstance(value, str) and any(c in value for c in ',"\n\r'):
+        return ['"' + value.replace('"', '""') + '"']
+    return [str(value)]

@@ -1,4 +1,4 @@
-"""Types of options for argparse: what is out of range is wrong use, told before anything is done.
+"""Options that several commands have, and types of options: what is out of range is wrong use, told at once.
 
 Numbers are plain decimals in ASCII. Python reads more: `1_0` and `1e1` are ten to it, and so are digits of
 other scripts, which an input method writes; a robot must not drive ten metres for a slip of the finger.
@@ -9,21 +9,9 @@ from __future__ import annotations
 import argparse
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
-
-__all__ = [
-    "count",
-    "finite",
-    "folder_exists",
-    "host",
-    "natural",
-    "port",
-    "positive",
-    "seconds",
-    "to_float",
-    "to_int",
-    "whole",
-]
+from typing import Any
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
@@ -137,3 +125,42 @@ def folder_exists(text: str) -> Path:
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"folder {path.parent} does not exist; make it first")
     return path
+
+
+AddArguments = Callable[[argparse.ArgumentParser], object]
+"""What gives a parser its arguments."""
+
+
+def argument(*names: str, **options: Any) -> AddArguments:
+    """For a verb that has a single argument: what `add_argument` takes."""
+    return lambda parser: parser.add_argument(*names, **options)
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """--json."""
+    parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+
+
+def add_allow_damaged(parser: argparse.ArgumentParser) -> None:
+    """--allow-damaged; see `bag_opening.opened`."""
+    parser.add_argument(
+        "--allow-damaged",
+        action="store_true",
+        help="exit code 0 although a bag is damaged and messages may be missing",
+    )
+
+
+def add_quiet(parser: argparse.ArgumentParser) -> None:
+    """-q."""
+    parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+
+
+def add_compression(parser: argparse.ArgumentParser, default: str = "none") -> None:
+    """--lz4 and --bz2: how a bag is written."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "--lz4", action="store_const", const="lz4", dest="compression", default=default, help="compress, fast"
+    )
+    group.add_argument(
+        "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
+    )
