@@ -36,7 +36,6 @@ NO_PROMISE = (
     "The watchdog beside the commands",
     # What is not covered, and what is left to the reader.
     "Not covered:",
-    "It writes nothing.",
     "`rosproto.bag.open_bag`, `partitions` and the `bag` verbs fetch",
     "It is data: later it decides",
     "So learn from a robot you trust",
