@@ -259,6 +259,28 @@ def test_the_watch_sees_a_reach_into_a_library(text: str) -> None:
     assert len(of_libraries(read(text, "rosproto.wrong"))) == 1
 
 
+REACHES_OF_TESTS = 198
+"""How often unit tests reach into private parts of what they test. A test shows what a room offers: this only shrinks."""
+
+
+def reaches_of_tests() -> list[str]:
+    """Each use of a private name that the test file does not define."""
+    found = []
+    for path in sorted((ROOT / "tests" / "unit").rglob("*.py")):
+        source = read(path.read_text("utf-8"), path.stem)
+        for node in (each for each in ast.walk(source.tree) if isinstance(each, ast.Attribute)):
+            reaches = private(node.attr) and not own_object(node.value)
+            if reaches and node.attr not in source.own | PUBLIC_IN_SPITE:
+                found.append(f"{path.relative_to(ROOT)}:{node.lineno} {ast.unparse(node)}")
+    return found
+
+
+def test_unit_tests_reach_into_private_parts_no_more_often_than_before() -> None:
+    """Write down the new number when there are fewer."""
+    found = reaches_of_tests()
+    assert len(found) <= REACHES_OF_TESTS, "\n".join(found)
+
+
 if __name__ == "__main__":  # python -m tests.test_privacy: every reach, and how many each folder has
     lines = [line for source in project().values() for line in reaches(source)]
     print(*lines, sep="\n")

@@ -72,7 +72,7 @@ def behind_proxy() -> Iterator[tuple[Any, Any, FaultProxy]]:
         Master() as master,
         Node("/a", master_uri=master.uri) as a,
         Node("/b", master_uri=master.uri, intraprocess=False) as b,
-        FaultProxy("127.0.0.1", a._context.endpoints.tcpros.port) as proxy,
+        FaultProxy("127.0.0.1", a.tcpros_address[1]) as proxy,
     ):
         handler, arity, refusal = a._slave.methods["requestTopic"]
         a._slave.methods["requestTopic"] = (

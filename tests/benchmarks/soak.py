@@ -71,7 +71,7 @@ class Soak:
         """Node n publishes every topic t with t % 4 == n, the next node subscribes it, through n's proxy."""
         for number in range(NODES):
             node = Node(f"/soak{number}", master_uri=self.master.uri, intraprocess=False)
-            proxy = FaultProxy("127.0.0.1", node._context.endpoints.tcpros.port)
+            proxy = FaultProxy("127.0.0.1", node.tcpros_address[1])
             handler, arity, refusal = node._slave.methods["requestTopic"]
             node._slave.methods["requestTopic"] = (
                 lambda *call, h=handler, p=proxy: [*h(*call)[:2], ["TCPROS", p.host, p.port]],  # type: ignore[misc]

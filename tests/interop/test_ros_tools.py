@@ -70,7 +70,7 @@ def test_what_was_registered_in_one_request_is_all_there(node, tool):
         publishers = [node.publisher(f"/many/{number}", String) for number in range(12)]
         node.subscriber("/orders", String, callback=print)
         node.service_server("~trigger", "std_srvs/Trigger", lambda request: (True, ""))
-    assert not node._context.master._one_by_one  # neither lacks system.multicall
+    assert not node.master._one_by_one  # neither lacks system.multicall
     info = tool("rosnode", "info", "/our_node")
     assert all(f"* /many/{number} [std_msgs/String]" in info for number in range(12))
     assert "* /orders [" in info

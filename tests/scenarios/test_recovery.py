@@ -52,7 +52,7 @@ def pair() -> Iterator[tuple[Node, Node, FaultProxy]]:
         Master() as master,
         Node("/talker", master_uri=master.uri, rosout=False) as a,
         Node("/hearer", master_uri=master.uri, rosout=False, intraprocess=False) as b,
-        FaultProxy("127.0.0.1", a._context.endpoints.tcpros.port) as proxy,
+        FaultProxy("127.0.0.1", a.tcpros_address[1]) as proxy,
     ):
         behind(proxy, a)
         yield a, b, proxy

@@ -92,10 +92,6 @@ class MemoryMaster:
         self._called("unsubscribeParam", key)
 
 
-class _Slave:
-    on_parameter_update: Any = None
-
-
 class _Endpoints:
     def __init__(self, tcpros: TcprosServer) -> None:
         self.tcpros = tcpros
@@ -118,24 +114,25 @@ class SmallNode:
         self.revisions = Revisions()
         self.said = PeerLog("rosproto.node")
         self.closers: list[Any] = []
-        self._context = self
-        self._slave = _Slave()
         self.registrations = Registrations(self.master)  # type: ignore[arg-type]
         self.endpoints = _Endpoints(
             TcprosServer("127.0.0.1", limits=self.limits, on_topic=lambda sock, fields, peer: sock.close())
         )
-        self._services = Services(self)  # type: ignore[arg-type]
+        self.services = Services(self)  # type: ignore[arg-type]
         self.params = Parameters(self)  # type: ignore[arg-type]
-        self._slave.on_parameter_update = self.params.on_update
+
+    @property
+    def tcpros_address(self) -> tuple[str, int]:
+        return "127.0.0.1", self.endpoints.tcpros.port
 
     def resolve_name(self, name: str) -> str:
         return resolve(name, self.name)
 
     def service_client(self, name: str, type: Any, *, persistent: bool = False) -> Any:
-        return self._services.client(self.resolve_name(name), type, persistent=persistent)
+        return self.services.client(self.resolve_name(name), type, persistent=persistent)
 
     def service_server(self, name: str, type: Any, handler: Any) -> Any:
-        return self._services.server(self.resolve_name(name), type, handler)
+        return self.services.server(self.resolve_name(name), type, handler)
 
     def __enter__(self) -> SmallNode:
         return self

@@ -155,7 +155,7 @@ def live() -> None:
                     "node_uri": node.uri,
                     "master": master.port,
                     "node": node._context.endpoints.slave.port,
-                    "tcpros": node._context.endpoints.tcpros.port,
+                    "tcpros": node.tcpros_address[1],
                 }
             ),
             flush=True,

@@ -8,6 +8,7 @@ from rosproto.errors import ConnectionLost
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
 from rosproto.rosout_aggregator import RosoutAggregator
+from tests.support.victim import eventually
 
 LOG = "rosgraph_msgs/Log"
 
@@ -35,8 +36,11 @@ def test_what_every_node_says_comes_out_with_its_name_and_stamp() -> None:
         heard = screen.subscriber("/rosout_agg", LOG, queue_size=10)
         heard.wait_for_connection()
         for node in (a, b):
-            assert node._rosout is not None
-            node._rosout._publisher.wait_for_connection()
+            eventually(
+                lambda node=node: any(
+                    link.topic == "/rosout" and link.connected for link in node.stats().links
+                )
+            )
             node.logger.warning("from %s", node.name)
         records = {record.name: record for record in (heard.next(20), heard.next(20))}
         assert {name: (r.msg, r.level, r.header.seq) for name, r in records.items()} == {

@@ -180,7 +180,7 @@ class Watchdog:
         """One round; returns the seconds until the next."""
         try:
             moved = self._follow_address()
-            stands = self._check_registration() and not moved
+            stands = self.check_registration() and not moved
             if not stands and not self._context.registrations.register_all():
                 raise ConnectionLost(
                     "the master went away during registration", peer=self._context.master_uri
@@ -197,7 +197,7 @@ class Watchdog:
         self._master_answers(stands)
         return self.period
 
-    def _check_registration(self) -> bool:
+    def check_registration(self) -> bool:
         """False when the master has to be told everything again."""
         context = self._context
         before = context.registrations.confirmed()
@@ -215,7 +215,7 @@ class Watchdog:
             _log.debug("! %s is registered at %s, not at %s", context.name, uri, context.uri)
             return True
         self._looks += 1
-        return self._looks % self.full_check_every != 0 or self._graph_has_all()
+        return self._looks % self.full_check_every != 0 or self.graph_has_all()
 
     def _ask(self) -> tuple[object, object, object]:
         """The master's process id, our URI as it knows it, its run id; one request where multicall works."""
@@ -232,14 +232,15 @@ class Watchdog:
         values = [None if isinstance(answer, MasterError) else answer for answer in answers]
         return values[0], values[1], values[2]
 
-    def _graph_has_all(self) -> bool:
+    def graph_has_all(self) -> bool:
+        """Whether the master's graph has all that is registered."""
         context = self._context
         before = context.registrations.confirmed()
         datagram_links = self._topics.datagram_links()
         state = context.master.get_system_state(timeout=CALL_TIMEOUT)
         tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
         self._note_unknown_publishers(state)
-        self._forget_unsubscribed(datagram_links, state)
+        self.forget_unsubscribed(datagram_links, state)
         return all(
             context.name in tables[registration.kind].get(registration.name, ())
             for registration in self._still(before)
@@ -262,7 +263,7 @@ class Watchdog:
                 self.verify(subscription)
 
     @staticmethod
-    def _forget_unsubscribed(links: Sequence[DatagramPeer], state: SystemState) -> None:
+    def forget_unsubscribed(links: Sequence[DatagramPeer], state: SystemState) -> None:
         """Let go of those who got datagrams and do not subscribe any more: their end is seen nowhere else.
 
         A restarted master knows nobody, and roscpp does not register again: who is unknown altogether stays.

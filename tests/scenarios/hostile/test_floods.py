@@ -174,7 +174,7 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
 
     with Master() as master, Node("/few", master_uri=master.uri, limits=Limits(connections=20)) as node:
         publisher = node.publisher("/t", "std_msgs/String")
-        address = ("127.0.0.1", node._context.endpoints.tcpros.port)
+        address = ("127.0.0.1", node.tcpros_address[1])
         with attacks.many(address, 15, attacks.subscriber_header("/t")):
             publisher.wait_for_connection(60, 15)
             with attacks.many(address, 30, attacks.subscriber_header("/t")) as more:
@@ -203,7 +203,7 @@ def test_latched_topics_forget_subscribers_that_are_gone_at_once(monkeypatch: py
     with Master() as master, Node("/latched", master_uri=master.uri, rosout=False) as node:
         publisher = node.publisher("/kept", "std_msgs/String", latch=True)
         publisher.publish(data="x")
-        address = ("127.0.0.1", node._context.endpoints.tcpros.port)
+        address = ("127.0.0.1", node.tcpros_address[1])
         attacks.reset(attacks.connect(address, attacks.subscriber_header("/kept")))
         gone.set()
         for _ in range(100):
@@ -227,7 +227,7 @@ def test_a_large_latched_message_reaches_a_slow_subscriber_whole() -> None:
         )
         header = attacks.subscriber_header("/map", type="*", md5sum="*")
         for _ in range(3):
-            with attacks.connect(("127.0.0.1", node._context.endpoints.tcpros.port), header) as sock:
+            with attacks.connect(("127.0.0.1", node.tcpros_address[1]), header) as sock:
                 attacks.read_header(sock)
                 (size,) = struct.unpack("<I", attacks.read_exactly(sock, 4))
                 left = size

@@ -34,7 +34,7 @@ def node() -> Iterator[Node]:
 
 
 def tcpros(node: Node, data: bytes = b"") -> socket.socket:
-    return attacks.connect(("127.0.0.1", node._context.endpoints.tcpros.port), data)
+    return attacks.connect(("127.0.0.1", node.tcpros_address[1]), data)
 
 
 @pytest.mark.promise(

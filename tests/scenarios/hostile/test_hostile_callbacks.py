@@ -76,7 +76,7 @@ def test_callbacks_about_connections_that_raise(master: Master) -> None:
         wrong = b.subscriber("/events", STRING, on_error=raises)
         assert wrong.next(60).data == "x"
         attacks.connect(
-            ("127.0.0.1", a._context.endpoints.tcpros.port),
+            ("127.0.0.1", a.tcpros_address[1]),
             attacks.subscriber_header("/events", md5sum="0" * 32),
         ).close()
         subscription = b._topics.subscription("/events")
@@ -123,7 +123,7 @@ def test_publish_never_waits_for_a_slow_subscriber_and_a_fast_one_gets_all(maste
         publisher = a.publisher("/big", "std_msgs/UInt8MultiArray", queue_size=4)
         fast = b.subscriber("/big", "std_msgs/UInt8MultiArray", queue_size=100)
         header = attacks.subscriber_header("/big", type="*", md5sum="*")
-        with attacks.many(("127.0.0.1", a._context.endpoints.tcpros.port), 12, header) as slow:
+        with attacks.many(("127.0.0.1", a.tcpros_address[1]), 12, header) as slow:
             publisher.wait_for_connection(60, 13)
             reading = threading.Thread(target=_sip, args=(slow[0],), daemon=True)
             reading.start()

@@ -250,7 +250,7 @@ def test_a_closed_peer_on_a_port_of_ours() -> None:
     with Master() as master:
         with Node("/first", master_uri=master.uri) as first:
             first.publisher("/gone", STRING)
-            port, tcpros = first._context.endpoints.slave.port, first._context.endpoints.tcpros.port
+            port, tcpros = first._context.endpoints.slave.port, first.tcpros_address[1]
         with Node("/second", master_uri=master.uri, port=port, tcpros_port=tcpros) as second:
             with closing(XmlRpcClient(second.uri)) as client:
                 assert client.call("requestTopic", "/x", "/gone", [["TCPROS"]])[0] != 1

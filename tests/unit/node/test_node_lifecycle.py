@@ -104,7 +104,7 @@ def test_what_is_lost_at_the_master_without_a_restart_is_found() -> None:
         node.publisher("/p", String)
         with MasterClient(master.uri, "/n") as somebody:
             somebody.unregister_publisher("/p", node.uri)
-            node._watchdog._looks = 9  # the next look compares the whole graph
+            node.watch_master(period=1.0, full_check_every=1)
             eventually(lambda: "/p" in somebody.get_system_state().publishers)
 
 
@@ -123,11 +123,10 @@ def test_publishers_that_nobody_told_us_of_are_found() -> None:
         _deaf_to_updates(b)
         subscriber = b.subscriber("/p", String)
         publisher = a.publisher("/p", String)
-        b._watchdog._looks = 4  # the next look compares the whole graph
+        b.watch_master(period=1.0, full_check_every=1)
         eventually(lambda: subscriber.connections == 1)
         publisher.close()
-        b._watchdog._looks = 4
-        eventually(lambda: not subscriber._subscription.links)
+        eventually(lambda: not subscriber.stats())
 
 
 def test_a_publisher_that_is_elsewhere_now_is_asked_for() -> None:
@@ -148,7 +147,7 @@ def test_waiting_to_verify_does_not_spin_while_the_master_is_away() -> None:
     with Master() as master, Node("/n", master_uri=master.uri) as node:
         subscriber = node.subscriber("/p", String)
         master.close()
-        eventually(lambda: node._watchdog.master_lost)
+        eventually(lambda: node.stats().master_lost)
         node._watchdog.verify(subscriber._subscription)
         looks: list[float] = []
         follow = node._watchdog._follow_address
@@ -287,8 +286,8 @@ def test_cycles_leave_no_threads_and_no_sockets() -> None:
 def test_it_listens_on_one_address_only() -> None:
     """The one that routes to the master."""
     with Master() as master, Node("/n", master_uri=master.uri) as node:
-        assert node._context.endpoints.host == local_address_towards("127.0.0.1", 80)
-        port = node._context.endpoints.tcpros.port
+        assert node.tcpros_address[0] == local_address_towards("127.0.0.1", 80)
+        port = node.tcpros_address[1]
         try:
             outside = local_address_towards("192.0.2.1", 80)
         except ConnectionLost:

@@ -17,6 +17,7 @@ from rosproto.errors import (
 )
 from rosproto.master import Master
 from rosproto.node import EventKind, Node
+from rosproto.node.graph.slave_client import NodeClient
 from tests.support.victim import eventually
 
 String, Twist = "std_msgs/String", "geometry_msgs/Twist"
@@ -80,7 +81,7 @@ def test_a_publisher_that_the_restarted_master_does_not_know_is_heard_while_it_s
     publisher.publish(data="x")
     assert subscriber.next(20).data == "x"
     publisher.close()
-    eventually(lambda: not subscriber._subscription.links)  # it is not looked for for ever
+    eventually(lambda: not subscriber.stats())  # it is not looked for for ever
     again = a.publisher("/kept3", String)
     again.wait_for_connection(5.0)
     again.publish(data="y")
@@ -93,7 +94,8 @@ def test_a_publisher_that_left_is_let_go_when_the_master_says_so(nodes: tuple[No
     subscriber = b.subscriber("/kept4", String)
     publisher.wait_for_connection(5.0)
     eventually(lambda: subscriber.connections == 1)
-    subscriber._subscription.update_publishers([])
+    with NodeClient(b.uri, "/master") as told:
+        told.publisher_update("/kept4", [])
     eventually(lambda: publisher.connections == 0)
     assert subscriber.connections == 0
 

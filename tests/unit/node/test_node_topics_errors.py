@@ -22,6 +22,7 @@ from rosproto.errors import (
 )
 from rosproto.master import Master
 from rosproto.node import Node
+from rosproto.node.graph.slave_client import NodeClient
 from rosproto.protocol.header import decode_header, encode_header
 from rosproto.protocol.limits import Limits
 from tests.support.proxy import FaultProxy
@@ -34,7 +35,7 @@ def test_an_http_request_to_the_topics_port_is_no_warning(
     nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture
 ) -> None:
     """A master calls a node that died, at a port that is ours by now: told that nobody is there, and no more."""
-    port = nodes[0]._context.endpoints.tcpros.port
+    port = nodes[0].tcpros_address[1]
     with caplog.at_level(logging.INFO), socket.create_connection(("127.0.0.1", port), 5) as sock:
         sock.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: h\r\nContent-length: 0\r\n\r\n")
         assert sock.recv(100).startswith(b"HTTP/1.1 404 Not Found\r\n")
@@ -87,7 +88,7 @@ class RawSubscriber:
     """A subscriber of sockets alone: connects, answers the handshake, and reads when told."""
 
     def __init__(self, node: Node, topic: str, md5sum: str = "*", type_name: str = "*") -> None:
-        port = node._context.endpoints.tcpros.port
+        port = node.tcpros_address[1]
         self.sock = socket.create_connection(("127.0.0.1", port), 20)
         self.sock.sendall(
             encode_header({"callerid": "/raw", "topic": topic, "md5sum": md5sum, "type": type_name})
@@ -139,8 +140,8 @@ def test_a_silent_connection_delays_no_other(master: Master) -> None:
     with Node("/p", master_uri=master.uri, rosout=False, limits=limits) as node:
         node.publisher("/quick", String, latch=True).publish(data="x")
         with (
-            socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port)),
-            socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port)) as half,
+            socket.create_connection(("127.0.0.1", node.tcpros_address[1])),
+            socket.create_connection(("127.0.0.1", node.tcpros_address[1])) as half,
         ):
             half.sendall(b"\x10\0\0")
             RawSubscriber(node, "/quick").sock.close()
@@ -154,7 +155,7 @@ def test_garbage_costs_its_own_connection_only(master: Master, garbage: bytes) -
     """A length of 4 GiB, of 0, another protocol, nothing: closed, and the node goes on."""
     with Node("/p", master_uri=master.uri, rosout=False) as node:
         node.publisher("/alive", String, latch=True).publish(data="x")
-        with socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port), 5) as sock:
+        with socket.create_connection(("127.0.0.1", node.tcpros_address[1]), 5) as sock:
             sock.sendall(garbage)
             try:
                 sock.shutdown(socket.SHUT_WR)
@@ -213,7 +214,7 @@ def test_a_broken_link_is_made_again_with_a_fresh_request(master: Master, how: s
     with (
         Node("/p", master_uri=master.uri, rosout=False) as a,
         Node("/q", master_uri=master.uri, rosout=False, intraprocess=False) as b,
-        FaultProxy("127.0.0.1", a._context.endpoints.tcpros.port) as proxy,
+        FaultProxy("127.0.0.1", a.tcpros_address[1]) as proxy,
     ):
         requests: list[str] = []
         answer = a._slave.methods["requestTopic"][0]
@@ -257,15 +258,16 @@ def test_publisher_updates_twice_late_and_empty(master: Master) -> None:
         publisher = a.publisher("/list", String)
         subscriber = b.subscriber("/list", String)
         publisher.wait_for_connection()
-        (link,) = subscriber._subscription.links.values()
-        update = b._slave.dispatch
-        for uri in (a.uri, a.uri.rstrip("/"), a.uri.upper().replace("HTTP", "http")):
-            assert update("publisherUpdate", ["/master", "/list", [uri]], "127.0.0.1") == [1, "", 0]
-        assert list(subscriber._subscription.links.values()) == [link]
-        update("publisherUpdate", ["/master", "/list", []], "127.0.0.1")
-        assert subscriber.connections == 0
+        connected = [(link.address, link.reconnects) for link in publisher.stats()]
+        with NodeClient(b.uri, "/master") as told:
+            for uri in (a.uri, a.uri.rstrip("/"), a.uri.upper().replace("HTTP", "http")):
+                told.publisher_update("/list", [uri])
+            assert [(link.address, link.reconnects) for link in publisher.stats()] == connected
+            assert [link.reconnects for link in subscriber.stats()] == [0]
+            told.publisher_update("/list", [])
+            told.publisher_update("/unknown", [a.uri])  # is answered, and changes nothing
+        eventually(lambda: subscriber.connections == 0)
         eventually(lambda: publisher.connections == 0)
-        assert update("publisherUpdate", ["/master", "/unknown", [a.uri]], "127.0.0.1") == [1, "", 0]
 
 
 @pytest.mark.parametrize("wrong", [5, "heard", ["heard"]])

@@ -15,6 +15,7 @@ import pytest
 from rosproto.codec import classes, define, message_class
 from rosproto.master import Master
 from rosproto.node import Node
+from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.header import decode_header, encode_header
@@ -43,7 +44,7 @@ def shake_hands(
     node: Node, text: str, md5sum: str, topic: str = "/t"
 ) -> tuple[socket.socket, dict[str, str]]:
     """Subscribe with a definition of one's own: the connection, and the answer."""
-    sock = socket.create_connection((node._context.endpoints.host, node._context.endpoints.tcpros.port), 20)
+    sock = socket.create_connection(node.tcpros_address, 20)
     fields = subscriber_header(
         topic=topic, type_name="std_msgs/String", md5sum=md5sum, callerid="/stranger", message_definition=text
     )
@@ -206,7 +207,8 @@ def test_a_publisher_of_another_type_is_asked_once(node: Node, caplog: pytest.Lo
         assert asked.acquire(timeout=20)  # for its own definition, to show both
         eventually(lambda: subscriber.errors)
         assert not asked.acquire(timeout=1.5)
-        node._topics.update_publishers("/t", [odd.uri])
+        with NodeClient(node.uri, "/master") as told:
+            told.publisher_update("/t", [odd.uri])
         assert asked.acquire(timeout=20)
     assert len([text for text in caplog.messages if "std_msgs/Int32" in text]) == 1
 
@@ -215,7 +217,7 @@ def test_a_publisher_of_another_type_is_asked_once(node: Node, caplog: pytest.Lo
 def test_the_name_of_a_subscriber_is_cut(node: Node) -> None:
     """It is kept for as long as the connection lasts, and there may be thousands."""
     publisher = node.publisher("/t", String)
-    sock = socket.create_connection((node._context.endpoints.host, node._context.endpoints.tcpros.port), 20)
+    sock = socket.create_connection(node.tcpros_address, 20)
     fields = subscriber_header(
         topic="/t", type_name="std_msgs/String", md5sum=String._md5sum, callerid="/" + "n" * 500_000
     )

@@ -11,6 +11,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
+from rosproto.node.graph import watchdog
 from rosproto.transport.sleep import SleepDetector
 from tests.support.victim import eventually
 
@@ -18,15 +19,23 @@ String = "std_msgs/String"
 
 
 class Sleep:
-    """Stands for the clocks of one node's watchdog: the computer "sleeps" when told."""
+    """Stands for the clocks of nodes that are made from now on: the computer "sleeps" when told.
 
-    def __init__(self, node: Node) -> None:
+    Attributes:
+        asked: How often they were looked at.
+    """
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.asked = 0
         self._asleep = 0.0
         self._lock = threading.Lock()
-        node._watchdog._sleep = SleepDetector(time.monotonic, self._with_sleep)
+        monkeypatch.setattr(
+            watchdog, "SleepDetector", lambda: SleepDetector(time.monotonic, self._with_sleep)
+        )
 
     def _with_sleep(self) -> float:
         with self._lock:
+            self.asked += 1
             return time.monotonic() + self._asleep
 
     def for_seconds(self, seconds: float) -> None:
@@ -40,18 +49,18 @@ def master() -> Iterator[Master]:
         yield master
 
 
-def test_links_to_publishers_are_made_anew_and_links_to_subscribers_are_kept(master: Master) -> None:
+def test_links_to_publishers_are_made_anew_and_links_to_subscribers_are_kept(
+    master: Master, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One link in, made again with a fresh requestTopic; one out, untouched: rospy would not come back."""
     got: list[str] = []
-    with (
-        Node("/robot", master_uri=master.uri, rosout=False, intraprocess=False) as robot,
-        Node("/laptop", master_uri=master.uri, rosout=False, intraprocess=False) as laptop,
-    ):
+    robot = Node("/robot", master_uri=master.uri, rosout=False, intraprocess=False)
+    sleep = Sleep(monkeypatch)
+    with robot, Node("/laptop", master_uri=master.uri, rosout=False, intraprocess=False) as laptop:
         scan, cmd = robot.publisher("/scan", String), laptop.publisher("/cmd", String)
         laptop.subscriber("/scan", String, lambda message: got.append(message.data)).wait_for_connection()
         robot.subscriber("/cmd", String).wait_for_connection()
         cmd.wait_for_connection()
-        sleep = Sleep(laptop)
         sleep.for_seconds(3600)
 
         def incoming() -> Any:
@@ -65,31 +74,30 @@ def test_links_to_publishers_are_made_anew_and_links_to_subscribers_are_kept(mas
         assert [link.reconnects for link in robot.stats().links if link.direction == "in"] == [0]
 
 
-def test_a_registration_that_was_lost_meanwhile_is_made_again_at_once(master: Master) -> None:
+def test_a_registration_that_was_lost_meanwhile_is_made_again_at_once(
+    master: Master, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Not only with the next regular comparison of the graph."""
+    sleep = Sleep(monkeypatch)
     with (
         Node("/laptop", master_uri=master.uri, rosout=False) as laptop,
         MasterClient(master.uri, "/laptop") as thief,
     ):
         laptop.publisher("/cmd", String)
-        sleep = Sleep(laptop)
-        eventually(lambda: laptop._watchdog._looks > 0)
-        laptop._watchdog._looks = -1000  # the regular comparison is far away
+        laptop.watch_master(period=1.0, full_check_every=1000)  # the regular comparison is far away
         thief.unregister_publisher("/cmd", laptop.uri)
         assert thief.get_system_state().publishers == {}
         sleep.for_seconds(60)
         eventually(lambda: thief.get_system_state().publishers == {"/cmd": ["/laptop"]})
 
 
-def test_a_short_pause_changes_nothing(master: Master) -> None:
-    with (
-        Node("/robot", master_uri=master.uri, rosout=False, intraprocess=False) as robot,
-        Node("/laptop", master_uri=master.uri, rosout=False, intraprocess=False) as laptop,
-    ):
+def test_a_short_pause_changes_nothing(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = Node("/robot", master_uri=master.uri, rosout=False, intraprocess=False)
+    sleep = Sleep(monkeypatch)
+    with robot, Node("/laptop", master_uri=master.uri, rosout=False, intraprocess=False) as laptop:
         robot.publisher("/scan", String)
         laptop.subscriber("/scan", String).wait_for_connection()
-        sleep = Sleep(laptop)
-        looks = laptop._watchdog._looks
         sleep.for_seconds(2.0)
-        eventually(lambda: laptop._watchdog._looks >= looks + 2)
+        asked = sleep.asked
+        eventually(lambda: sleep.asked >= asked + 2)
         assert [link.reconnects for link in laptop.stats().links] == [0]

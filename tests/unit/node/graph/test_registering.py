@@ -39,7 +39,7 @@ class Asked:
         self.methods: list[str] = []
         self.refuse: dict[str, str] = {}
         self.instead: Exception | None = None
-        client = node._context.master._client
+        client = node.master._client
         call = client.call
 
         def noted(method: str, *params: Any, **options: Any) -> Any:

@@ -20,6 +20,11 @@ def node(monkeypatch: pytest.MonkeyPatch) -> Iterator[rosproto.Node]:
         yield node
 
 
+@pytest.fixture
+def watchdog(node: rosproto.Node) -> Watchdog:
+    return node._watchdog
+
+
 def answered_before(monkeypatch: pytest.MonkeyPatch, holder: Any, name: str, then: Callable[[], Any]) -> None:
     """Have something happen between the master's answer and its arrival, as on a slow network."""
     ask = getattr(holder, name)
@@ -32,38 +37,39 @@ def answered_before(monkeypatch: pytest.MonkeyPatch, holder: Any, name: str, the
     monkeypatch.setattr(holder, name, late)
 
 
-def test_a_topic_that_is_opened_while_the_graph_is_on_its_way_is_not_missing(node, monkeypatch) -> None:
+def test_a_topic_that_is_opened_while_the_graph_is_on_its_way_is_not_missing(
+    node, watchdog, monkeypatch
+) -> None:
     """The master was asked before it was told: no reason to register everything again."""
     node.publisher("/first", "std_msgs/String")
     answered_before(
         monkeypatch,
-        node._context.master,
+        node.master,
         "get_system_state",
         lambda: node.publisher("/second", "std_msgs/String"),
     )
-    assert node._watchdog._graph_has_all()
+    assert watchdog.graph_has_all()
 
 
-def test_a_topic_that_is_closed_meanwhile_is_not_missing(node, monkeypatch) -> None:
+def test_a_topic_that_is_closed_meanwhile_is_not_missing(node, watchdog, monkeypatch) -> None:
     first = node.publisher("/first", "std_msgs/String")
-    first_state = node._context.master.get_system_state
-    monkeypatch.setattr(
-        node._context.master, "get_system_state", lambda **o: (first.close(), first_state(**o))[1]
-    )
-    assert node._watchdog._graph_has_all()
+    first_state = node.master.get_system_state
+    monkeypatch.setattr(node.master, "get_system_state", lambda **o: (first.close(), first_state(**o))[1])
+    assert watchdog.graph_has_all()
 
 
-def test_the_first_topic_of_a_node_is_not_missed_while_it_is_being_opened(node, monkeypatch) -> None:
+def test_the_first_topic_of_a_node_is_not_missed_while_it_is_being_opened(
+    node, watchdog, monkeypatch
+) -> None:
     """Before it the master does not know the node, and that is no sign of a restart."""
-    watchdog = node._watchdog
-    assert watchdog._check_registration()
+    assert watchdog.check_registration()
     answered_before(monkeypatch, watchdog, "_ask", lambda: node.publisher("/first", "std_msgs/String"))
-    assert watchdog._check_registration()
+    assert watchdog.check_registration()
 
 
-def test_a_registration_that_the_master_has_lost_is_missing(node) -> None:
+def test_a_registration_that_the_master_has_lost_is_missing(node, watchdog) -> None:
     node.publisher("/first", "std_msgs/String")
-    assert node._watchdog._graph_has_all()
+    assert watchdog.graph_has_all()
     node.master.unregister_publisher("/first", node.uri)
-    assert not node._watchdog._graph_has_all()
-    assert not node._watchdog._check_registration()
+    assert not watchdog.graph_has_all()
+    assert not watchdog.check_registration()

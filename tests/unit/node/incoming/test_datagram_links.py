@@ -342,5 +342,5 @@ def test_who_unsubscribed_behind_a_firewall_is_forgotten(
         ({}, {}, False),
         ({}, {"/chatter": ["/listener"]}, True),
     ):
-        Watchdog._forget_unsubscribed([link], SystemState(others, subscribers, {}))
+        Watchdog.forget_unsubscribed([link], SystemState(others, subscribers, {}))
         assert monitor.removed is gone

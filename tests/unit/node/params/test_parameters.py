@@ -116,7 +116,7 @@ def test_the_root_takes_a_dict_only(node):
 
 
 def update(node: SmallNode, key: str, value: object, trusted: bool = True) -> bool:
-    return node._slave.on_parameter_update(key, value, trusted)
+    return node.params.on_update(key, value, trusted)
 
 
 def test_a_subscription_has_the_value_at_once_and_follows_the_master(node):
@@ -191,10 +191,10 @@ def test_after_a_restart_of_the_master_a_changed_value_is_told_once(node):
     node.master.params["/a"] = 1
     seen = []
     subscription = node.params.subscribe("/a", lambda key, value: seen.append(value))
-    node._context.registrations.register_all()
+    node.registrations.register_all()
     assert seen == []
     node.master.params["/a"] = 2
-    node._context.registrations.register_all()
+    node.registrations.register_all()
     assert (seen, subscription.value) == ([2], 2)
 
 

@@ -183,7 +183,7 @@ def test_a_probe_tells_the_type_and_is_silent(node, caplog):
         "std_srvs/SetBoolResponse",
     )
     for data in (b"", encode_header({"service": "/set", "md5sum": "*", "callerid": "/x", "probe": "1"})):
-        with socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port)) as sock:
+        with socket.create_connection(("127.0.0.1", node.tcpros_address[1])) as sock:
             sock.sendall(data)  # rospy's wait_for_service closes without reading
     client = node.service_client("/set", SetBool)
     with pytest.raises(ServiceError):  # one call more, so that the probes above have been served
@@ -311,7 +311,7 @@ def test_closing_the_node_is_bounded_with_many_hanging_handlers():
             threading.Thread(target=call, args=(client,), daemon=True).start()
             assert entered.acquire(timeout=20)
         deadline = Deadline(10)
-        small._services.close()
+        small.services.close()
         assert deadline.remaining() > 7
         gate.set()
 
@@ -331,8 +331,8 @@ def test_many_services_and_clients_leave_nothing_behind(node):
     while threads() > before and not deadline.expired:
         threading.Event().wait(0.005)
     assert threads() <= before
-    assert node._services.stats() == {"servers": {}, "clients": {}}
-    assert len(node._context.registrations) == 0
+    assert node.services.stats() == {"servers": {}, "clients": {}}
+    assert len(node.registrations) == 0
 
 
 def test_a_server_that_left_answers_what_it_has_begun(node, persistent):

@@ -236,7 +236,7 @@ def test_a_handler_must_be_callable(node):
 
 def test_garbage_instead_of_a_request_is_an_error_answer_and_the_service_lives_on(node):
     node.service_server("/set", SetBool, tell)
-    with socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port)) as sock:
+    with socket.create_connection(("127.0.0.1", node.tcpros_address[1])) as sock:
         sock.sendall(
             encode_header({"service": "/set", "md5sum": SetBool._md5sum, "callerid": "/x", "persistent": "1"})
         )
@@ -259,7 +259,7 @@ def test_a_registration_that_fails_leaves_no_server(node, monkeypatch):
 
 def test_clients_through_a_broken_network_get_documented_errors(node):
     node.service_server("/set", SetBool, tell)
-    with FaultProxy("127.0.0.1", node._context.endpoints.tcpros.port) as proxy:
+    with FaultProxy("127.0.0.1", node.tcpros_address[1]) as proxy:
         node.master.services["/set"] = f"rosrpc://127.0.0.1:{proxy.port}"
         client = node.service_client("/set", SetBool, persistent=True)
         assert client.call(data=True).success
