@@ -87,7 +87,7 @@ def with_table(text: str) -> str:
 
 def _all_commands() -> Iterator[str]:
     from rosproto.cli.entry import COMMANDS as ROSPROTO
-    from woosh_pure.cli.registry import COMMANDS, load
+    from woosh_pure.cli.commands import COMMANDS, load
 
     rows = [("woosh", name, load(name).HELP) for name in COMMANDS]
     rows += [("rosproto", name, command.help) for name, command in ROSPROTO.items()]
@@ -103,8 +103,8 @@ def manual() -> str:
 
 
 def _woosh() -> Iterator[str]:
+    from woosh_pure.cli.commands import COMMANDS, load
     from woosh_pure.cli.entry import EXIT_CODES, parser_for
-    from woosh_pure.cli.registry import COMMANDS, load
 
     yield _WOOSH
     yield from _table(("Command", ""), [(_link("woosh", name), load(name).HELP) for name in COMMANDS])

@@ -23,7 +23,7 @@ from tests.support.options import Result, ctrl_c, run
 from tests.support.robot_pool import Robot
 from tests.support.tunable import Tunable
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.cli.examples import EXAMPLES as WOOSH
+from woosh_pure.cli.entry import EXAMPLES as WOOSH
 
 
 @dataclass(frozen=True)

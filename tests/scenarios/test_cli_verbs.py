@@ -16,7 +16,7 @@ import pytest
 from tests.support.extras import needs
 from tests.support.png import read_png
 from tests.support.woosh_command import has, until_it_ends, woosh_process
-from woosh_pure.cli.registry import COMMANDS
+from woosh_pure.cli.commands import COMMANDS
 from woosh_pure.enums import RobotMode, TaskState
 
 pytestmark = [pytest.mark.whole, pytest.mark.usefixtures("private_config")]

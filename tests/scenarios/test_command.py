@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from woosh_pure.cli import main
-from woosh_pure.cli.registry import COMMANDS, load
+from woosh_pure.cli.commands import COMMANDS, load
 from woosh_pure.enums import TaskState
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -16,8 +16,8 @@ from rosproto.errors import DefinitionError
 from rosproto.msg import bundled, library_from_full_text, parse_service
 from rosproto.msg.user_folder import learned_paths
 from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.cli.commands import load
 from woosh_pure.cli.output import Output
-from woosh_pure.cli.registry import load
 from woosh_pure.firmware.learn import Knowledge, judge
 from woosh_pure.firmware.learned_sets import make_sets, write_set
 from woosh_pure.firmware.survey import Answer, survey

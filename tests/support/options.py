@@ -24,8 +24,8 @@ from rosproto.cli.entry import COMMANDS as ROSPROTO
 from rosproto.cli.entry import add_general_options
 from rosproto.cli.entry import parser_for as rosproto_parser
 from rosproto.cli.parser import Parser, sub_parsers
+from woosh_pure.cli.commands import COMMANDS as WOOSH
 from woosh_pure.cli.entry import _common, parser_for
-from woosh_pure.cli.registry import COMMANDS as WOOSH
 
 __all__ = [
     "Case",

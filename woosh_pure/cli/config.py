@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 from rosproto.files import read_text
 
-__all__ = ["Profile", "directory", "forget", "load", "mark_file", "profile_file", "save"]
-
 
 class Profile(NamedTuple):
     """The default chassis.

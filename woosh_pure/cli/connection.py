@@ -10,11 +10,10 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli import Progress, hurry, signals_ignored
+from rosproto.cli import Progress, hurry, is_terminal, signals_ignored
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.sentence import both, sentence_of
 from woosh_pure.cli import config
-from woosh_pure.cli.console import is_terminal
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
@@ -24,17 +23,6 @@ if TYPE_CHECKING:
     from woosh_pure.motion.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = [
-    "chosen",
-    "connect",
-    "connect_to",
-    "follow",
-    "names",
-    "reaching",
-    "report",
-    "stop_and_tell",
-    "watchdog_of",
-]
 
 _LIVE, _PLAIN = 0.25, 2.0
 """Seconds between two looks at a motion: on a terminal, and where lines are kept."""

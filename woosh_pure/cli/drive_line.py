@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.geometry import Pose2D
 
-__all__ = ["DriveLine", "length_left"]
 
 _WINDOW = 4.0
 """Seconds over which the speed of getting there is taken."""

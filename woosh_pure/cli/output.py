@@ -12,11 +12,8 @@ from contextlib import contextmanager
 from enum import Enum
 from typing import Any, TextIO
 
-from rosproto.cli import json_text, own
+from rosproto.cli import enable_escapes, is_terminal, json_text, own
 from rosproto.text import printable
-from woosh_pure.cli.console import enable_escapes, is_terminal
-
-__all__ = ["Output", "plain", "spoken"]
 
 _COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
 _FIRST_SIGN = 1.0
@@ -153,3 +150,15 @@ def plain(value: Any) -> Any:
     if isinstance(value, (list, tuple, set, frozenset)):
         return [plain(item) for item in value]
     return str(value)
+
+
+@contextmanager
+def full_screen(stream: TextIO) -> Iterator[None]:
+    """The other screen of the terminal, without a cursor; what was there before comes back, always."""
+    own(stream).write("\x1b[?1049h\x1b[?25l\x1b[2J")
+    stream.flush()
+    try:
+        yield
+    finally:
+        own(stream).write("\x1b[?25h\x1b[?1049l")
+        stream.flush()

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from woosh_pure.maps.marks import UserMark
 
-__all__ = ["blank_around", "chart_of", "chart_png", "step_of"]
 
 Color = tuple[int, int, int]
 ROBOT, MARK, PATH, SCAN = (220, 30, 30), (20, 150, 60), (30, 90, 220), (240, 130, 0)

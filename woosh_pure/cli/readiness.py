@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from woosh_pure.cli.output import Output
     from woosh_pure.reasons import Readiness
 
-__all__ = ["EXIT_CODES", "as_json", "is_there", "nobody_there", "readiness_of", "verdict"]
 
 _STEADY = 1.0  # seconds within which the measured velocity comes, also over a slow network
 

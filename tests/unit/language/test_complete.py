@@ -21,7 +21,7 @@ TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
 COMMANDS = "doctor status ready goto move rotate drive stop faults selftest connect".split()
 SOURCES = [
     *(f"woosh_pure/cli/commands/{name}.py" for name in COMMANDS),
-    *(f"woosh_pure/cli/{name}.py" for name in ("config", "connection", "entry", "readiness", "teleop", "arguments")),
+    *(f"woosh_pure/cli/{name}.py" for name in ("config", "connection", "entry", "readiness", "arguments")),
     *(f"woosh_pure/{name}.py" for name in (
         "connection/address", "connection/clients", "connection/connection", "doctor/definitions",
         "doctor/examination", "feed/feed", "feed/feeds", "motion/action_goal", "motion/goal", "motion/steps",

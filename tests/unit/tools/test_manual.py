@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rosproto.cli.entry import COMMANDS as ROSPROTO
 from tools import manual
-from woosh_pure.cli.registry import COMMANDS as WOOSH
+from woosh_pure.cli.commands import COMMANDS as WOOSH
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "commands.md"
 

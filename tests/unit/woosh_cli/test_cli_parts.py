@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 from rosproto.errors import ConnectionLost
+from rosproto.numeric import encode_png
 from rosproto.text import width
 from tests.support.png import read_png
 from woosh_pure.cli import config, main
 from woosh_pure.cli.commands import watch
+from woosh_pure.cli.commands.camera import image_png
 from woosh_pure.cli.output import Output, plain
 from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
-from woosh_pure.cli.png import encode_png, image_png
-from woosh_pure.cli.scene import Scene
-from woosh_pure.cli.screen import Screen
+from woosh_pure.cli.screen import Scene, Screen
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults.codes import decode_status_code

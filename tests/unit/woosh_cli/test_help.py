@@ -13,8 +13,8 @@ from rosproto.cli.entry import COMMANDS as ROSPROTO
 from rosproto.cli.entry import EXAMPLES as ROSPROTO_EXAMPLES
 from rosproto.cli.parser import leaves, sub_parsers
 from woosh_pure.cli import entry as woosh_entry
-from woosh_pure.cli.examples import EXAMPLES as WOOSH_EXAMPLES
-from woosh_pure.cli.registry import COMMANDS as WOOSH
+from woosh_pure.cli.commands import COMMANDS as WOOSH
+from woosh_pure.cli.entry import EXAMPLES as WOOSH_EXAMPLES
 
 
 def parser_for(words: list[str]) -> argparse.ArgumentParser:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from woosh_pure.cli.registry import COMMANDS
+from woosh_pure.cli.commands import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[3]
 HEAVY = (

@@ -1,3 +1,42 @@
-"""One file for each command of `woosh`; `woosh_pure.cli.registry` names them."""
+"""The commands: one file each, named here. To add one, write the file and add its name.
 
-__all__: list[str] = []
+Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`, and imports what is
+heavy inside `run`. After a change run `python -m tools.manual`, which writes docs/commands.md.
+"""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from importlib import import_module
+from typing import Protocol, cast
+
+from woosh_pure.cli.output import Output
+
+__all__ = ["COMMANDS", "Command", "load"]
+
+COMMANDS = (
+    *("demo", "sim", "connect", "doctor", "selftest", "learn"),
+    *("status", "ready", "watch", "battery", "faults", "imu", "scan", "camera", "cloud"),
+    *("goto", "task", "charge", "move", "rotate", "drive", "stop"),
+    *("localization", "map", "plan", "costmap", "footprint", "mode", "marks"),
+    *("led", "say"),
+    *("record", "web", "foxglove", "vda5050"),
+    *("shell", "completion"),
+)
+
+
+class Command(Protocol):
+    """What a command file offers."""
+
+    HELP: str
+
+    def add_arguments(self, parser: ArgumentParser) -> None:
+        """Describe the command's own arguments."""
+
+    def run(self, args: Namespace, out: Output) -> int:
+        """Do it; the result is the exit code."""
+
+
+def load(name: str) -> Command:
+    """The command file of that name."""
+    return cast(Command, import_module(f"{__package__}.{name}"))

@@ -5,10 +5,14 @@ from __future__ import annotations
 import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.values.state import Image
 
 HELP = "take a picture, in colour or of depth, and save it"
 
@@ -50,8 +54,6 @@ def run(args: Namespace, out: Output) -> int:
         facts["farthest"] = farthest = float(seen.max()) if seen.size else None
         out.line("nothing measured" if nearest is None else f"from {nearest:.2f} m to {farthest:.2f} m")
     if not args.no_file:
-        from woosh_pure.cli.png import image_png
-
         file = args.png or _free_name("depth" if args.depth else "camera")
         facts["file"] = write(file, image_png(image, millimetres=args.millimetres), out)
     out.result(facts)
@@ -65,3 +67,23 @@ def _free_name(kind: str) -> Path:
     while path.exists():
         path, number = Path(f"{stem}-{number}.png"), number + 1
     return path
+
+
+def image_png(image: Image, *, millimetres: bool = False) -> bytes:
+    """A PNG of a camera image; depth is scaled to its own range, near is bright, nothing measured is black.
+
+    Args:
+        image: What the camera sent.
+        millimetres: True for depth as data: 16-bit grey in mm, 0 where nothing was measured. It looks black.
+
+    Raises:
+        ValueError: The encoding cannot be shown.
+    """
+    from rosproto.numeric import depth_millimetres, encode_png, picture_order, visible_depth
+
+    pixels = image.pixels
+    if image.encoding in ("16UC1", "mono16", "32FC1"):
+        metres = image.depth_metres()
+        return encode_png(depth_millimetres(metres) if millimetres else visible_depth(metres))
+    order = picture_order(image.encoding)
+    return encode_png(pixels if order is None else pixels[..., order])

@@ -1,4 +1,8 @@
-"""`woosh drive`: by the keyboard."""
+"""`woosh drive`: by the keyboard.
+
+Terminals send no key-up: a held key is a stream of repeats, and its end is silence. So each key is a velocity
+that lapses by itself, and every key that is not one of the four directions stops.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +10,21 @@ import math
 import signal
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rosproto.cli import hurry, own
+from rosproto.cli import Keys, hurry, is_terminal, open_keys, own, terminal_size
 from rosproto.errors import RosTimeout
 from rosproto.text import cut, padded
 from woosh_pure.cli.arguments import add_watchdog, positive
 from woosh_pure.cli.connection import connect, stop_and_tell, watchdog_of
-from woosh_pure.cli.console import is_terminal, terminal_size
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import MotionRefused
 
 if TYPE_CHECKING:
-    from rosproto.cli import Keys
     from woosh_pure.chassis import Chassis
-    from woosh_pure.cli.teleop import Command, Teleop
     from woosh_pure.velocity.drive import Drive
 
 HELP = "drive by the keyboard: arrow keys or WASD; everything else stops"
@@ -95,9 +97,6 @@ def _ask(out: Output) -> None:
 
 
 def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
-    from rosproto.cli import open_keys
-    from woosh_pure.cli.teleop import Teleop
-
     hurry()
     angular = None if args.angular is None else math.radians(args.angular)
     out.line(_KEYS)
@@ -123,8 +122,6 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
 
 
 def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop, out: Output) -> None:
-    from woosh_pure.cli.teleop import VALID_FOR
-
     while True:
         command = teleop.press(keys.read(0.05))
         if command is not None:
@@ -136,7 +133,7 @@ def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop, out: Outpu
         _show(chassis, drive, teleop, command, out)
 
 
-def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | None, out: Output) -> None:
+def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Press | None, out: Output) -> None:
     sent, measured, pose = drive.sending, chassis.measured_velocity.latest, chassis.pose.latest
     stopped = "" if sent.vx or sent.wz or (command and command.moves) else "STOP"
     parts = [
@@ -169,3 +166,68 @@ def _never_asleep() -> Iterator[None]:
     finally:
         if number_ is not None:
             signal.signal(number_, before)
+
+
+VALID_FOR = 0.3
+"""Seconds a key is good for. The velocity is sent at 20 Hz, so zero is out within 0.4 s of the last key."""
+
+_DIRECTIONS = {
+    "up": (1.0, 0.0),
+    "w": (1.0, 0.0),
+    "down": (-1.0, 0.0),
+    "s": (-1.0, 0.0),
+    "left": (0.0, 1.0),
+    "a": (0.0, 1.0),
+    "right": (0.0, -1.0),
+    "d": (0.0, -1.0),
+}
+_QUIT = ("q", "escape", "end")
+_STEPS = (0.25, 0.5, 0.75, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """What to do now: vx in m/s, wz in rad/s."""
+
+    vx: float = 0.0
+    wz: float = 0.0
+    quit: bool = False
+
+    @property
+    def moves(self) -> bool:
+        """True when it is not a stop."""
+        return bool(self.vx or self.wz)
+
+
+class Teleop:
+    """Turns keys into what they mean.
+
+    Args:
+        linear, angular: Full speed, m/s and rad/s.
+    """
+
+    def __init__(self, linear: float, angular: float) -> None:
+        self._linear, self._angular = linear, angular
+        self._step = 1
+
+    @property
+    def speed(self) -> float:
+        """Part of the full speed, 0.25 to 1; begins with half of it."""
+        return _STEPS[self._step]
+
+    def press(self, keys: Sequence[str]) -> Press | None:
+        """What keys that came together mean; None when there were none.
+
+        When one of them is not a direction it wins, in whatever order they came: a stop is never overtaken.
+        """
+        if not keys:
+            return None
+        if any(key in _QUIT for key in keys):
+            return Press(quit=True)
+        for key in keys:
+            if key in ("+", "=", "-"):
+                self._step = min(max(self._step + (-1 if key == "-" else 1), 0), len(_STEPS) - 1)
+        if any(key not in _DIRECTIONS for key in keys):
+            return Press()
+        forward, left = _DIRECTIONS[keys[-1]]
+        return Press(forward * self._linear * self.speed, left * self._angular * self.speed)

@@ -9,17 +9,15 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from rosproto.cli import own
+from rosproto.cli import Keys, enable_escapes, is_terminal, open_keys, own, shows_unicode, terminal_size
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import number, seconds
 from woosh_pure.cli.connection import connect
-from woosh_pure.cli.console import enable_escapes, full_screen, is_terminal, shows_unicode, terminal_size
-from woosh_pure.cli.output import Output
+from woosh_pure.cli.output import Output, full_screen
 from woosh_pure.cli.readiness import as_json
 
 if TYPE_CHECKING:
-    from rosproto.cli import Keys
-    from woosh_pure.cli.scene import Observer, Scene
+    from woosh_pure.cli.screen import Observer, Scene
 
 HELP = "watch pose, map, scan, battery, task, faults and rates live"
 
@@ -41,7 +39,7 @@ def run(args: Namespace, out: Output) -> int:
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:
         raise ValueError(f"--rate {rate:g}: expected 0.05 to 30 per second")
-    from woosh_pure.cli.scene import Observer
+    from woosh_pure.cli.screen import Observer  # late: it needs numpy
 
     with connect(args, out) as chassis:
         observer = Observer(chassis)
@@ -57,7 +55,6 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _on_screen(observer: Observer, args: Namespace, period: float, deadline: Deadline) -> None:
-    from rosproto.cli import open_keys
     from woosh_pure.cli.screen import Screen
 
     plain = args.ascii or not shows_unicode(sys.stdout)
