@@ -24,6 +24,7 @@ RUNS_CODE = {
 """Where Python code is made and run, and of what."""
 
 
+@pytest.mark.structure
 @pytest.mark.promise("Nothing that is received is evaluated")
 def test_code_is_made_and_run_in_these_places_only() -> None:
     """No eval, no exec of remote text, no pickle: a new place has to be looked at, and named here."""

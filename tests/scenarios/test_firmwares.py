@@ -45,7 +45,9 @@ def taken(pools: dict[str, RobotPool], name: str) -> Iterator[SimulatedChassis]:
     pools[name].give_back(robot)
 
 
-@pytest.fixture(params=FIRMWARES)
+@pytest.fixture(
+    params=["1.1.4", "page", *(pytest.param(name, marks=pytest.mark.whole) for name in FIRMWARES[1:-1])]
+)
 def sim(request: pytest.FixtureRequest, pools: dict[str, RobotPool]) -> Iterator[SimulatedChassis]:
     """One of each firmware."""
     with taken(pools, request.param) as simulated:

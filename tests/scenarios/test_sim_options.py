@@ -62,6 +62,7 @@ def test_a_wrong_mark_is_wrong_use(words: list[str], capsys: pytest.CaptureFixtu
     assert "--mark N=" in capsys.readouterr().err
 
 
+@pytest.mark.whole
 def test_programs_for_rospy_have_their_marks(tmp_path: Path) -> None:
     (tmp_path / "program.py").write_text(PROGRAM)
 

@@ -74,7 +74,10 @@ def begun(sim: SimulatedChassis) -> Iterator[list[subprocess.Popen[str]]]:
     "lacks",
     ["threads", "files", "output", pytest.param("threads+files+output", marks=pytest.mark.slow)],
 )
-@pytest.mark.parametrize("what", ["velocity", "goal", "steps", "task"])
+@pytest.mark.parametrize(
+    "what",
+    ["velocity", "task", *(pytest.param(other, marks=pytest.mark.whole) for other in ("goal", "steps"))],
+)
 def test_the_robot_stands(sim, real_time, until, begun, what, lacks):
     process = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, sim.master_uri, what, lacks],

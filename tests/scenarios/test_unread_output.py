@@ -20,6 +20,7 @@ from tests.support.unread import unread_command
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 143, signal.SIGQUIT: 143}
 BOTH = "stdout stderr"
+OUTPUTS = [BOTH, *(pytest.param(one, marks=pytest.mark.whole) for one in ("stdout", "stderr"))]
 DRIVES = (
     ("move", "9"),
     ("rotate", "3000"),
@@ -52,7 +53,7 @@ def test_a_signal_stops_every_motion_although_nobody_reads(words, sim, real_time
 
 
 @pytest.mark.promise("nobody reads what a `woosh` command prints")
-@pytest.mark.parametrize("full", ["stdout", "stderr", BOTH])
+@pytest.mark.parametrize("full", OUTPUTS)
 @pytest.mark.parametrize("number", CODES, ids=lambda number: number.name)
 def test_a_signal_stops_the_robot_whichever_output_is_full(full, number, sim, real_time, until):
     with unread_command("woosh", "move", "9", "--master", sim.master_uri, full=full) as command:
@@ -63,7 +64,7 @@ def test_a_signal_stops_the_robot_whichever_output_is_full(full, number, sim, re
 
 
 @pytest.mark.promise("nobody reads what a `woosh` command prints")
-@pytest.mark.parametrize("full", ["stdout", "stderr", BOTH])
+@pytest.mark.parametrize("full", OUTPUTS)
 def test_a_time_limit_fires_whichever_output_is_full(full, sim, real_time, until):
     words = ("goto", "A1", "--timeout", "1", "--master", sim.master_uri)
     with unread_command("woosh", *words, full=full) as command:

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 PURE = """
 import pytest
@@ -60,6 +62,7 @@ def run(folder: Path, *options: str, life: str = "first") -> tuple[int, set[str]
     return done.returncode, {words[0].partition("::")[2] for words in lines}
 
 
+@pytest.mark.whole
 def test_pure_logic_is_represented_and_what_touches_the_system_is_not_cut(tmp_path: Path) -> None:
     """Three of nine cases; all of a test that asks for a folder."""
     (tmp_path / "tests/unit/msg").mkdir(parents=True)
@@ -70,6 +73,7 @@ def test_pure_logic_is_represented_and_what_touches_the_system_is_not_cut(tmp_pa
     assert len(passed) == 3 + 9
 
 
+@pytest.mark.whole
 def test_the_next_process_takes_what_has_not_passed(tmp_path: Path) -> None:
     """Also what had failed before the end, which nobody was told of."""
     (tmp_path / "tests").mkdir()

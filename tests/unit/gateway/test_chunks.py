@@ -60,6 +60,7 @@ def test_json_in_chunks(message: Any) -> None:
     assert len(sent.chunks) < 2 * len(sent) / CHUNK_SIZE + 2
 
 
+@pytest.mark.whole
 def test_a_picture_of_chunks(message: Any) -> None:
     """The text is in its pixels."""
     sent = publish_chunks("/t", to_json_parts(message))
