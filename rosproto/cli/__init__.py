@@ -35,8 +35,14 @@ from rosproto.cli.failure import (
     explain,
     say,
 )
-from rosproto.cli.foxglove import add_server_options, announced, serve, server_options
-from rosproto.cli.gateway_options import gateway_watchdog, until_interrupted
+from rosproto.cli.gateway import (
+    add_server_options,
+    announced,
+    gateway_watchdog,
+    server_options,
+    serving,
+    until_interrupted,
+)
 from rosproto.cli.keys import Keys, open_keys
 from rosproto.cli.options import (
     count,
@@ -100,8 +106,8 @@ __all__ = [
     "run_command",
     "say",
     "seconds",
-    "serve",
     "server_options",
+    "serving",
     "shows_unicode",
     "signals_ignored",
     "terminal_size",

@@ -160,8 +160,12 @@ COMMANDS: dict[str, Command] = {
     "dynparam": Command("rosproto.cli.dynparam", "read and set what can be reconfigured (dynparam)"),
     "doctor": Command("rosproto.cli.doctor", "find out why a graph does not work from here"),
     "run": Command("rosproto.rospy.launch", "run a program written for rospy"),
-    "bridge": Command("rosproto.cli.bridge", "serve web pages and programs without ROS (rosbridge)"),
-    "foxglove": Command("rosproto.cli.foxglove", "show the graph live in Foxglove and Lichtblick"),
+    "bridge": Command(
+        "rosproto.cli.gateway", "serve web pages and programs without ROS (rosbridge)", "add_bridge_arguments"
+    ),
+    "foxglove": Command(
+        "rosproto.cli.gateway", "show the graph live in Foxglove and Lichtblick", "add_foxglove_arguments"
+    ),
     "master": Command("rosproto.cli.master", "run a ROS master (what roscore does) until interrupted"),
     "completion": Command("rosproto.cli.completion", "print what a shell needs to complete this command"),
 }

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.cli import main
-from rosproto.cli.foxglove import add_arguments, server_options
+from rosproto.cli.gateway import add_foxglove_arguments, server_options
 from rosproto.master import Master
 from tests.unit.gateway.test_websocket_server import certificate
 from woosh_pure.cli import main as woosh
@@ -61,7 +61,7 @@ def test_the_page_on_the_internet_may_look_and_not_write(capsys: pytest.CaptureF
 
     def told(*options: str) -> tuple[str, tuple[str, ...]]:
         parser = argparse.ArgumentParser()
-        add_arguments(parser)
+        add_foxglove_arguments(parser)
         with Master() as master:
             assert main(["foxglove", "--master", master.uri, "--port", "0", "--for", "0.05", *options]) == 0
         return capsys.readouterr().out, server_options(parser.parse_args(list(options)))["origins"]

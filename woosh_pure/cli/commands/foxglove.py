@@ -9,6 +9,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosproto.cli import (
+    add_server_options,
+    announced,
+    gateway_watchdog,
+    interrupt_on_signals,
+    server_options,
+    serving,
+    until_interrupted,
+)
 from woosh_pure.cli import config
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -21,8 +30,6 @@ HELP = "show the chassis live in Foxglove and Lichtblick; read only unless you o
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    from rosproto.cli import add_server_options
-
     parser.add_argument(
         "--layout",
         type=Path,
@@ -41,14 +48,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    from rosproto.cli import (
-        announced,
-        gateway_watchdog,
-        interrupt_on_signals,
-        serve,
-        server_options,
-        until_interrupted,
-    )
+    from rosproto.gateway import Foxglove
     from woosh_pure.foxglove import ChassisTopics, write_layout
     from woosh_pure.interface.table import driving_patterns
 
@@ -67,7 +67,9 @@ def run(args: Namespace, out: Output) -> int:
         chassis = stack.enter_context(connect(args, out))
         topics = stack.enter_context(ChassisTopics(chassis, marks, out.language))
         server = stack.enter_context(
-            serve(chassis.node, options, topics=topics.all, name="Woosh chassis", watchdog=watchdog)
+            serving(
+                Foxglove, chassis.node, options, topics=topics.all, name="Woosh chassis", watchdog=watchdog
+            )
         )
         for line in announced(server, options):
             out.line(line)

@@ -1,0 +1,315 @@
+"""`rosproto bridge` and `rosproto foxglove`: servers for programs without ROS, and their options.
+
+Where to listen, who may connect, what is open: `woosh foxglove` has these options, too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+from urllib.parse import quote
+
+from rosproto.errors import ConnectionLost, LocalProtocolError
+
+from .background_output import hurry
+from .connection import add_graph_options, open_node
+from .failure import CommandError, cannot_listen
+from .options import count, host, port, seconds
+from .signals import interrupt_on_signals
+
+if TYPE_CHECKING:
+    import ssl
+
+    from rosproto.gateway import Access, Foxglove, GatewayLimits, Rosbridge
+    from rosproto.node import Node
+    from rosproto.watchdog import Watchdog
+
+T = TypeVar("T")
+STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
+WEB, DESKTOP = "https://app.foxglove.dev", "file://"
+"""Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.
+
+A browser says "null" for a page from a file, so such a page does not get in as a desktop program. Any link
+can lead to the page on the internet with the address of this server in it: it may look, and where something
+is open for writing it has to know the token or be named (`--origin`).
+"""
+
+
+def add_bridge_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which graph, where to listen, what is open."""
+    add_graph_options(parser, as_json=False)
+    add_gateway_options(parser, 9090)
+    parser.add_argument(
+        "--authenticate",
+        action="store_true",
+        help="serve a client only after the service /authenticate (rosauth) has accepted its credentials",
+    )
+    parser.set_defaults(run=_bridge)
+
+
+def _bridge(arguments: argparse.Namespace) -> int:
+    """Serve until interrupted; where it serves is the only thing on stdout."""
+    from rosproto.gateway import Rosbridge
+    from rosproto.transport.open_files import allow_open_files
+
+    options = {**gateway_options(arguments), "authenticate": arguments.authenticate}
+    allow_open_files(4096)
+    interval = sys.getswitchinterval()
+    # A thread that waits for the interpreter gets it after 5 ms by default, and a message passes several.
+    sys.setswitchinterval(0.0005)
+    try:
+        return _serve(arguments, "rosbridge", Rosbridge, options, _announced)
+    finally:
+        sys.setswitchinterval(interval)
+
+
+def _announced(server: Rosbridge, options: dict[str, Any]) -> list[str]:
+    return [f"Serving rosbridge at {_url(server, options)} ({_opened(options['access'])})"]
+
+
+def add_foxglove_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which graph, where to listen, what is open."""
+    add_graph_options(parser, as_json=False)
+    add_server_options(parser)
+    parser.set_defaults(run=_foxglove)
+
+
+def _foxglove(arguments: argparse.Namespace) -> int:
+    from rosproto.gateway import Foxglove
+
+    return _serve(arguments, "foxglove", Foxglove, server_options(arguments), announced)
+
+
+def _serve(
+    arguments: argparse.Namespace,
+    name: str,
+    kind: Callable[..., Any],
+    options: dict[str, Any],
+    announced: Callable[[Any, dict[str, Any]], list[str]],
+) -> int:
+    """Serve at a node of our own until interrupted."""
+    with (
+        interrupt_on_signals(),
+        gateway_watchdog(arguments, options["access"]) as watchdog,
+        open_node(arguments, name) as node,
+        serving(kind, node, options, watchdog=watchdog) as server,
+    ):
+        for line in announced(server, options):
+            print(line, flush=True)
+        try:
+            until_interrupted(node, arguments.seconds)
+        except KeyboardInterrupt:
+            pass  # the orderly end of this command
+    return 0
+
+
+@contextmanager
+def serving(kind: Callable[..., T], node: Any, options: dict[str, Any], **more: Any) -> Iterator[T]:
+    """A server at a node, with errors as a command tells them.
+
+    Raises:
+        CommandError: The extra is not installed, or the address cannot be listened on.
+    """
+    try:
+        server: Any = kind(node, **options, **more)
+    except LocalProtocolError as problem:
+        raise CommandError(str(problem)) from problem
+    except ConnectionLost as problem:
+        # Nobody is out of reach: this computer does not let us listen there.
+        raise CommandError(cannot_listen(problem, "--bind")) from problem
+    with server:
+        yield server
+
+
+def _url(server: Foxglove | Rosbridge, options: dict[str, Any]) -> str:
+    token = options["token"]
+    return server.url + (f"/?token={quote(token, safe='')}" if token is not None else "")
+
+
+def announced(server: Foxglove, options: dict[str, Any]) -> list[str]:
+    """What is said when it serves: the address, what is open, where to look."""
+    url = _url(server, options)
+    page = f"{WEB}/?ds=foxglove-websocket&ds.url={quote(url, safe='')}"
+    if WEB in options["origins"] or "*" in options["origins"]:
+        web = f"open:  {page}"
+    else:
+        web = f"Foxglove's page may not connect where writing is open: add --token T, or --origin {WEB}"
+    return [
+        f"Serving Foxglove at {url} ({_opened(options['access'])})",
+        web,
+        "In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, and that address",
+    ]
+
+
+def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> None:
+    """Address, token, TLS, origins, patterns."""
+    parser.add_argument(
+        "--bind",
+        type=host,
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="address to listen on; this computer alone by default, and with another one a token is needed",
+    )
+    parser.add_argument(
+        "--port", type=port, default=default_port, help=f"port, 0 for a free one (default: {default_port})"
+    )
+    parser.add_argument("--token", help="clients have to give it: ws://...?token=T")
+    parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate (PEM), for wss://")
+    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key (PEM)")
+    parser.add_argument(
+        "--origin",
+        action="append",
+        default=[],
+        metavar="URL",
+        help="let a web page of this origin connect, such as https://robots.example.org",
+    )
+    parser.add_argument("--allow", action="append", metavar="PATTERN", help="show only these names")
+    parser.add_argument("--deny", action="append", default=[], metavar="PATTERN", help="but not these")
+    parser.add_argument(
+        "--allow-write",
+        action="append",
+        default=[],
+        metavar="PATTERN",
+        help="let clients publish, call, set or send goals: /name, /space/*, topic:/x, service:/x, action:/x",
+    )
+    parser.add_argument("--read-only", action="store_true", help="refuse all of that in any case")
+    parser.add_argument(
+        "--message-bytes",
+        type=count,
+        metavar="N",
+        help="longest message of a client (default: 1048576); one value or key is taken for every ten bytes",
+    )
+    parser.add_argument(
+        "--no-watchdog",
+        action="store_true",
+        help="no process beside this one that sends zero where a client drives when this one is killed",
+    )
+    parser.add_argument(
+        "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
+    )
+
+
+def add_server_options(parser: argparse.ArgumentParser) -> None:
+    """What this and `woosh foxglove` share."""
+    add_gateway_options(parser, 8765)
+    parser.add_argument(
+        "--assets",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="FOLDER",
+        help="a folder with packages: meshes and textures for package:// (also $ROS_PACKAGE_PATH)",
+    )
+
+
+def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> dict[str, Any]:
+    """What a server is to be made with; off this computer with a token in any case.
+
+    Args:
+        arguments: Of the command line.
+        write: Patterns besides those of --allow-write.
+
+    Raises:
+        CommandError: The certificate cannot be used.
+    """
+    hurry()
+    from rosproto.gateway import Access
+    from rosproto.transport.address import is_loopback
+
+    token = arguments.token
+    if token is None and not is_loopback(arguments.bind):
+        import secrets
+
+        token = secrets.token_urlsafe(18)
+    return {
+        "host": arguments.bind,
+        "port": arguments.port,
+        "access": Access(
+            allow=arguments.allow or ("*",),
+            deny=arguments.deny,
+            write=[*arguments.allow_write, *write],
+            read_only=arguments.read_only,
+        ),
+        "tls": _tls(arguments),
+        "origins": tuple(arguments.origin),
+        "token": token,
+        **({} if arguments.message_bytes is None else {"limits": _limits(arguments.message_bytes)}),
+    }
+
+
+def server_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> dict[str, Any]:
+    """What `Foxglove` is to be made with.
+
+    Args:
+        arguments: Of the command line.
+        write: Patterns besides those of --allow-write.
+    """
+    options = gateway_options(arguments, write=write)
+    web = options["token"] is not None or not options["access"].writes_anything
+    listed = filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
+    return {
+        **options,
+        "origins": (DESKTOP, *((WEB,) if web else ()), *options["origins"]),
+        "assets": [*arguments.assets, *listed],
+    }
+
+
+def _limits(message_bytes: int) -> GatewayLimits:
+    from rosproto.gateway import GatewayLimits
+
+    usual = GatewayLimits()
+    return usual._replace(
+        message_bytes=message_bytes, message_values=max(usual.message_values, message_bytes // 10)
+    )
+
+
+@contextmanager
+def gateway_watchdog(arguments: argparse.Namespace, access: Access) -> Iterator[Watchdog | None]:
+    """The process that sends zero when this one is gone; none where nobody may drive, or nobody wants it."""
+    if arguments.no_watchdog or not access.writes_anything:
+        yield None
+        return
+    from rosproto.watchdog import Watchdog
+
+    with Watchdog() as watchdog:
+        yield watchdog
+
+
+def _tls(arguments: argparse.Namespace) -> ssl.SSLContext | None:
+    if arguments.tls_cert is None and arguments.tls_key is None:
+        return None
+    if arguments.tls_cert is None:
+        raise CommandError("--tls-key needs --tls-cert, too")
+    import ssl
+
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    try:
+        context.load_cert_chain(arguments.tls_cert, arguments.tls_key)
+    except (OSError, ssl.SSLError) as problem:
+        raise CommandError(f"--tls-cert {arguments.tls_cert}: it cannot be used: {problem}") from problem
+    return context
+
+
+def _opened(access: Access) -> str:
+    """What clients may write, in words."""
+    if access.writes_anything:
+        return f"writing: {', '.join(access.write)}"
+    return "read only" if access.read_only else "read only: --allow-write PATTERN opens more"
+
+
+def until_interrupted(node: Node, limit: float | None) -> None:
+    """Wait for Ctrl-C, the end of the time given, or of the node.
+
+    Raises:
+        CommandError: The node was ended by somebody else.
+    """
+    end = None if limit is None else time.monotonic() + limit
+    while end is None or time.monotonic() < end:
+        if node.wait(STEP if end is None else max(0.0, min(STEP, end - time.monotonic()))):
+            raise CommandError(f"the node was ended: {node.close_reason or 'closed'}")
