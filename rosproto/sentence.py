@@ -24,8 +24,9 @@ class Sentence(str):
 
     Attributes:
         template: With `{name}` for each value, as `str.format` has it.
-        values: What is filled in. A `Sentence`, an error with one, and a list of these are translated
-            themselves; every other value is data, and the same in each language.
+        values: What is filled in. A `Sentence`, an error, a member of an enum, what has a `Sentence` as its
+            text, and a list of these are translated themselves; every other value is data, and the same in
+            each language. A value that knows its own translation has `said(language)`.
     """
 
     __slots__ = ("template", "values")
@@ -52,13 +53,13 @@ class Sentence(str):
 
 
 def say(template: str, /, **values: Any) -> Sentence:
-    """A sentence; the template is its key in the tables of other languages.
+    """A sentence; the template is its key in the tables of other languages. A `Sentence` is given back.
 
     Args:
         template: `{name}`, `{name!r}`, `{name:.2f}`; a list or tuple is joined by commas.
-        values: For each name.
+        values: For each name. A text among them is data: a word that is to be translated is a `Sentence`.
     """
-    return _made(template, values)
+    return template if isinstance(template, Sentence) else _made(template, values)
 
 
 def _made(template: str, values: Mapping[str, Any]) -> Sentence:
@@ -76,15 +77,14 @@ def _listed(value: Any) -> Any:
 
 def both(first: str, *more: str) -> Sentence:
     """Sentences in a row: `first; second`."""
-    joined = functools.reduce(lambda a, b: say("{first}; {second}", first=a, second=b), more, first)
-    return joined if isinstance(joined, Sentence) else say("{first}", first=first)
+    return functools.reduce(lambda a, b: say("{first}; {second}", first=a, second=say(b)), more, say(first))
 
 
 def led(head: str, tail: str) -> Sentence:
     """A sentence behind what it is about: `head: tail`. A head that is no `Sentence` is a name or a place."""
     if isinstance(head, Sentence):
-        return say("{head}: {tail}", head=head, tail=tail)
-    return say("{place}: {tail}", place=head, tail=tail)
+        return say("{head}: {tail}", head=head, tail=say(tail))
+    return say("{place}: {tail}", place=head, tail=say(tail))
 
 
 def sentence_of(error: BaseException) -> str:

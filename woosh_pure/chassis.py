@@ -12,6 +12,7 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg import learned_paths
 from rosproto.numbers import as_float
+from rosproto.sentence import led, say
 from rosproto.transport import Deadline, HostNames
 from woosh_pure import interface
 from woosh_pure.connection.address import master_uri_of
@@ -102,7 +103,9 @@ class Chassis(Readings, Moving, Peripherals):
         self._aio: aio.Chassis | None = None
         self._lease = ChassisLease()
         if not 0.0 < timeout < math.inf:
-            raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
+            raise ValueError(
+                say("timeout={timeout}: expected more than 0 s, and not for ever", timeout=timeout)
+            )
         timeout = min(timeout, LONGEST)
         self._core = Core(
             self.master_uri,
@@ -148,8 +151,11 @@ class Chassis(Readings, Moving, Peripherals):
             _log.debug("! leaving the graph: %s", late)
         if problems:
             raise ConnectionLost(
-                f"not done when closing: {'; '.join(problems)}; the robot may still be driving; stop "
-                "it by its own button"
+                say(
+                    "not done when closing: {what}; the robot may still be driving; stop it by its own "
+                    "button",
+                    what="; ".join(problems),
+                )
             )
 
     def _end(self) -> list[str]:
@@ -242,7 +248,11 @@ class Chassis(Readings, Moving, Peripherals):
                 return readiness
             if deadline.expired and not ready:
                 text = "not ready" if readiness.blocked else "whether it is ready is not known"
-                raise RosTimeout(f"{text}: {readiness.sentence()}", what="readiness", seconds=timeout)
+                raise RosTimeout(
+                    led(say(text), readiness.sentence()),
+                    what="readiness",
+                    seconds=timeout,
+                )
             time.sleep(0.02)
 
     def wait_until(
@@ -383,7 +393,7 @@ class Chassis(Readings, Moving, Peripherals):
         """
         found = interface.row(name)
         if found.kind != "action":
-            raise ValueError(f"{found.name} is a {found.kind}, not an action")
+            raise ValueError(say("{name} is a {kind}, not an action", name=found.name, kind=found.kind))
         return start_action(self._core, found, goal, timeout=timeout, check=check, replace=replace)
 
     def send(self, topic: str, message: Any, *, timeout: float | None = None) -> None:
@@ -403,14 +413,26 @@ class Chassis(Readings, Moving, Peripherals):
         """
         found = interface.row(topic)
         if found.flow != "write":
-            raise ValueError(f"{found.name} is a {found.kind} to {found.flow}, not a topic to write")
+            raise ValueError(
+                say(
+                    "{name} is a {kind} to {flow}, not a topic to write",
+                    name=found.name,
+                    kind=found.kind,
+                    flow=found.flow,
+                )
+            )
         if found.bypasses_protection:
             raise MotionRefused(
-                f"{found.name} passes by the chassis's protection; use `with chassis.velocity(...)`"
+                say(
+                    "{name} passes by the chassis's protection; use `with chassis.velocity(...)`",
+                    name=found.name,
+                )
             )
         given = getattr(message, "_type", type(message).__name__)
         if given != found.type:
-            raise ValueError(f"{found.name} takes {found.type}, got {given}")
+            raise ValueError(
+                say("{name} takes {type}, got {given}", name=found.name, type=found.type, given=given)
+            )
         require_finite(message, found.type)
         self._core.clients.send(found.name, message, require_timeout(timeout))
 
@@ -425,5 +447,12 @@ def _lower(name: str, known: float, asked: float | None) -> float:
     if asked is None:
         return known
     if not (math.isfinite(asked) and 0.0 < asked <= known):
-        raise ValueError(f"{name}={asked}: must be more than 0 and at most the chassis's limit of {known}")
+        raise ValueError(
+            say(
+                "{name}={asked}: must be more than 0 and at most the chassis's limit of {known}",
+                name=name,
+                asked=asked,
+                known=known,
+            )
+        )
     return asked

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from rosproto import quaternion
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 
 __all__ = [
     "Footprint",
@@ -27,7 +28,7 @@ def normalize_angle(angle: float) -> float:
         ValueError: `angle` is not finite.
     """
     if not math.isfinite(angle):
-        raise ValueError(f"angle {angle} is not finite; give radians as a number")
+        raise ValueError(say("angle {angle} is not finite; give radians as a number", angle=angle))
     wrapped = math.remainder(angle, 2.0 * math.pi)
     return math.pi if wrapped == -math.pi else wrapped
 
@@ -73,7 +74,7 @@ class Pose2D:
     def __post_init__(self) -> None:
         _as_floats(self, "x", "y", "yaw")
         if not isinstance(self.frame, str):
-            raise ValueError(f'frame {self.frame!r}: give its name as text, such as "map"')
+            raise ValueError(say('frame {frame!r}: give its name as text, such as "map"', frame=self.frame))
 
     @property
     def yaw_degrees(self) -> float:
@@ -87,7 +88,14 @@ class Pose2D:
             ValueError: A number is NaN or infinite.
         """
         if not all(map(math.isfinite, (self.x, self.y, self.yaw))):
-            raise ValueError(f"pose {self.x}, {self.y}, {self.yaw}: every number must be finite (m, m, rad)")
+            raise ValueError(
+                say(
+                    "pose {x}, {y}, {yaw}: every number must be finite (m, m, rad)",
+                    x=self.x,
+                    y=self.y,
+                    yaw=self.yaw,
+                )
+            )
         return self
 
     def require_sensible(self) -> Pose2D:
@@ -99,10 +107,20 @@ class Pose2D:
         """
         self.require_finite()
         if max(abs(self.x), abs(self.y)) > _FARTHEST:
-            raise ValueError(f"pose {self.x:g}, {self.y:g}: more than {_FARTHEST:g} m away; give metres")
+            raise ValueError(
+                say(
+                    "pose {x:g}, {y:g}: more than {farthest:g} m away; give metres",
+                    x=self.x,
+                    y=self.y,
+                    farthest=_FARTHEST,
+                )
+            )
         if abs(self.yaw) > 2.0 * math.pi + 1e-6:
             raise ValueError(
-                f"yaw {self.yaw:g} rad is more than one turn; for degrees give math.radians({self.yaw:g})"
+                say(
+                    "yaw {yaw:g} rad is more than one turn; for degrees give math.radians({yaw:g})",
+                    yaw=self.yaw,
+                )
             )
         if not self.frame.strip("/ "):
             raise ValueError('the pose has no frame; "map" is the chassis\'s own map')
@@ -112,7 +130,11 @@ class Pose2D:
         """Straight distance in m; both poses must be in one frame."""
         if self.frame.lstrip("/") != other.frame.lstrip("/"):
             raise ValueError(
-                f"poses in {self.frame} and {other.frame} cannot be compared; transform one of them first"
+                say(
+                    "poses in {frame} and {other} cannot be compared; transform one of them first",
+                    frame=self.frame,
+                    other=other.frame,
+                )
             )
         return math.hypot(other.x - self.x, other.y - self.y)
 
@@ -132,7 +154,13 @@ class Pose2D:
         )
 
     def __str__(self) -> str:
-        return f"x {self.x:.3f} m, y {self.y:.3f} m, yaw {self.yaw_degrees:.1f}° in {self.frame}"
+        return say(
+            "x {x:.3f} m, y {y:.3f} m, yaw {yaw:.1f}° in {frame}",
+            x=self.x,
+            y=self.y,
+            yaw=self.yaw_degrees,
+            frame=self.frame,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +206,7 @@ class Footprint:
         """
         padding = as_float(padding)
         if not (math.isfinite(padding) and padding >= 0.0):
-            raise ValueError(f"padding={padding}: must be a number of at least 0 (m)")
+            raise ValueError(say("padding={padding}: must be a number of at least 0 (m)", padding=padding))
         try:
             corners = [(as_float(x), as_float(y)) for x, y in points]
         except (TypeError, ValueError):
@@ -197,7 +225,7 @@ class Footprint:
         """A regular polygon through a circle of `radius` + `padding` m."""
         (radius,) = _positive(radius=radius)
         if corners < 3:
-            raise ValueError(f"corners={corners}: a circle needs at least 3")
+            raise ValueError(say("corners={corners}: a circle needs at least 3", corners=corners))
         r = radius + as_float(padding)
         steps = (2.0 * math.pi * k / corners for k in range(corners))
         return cls(tuple((r * math.cos(a), r * math.sin(a)) for a in steps))
@@ -225,28 +253,46 @@ def _positive(**values: float) -> list[float]:
     numbers = [as_float(value) for value in values.values()]
     for name, number in zip(values, numbers, strict=True):
         if not (math.isfinite(number) and number > 0.0):
-            raise ValueError(f"{name}={number}: must be a positive number of metres")
+            raise ValueError(
+                say("{name}={number}: must be a positive number of metres", name=name, number=number)
+            )
     return numbers
 
 
 def _check_polygon(points: Sequence[tuple[float, float]]) -> None:
     if len(points) < 3:
-        raise ValueError(f"a footprint needs at least 3 corners, got {len(points)}")
+        raise ValueError(say("a footprint needs at least 3 corners, got {count}", count=len(points)))
     for x, y in points:
         if not (math.isfinite(x) and math.isfinite(y)):
-            raise ValueError(f"footprint corner ({x}, {y}): both numbers must be finite (m)")
+            raise ValueError(say("footprint corner ({x}, {y}): both numbers must be finite (m)", x=x, y=y))
         if math.hypot(x, y) > _LARGEST:
-            raise ValueError(f"footprint corner ({x}, {y}) is more than {_LARGEST:g} m away; give metres")
+            raise ValueError(
+                say(
+                    "footprint corner ({x}, {y}) is more than {largest:g} m away; give metres",
+                    x=x,
+                    y=y,
+                    largest=_LARGEST,
+                )
+            )
     edges = list(zip(points, (*points[1:], points[0]), strict=True))
     for i, (a, b) in enumerate(edges):
         if a == b:
             raise ValueError(
-                f"footprint corners {i} and {(i + 1) % len(points)} are the same point {a}; leave one out"
+                say(
+                    "footprint corners {i} and {j} are the same point {a}; leave one out",
+                    i=i,
+                    j=(i + 1) % len(points),
+                    a=a,
+                )
             )
         for j in range(i + 2, len(edges)):
             if (j + 1) % len(edges) != i and _segments_cross(a, b, *edges[j]):
                 raise ValueError(
-                    f"footprint edges {i} and {j} cross; give the corners in order around the robot"
+                    say(
+                        "footprint edges {i} and {j} cross; give the corners in order around the robot",
+                        i=i,
+                        j=j,
+                    )
                 )
     if not _contains_origin(edges):
         raise ValueError(

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 
 __all__ = ["DEFAULT_SECONDS", "MOST_SECONDS", "ChassisLease", "Lease", "LeaseState"]
 
@@ -246,12 +247,23 @@ class ChassisLease:
 
 def _name(owner: str) -> str:
     if not (isinstance(owner, str) and owner.strip() and len(owner) <= 200):
-        raise ValueError(f"owner {owner!r:.80}: expected a name that others can read, of at most 200 letters")
+        raise ValueError(
+            say(
+                "owner {owner!r:.80}: expected a name that others can read, of at most 200 letters",
+                owner=owner,
+            )
+        )
     return owner
 
 
 def _seconds(seconds: float) -> float:
     seconds = as_float(seconds)
     if not (math.isfinite(seconds) and 0.0 < seconds <= MOST_SECONDS):
-        raise ValueError(f"seconds={seconds}: expected more than 0 and at most {MOST_SECONDS:g}")
+        raise ValueError(
+            say(
+                "seconds={seconds}: expected more than 0 and at most {most_seconds:g}",
+                seconds=seconds,
+                most_seconds=MOST_SECONDS,
+            )
+        )
     return seconds

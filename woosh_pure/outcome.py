@@ -70,15 +70,15 @@ class Outcome:
     def sentence(self) -> str:
         """One sentence for people: what, how, why, and what to do next."""
         how = "{goal}: {kind} after {seconds:.1f} s"
-        parts = [say(how, goal=self.description, kind=self.kind, seconds=self.seconds)]
+        parts: list[str] = [say(how, goal=self.description, kind=self.kind, seconds=self.seconds)]
         if self.text:
-            parts.append(say("{text}", text=with_words(self.text)))
+            parts.append(with_words(self.text))
         if self.code is not None:
             parts.append(say("code {code}", code=self.code))
         if not self.arrived:
             if self.kind is not OutcomeKind.REPLACED or self.stopped:
                 parts.append(say(_STOPPED[self.stopped]))
-            ours = say("this program ended it: {why}", why=self.by_us)
+            ours = say("this program ended it: {why}", why=say(self.by_us))
             parts.append(ours if self.by_us else say(_NEXT[self.kind]))
         return shown(both(*parts))  # what the chassis said begins no line
 

@@ -67,9 +67,11 @@ class Peripherals:
             RosTimeout: The chassis has no such strip.
         """
         if not 0 <= module <= 8:
-            raise ValueError(f"module {module}: 0 for all, or 1 to 8")
+            raise ValueError(say("module {module}: 0 for all, or 1 to 8", module=module))
         if strip not in (*_STRIPS, "both"):
-            raise ValueError(f'strip {strip!r} is not known; expected "base", "shelf" or "both"')
+            raise ValueError(
+                say('strip {strip!r} is not known; expected "base", "shelf" or "both"', strip=strip)
+            )
         message = message_type("woosh_msgs/LED")()
         message.submodule, message.normal, message.color = module, int(state), _rgb(color)
         message.urgency, message.abnormal = 0xFF * urgency, 0xFF * abnormal
@@ -193,7 +195,10 @@ class Peripherals:
         """
         if not hasattr(grid, "cells"):
             raise TypeError(
-                f"{type(grid).__name__} is no map; give a GridMap, for example of GridMap.load(...)"
+                say(
+                    "{name} is no map; give a GridMap, for example of GridMap.load(...)",
+                    name=type(grid).__name__,
+                )
             )
         pose = pose_with_covariance(
             initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
@@ -220,7 +225,10 @@ class Peripherals:
         tolerance = as_float(tolerance)
         if not (math.isfinite(tolerance) and 0.0 <= tolerance <= 5.0):
             raise ValueError(
-                f"tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error"
+                say(
+                    "tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error",
+                    tolerance=tolerance,
+                )
             )
         begin = start or self._current_pose()
         reply = self._core.clients.call(
@@ -280,16 +288,30 @@ class Peripherals:
         mode, direction = NavigationMode(mode), NavDirection(direction)
         waiting_timeout, max_speed = as_float(waiting_timeout), as_float(max_speed)
         if not (mode.known and direction.known):
-            raise ValueError(f"mode {int(mode)}, direction {int(direction)}: expected 0 to 3 each")
+            raise ValueError(
+                say(
+                    "mode {mode}, direction {direction}: expected 0 to 3 each",
+                    mode=int(mode),
+                    direction=int(direction),
+                )
+            )
         if max_speed > MAX_SPEED:
-            raise ValueError(f"max_speed={max_speed:g}: more than {MAX_SPEED:g} m/s; is it in another unit?")
+            raise ValueError(
+                say(
+                    "max_speed={max_speed:g}: more than {most:g} m/s; is it in another unit?",
+                    max_speed=max_speed,
+                    most=MAX_SPEED,
+                )
+            )
         if mode is NavigationMode.WAIT_THEN_AVOID and not waiting_timeout > 0.0:
             raise ValueError(
                 "WAIT_THEN_AVOID needs waiting_timeout > 0 s; otherwise the chassis avoids at once"
             )
         for name, value in (("waiting_timeout", waiting_timeout), ("max_speed", max_speed)):
             if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name}={value}: must be a number of at least 0")
+                raise ValueError(
+                    say("{name}={value}: must be a number of at least 0", name=name, value=value)
+                )
         goal = message_type("woosh_msgs/NavigationModeGoal")()
         goal.id, goal.navigation_mode, goal.waiting_timeout = passage_id, int(mode), waiting_timeout
         goal.max_speed, goal.permitted_passage = max_speed, permitted_passage
@@ -334,9 +356,11 @@ class Peripherals:
             ChassisError: This chassis has no such service, or several, or it refused.
         """
         if pose.frame.lstrip("/") != "map":
-            raise ValueError(f"the pose is in {pose.frame!r}; the localisation takes a pose in the map")
+            raise ValueError(
+                say("the pose is in {frame!r}; the localisation takes a pose in the map", frame=pose.frame)
+            )
         if via not in ("topic", "service"):
-            raise ValueError(f'via={via!r}: expected "topic" or "service"')
+            raise ValueError(say('via={via!r}: expected "topic" or "service"', via=via))
         message = pose_with_covariance(
             pose, position_deviation=position_deviation, yaw_deviation=yaw_deviation
         )
@@ -382,13 +406,20 @@ class Peripherals:
         found = self._core.clients.services_of_type(type_name) if service is None else [service]
         if not found:
             raise ChassisError(
-                f"this chassis offers no service of type {type_name}; give its position with "
-                'set_pose(..., via="topic"), or initialise it at its own display'
+                say(
+                    "this chassis offers no service of type {type_name}; give its position with "
+                    'set_pose(..., via="topic"), or initialise it at its own display',
+                    type_name=type_name,
+                )
             )
         if len(found) > 1:
             raise ChassisError(
-                f"this chassis offers several services of type {type_name}: {', '.join(found)}; say which, "
-                "with service="
+                say(
+                    "this chassis offers several services of type {type_name}: {names}; say which, with "
+                    "service=",
+                    type_name=type_name,
+                    names=", ".join(found),
+                )
             )
         reply = self._core.clients.call_found(found[0], type_name, timeout=timeout, **fields)
         _require_success(reply, f"{found[0]} ({type_name})")
@@ -400,12 +431,17 @@ def _rgb(color: int | Sequence[int] | None) -> int:
     number = whole(color)
     if number is not None:
         if not 0 <= number <= 0xFFFFFF:
-            raise ValueError(f"color {number:#x}: expected 24-bit RGB, 0 to 0xFFFFFF")
+            raise ValueError(say("color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF", color=number))
         return number
     given = tuple(color) if isinstance(color, Iterable) else ()
     parts = [part for part in map(whole, given) if part is not None and 0 <= part <= 255]
     if len(parts) != 3 or len(given) != 3:
-        raise ValueError(f"color {color!r}: expected (red, green, blue) with whole numbers of 0 to 255 each")
+        raise ValueError(
+            say(
+                "color {color!r}: expected (red, green, blue) with whole numbers of 0 to 255 each",
+                color=color,
+            )
+        )
     return (parts[0] << 16) | (parts[1] << 8) | parts[2]
 
 
@@ -417,5 +453,9 @@ def _require_success(reply: Any, what: str) -> None:
     """
     if not reply.success:
         raise ChassisError(
-            f"{what}: the chassis refused: {getattr(reply, 'message', '') or 'no reason given'}"
+            say(
+                "{what}: the chassis refused: {why}",
+                what=what,
+                why=say(getattr(reply, "message", "") or "no reason given"),
+            )
         )

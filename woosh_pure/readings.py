@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure import interface
 from woosh_pure.core import Core
@@ -41,7 +42,14 @@ class Readings:
         """
         found = interface.row(name) if name.startswith("/") else interface.find(name)
         if found.flow != "read":
-            raise ValueError(f"{found.name} is a {found.kind} to {found.flow}, not a topic to read")
+            raise ValueError(
+                say(
+                    "{name} is a {kind} to {flow}, not a topic to read",
+                    name=found.name,
+                    kind=found.kind,
+                    flow=found.flow,
+                )
+            )
         return self._core.feeds.get(found.feed or found.name)
 
     @property

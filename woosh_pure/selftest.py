@@ -6,6 +6,7 @@ import math
 
 from rosproto.selftest import CHECKS as ROS_CHECKS
 from rosproto.selftest import Check, CheckFailed
+from rosproto.sentence import say
 
 __all__ = ["CHECKS", "check_drive", "check_table"]
 
@@ -24,8 +25,18 @@ def check_table() -> str:
     codes = list(all_codes())
     wordless = [code.code for code in codes if not (code.english and code.chinese)]
     if wordless:
-        raise CheckFailed(f"{len(wordless)} status codes have no words; the first is {wordless[0]}")
-    return f"{len(rows)} topics of the chassis have their definitions, {len(codes)} status codes their words"
+        raise CheckFailed(
+            say(
+                "{count} status codes have no words; the first is {first}",
+                count=len(wordless),
+                first=wordless[0],
+            )
+        )
+    return say(
+        "{rows} topics of the chassis have their definitions, {codes} status codes their words",
+        rows=len(rows),
+        codes=len(codes),
+    )
 
 
 def check_drive() -> str:
@@ -48,12 +59,19 @@ def check_drive() -> str:
         report = chassis.stop(everything=True, timeout=4.0)
         if report.standing is not True:
             raise CheckFailed(report.sentence())
-    return f"a step, a velocity and a task on a simulated chassis; it ended {off * 1000:.0f} mm from its mark"
+    return say(
+        "a step, a velocity and a task on a simulated chassis; it ended {off:.0f} mm from its mark",
+        off=off * 1000,
+    )
 
 
 def _near(what: str, found: float, wanted: float, tolerance: float) -> None:
     if not math.isclose(found, wanted, abs_tol=tolerance):
-        raise CheckFailed(f"{what}: measured {found:.3f} m, expected {wanted:g} m")
+        raise CheckFailed(
+            say(
+                "{what}: measured {found:.3f} m, expected {wanted:g} m", what=what, found=found, wanted=wanted
+            )
+        )
 
 
 CHECKS = (

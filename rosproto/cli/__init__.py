@@ -45,6 +45,7 @@ from rosproto.cli.gateway import (
 )
 from rosproto.cli.keys import Keys, open_keys
 from rosproto.cli.options import (
+    NotANumber,
     count,
     finite,
     folder_exists,
@@ -57,7 +58,7 @@ from rosproto.cli.options import (
     to_int,
     whole,
 )
-from rosproto.cli.parser import Parser, WrongUse, give_examples, near
+from rosproto.cli.parser import Parser, WrongUse, give_examples, hint, near
 from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
 from rosproto.cli.signals import interrupt_on_signals, signals_ignored
 
@@ -70,6 +71,7 @@ __all__ = [
     "WRONG_USE",
     "CommandError",
     "Keys",
+    "NotANumber",
     "Parser",
     "Progress",
     "Task",
@@ -90,6 +92,7 @@ __all__ = [
     "follow_recording",
     "gateway_watchdog",
     "give_examples",
+    "hint",
     "host",
     "hurry",
     "interrupt_on_signals",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 
+from rosproto import sentence
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import led, sentence_of
 from rosproto.text import printable
@@ -37,10 +38,11 @@ def explain(error: Exception) -> tuple[str, int]:
         # Only the standard streams have no name; what is buffered there must not fail again at exit.
         if not error.filename:
             output_is_gone()
-        return f"{error.filename or 'cannot write the output'}: {error.strerror}", FAILED
+        return led(error.filename or sentence.say("cannot write the output"), error.strerror), FAILED
     if isinstance(error, (OSError, KeyError)):
         return text, FAILED
-    return f"{type(error).__name__}: {text}; this is a mistake of ours, please report it with --debug", FAILED
+    ours = "{error}: {text}; this is a mistake of ours, please report it with --debug"
+    return sentence.say(ours, error=type(error).__name__, text=text), FAILED
 
 
 def _one_line(text: str) -> str:
@@ -53,14 +55,17 @@ def cannot_listen(error: ConnectionLost, option: str) -> str:
     from rosproto.transport.os_errors import address_is_not_ours, port_is_taken
 
     if port_is_taken(error.__cause__):
-        return (
-            f"listen on {error.peer}: the port is taken (or not allowed); "
-            "end what runs there, or choose another --port (0: a free one)"
+        return sentence.say(
+            "listen on {address}: the port is taken (or not allowed); "
+            "end what runs there, or choose another --port (0: a free one)",
+            address=error.peer,
         )
     if address_is_not_ours(error.__cause__):
-        return (
-            f"listen on {error.peer}: this computer has no such address; "
-            f"give one of its own with {option}, 0.0.0.0 for all of them"
+        return sentence.say(
+            "listen on {address}: this computer has no such address; "
+            "give one of its own with {option}, 0.0.0.0 for all of them",
+            address=error.peer,
+            option=option,
         )
     return str(error)
 

@@ -13,9 +13,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rosproto.sentence import say
+
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _SHOWN = 40
+
+
+class NotANumber(ValueError):
+    """A text is no number as commands take them."""
 
 
 def finite(text: str) -> float:
@@ -25,7 +31,7 @@ def finite(text: str) -> float:
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{_shown(text)} is not a finite number")
+        raise argparse.ArgumentTypeError(say("{text} is not a finite number", text=_shown(text)))
     return value
 
 
@@ -41,10 +47,10 @@ def to_float(text: str) -> float:
     """A number as commands take it: `-1.5`, `.5`, `12`; no other writing.
 
     Raises:
-        ValueError: It is not one.
+        NotANumber: It is not one.
     """
     if _DECIMAL.fullmatch(text) is None:
-        raise ValueError(f"{_shown(text)} is not a plain decimal number such as 0.5 or -12")
+        raise NotANumber(say("{text} is not a plain decimal number such as 0.5 or -12", text=_shown(text)))
     return float(text)
 
 
@@ -52,10 +58,10 @@ def to_int(text: str) -> int:
     """A whole number as commands take it.
 
     Raises:
-        ValueError: It is not one.
+        NotANumber: It is not one.
     """
     if _WHOLE.fullmatch(text) is None:
-        raise ValueError(f"{_shown(text)} is not a whole number")
+        raise NotANumber(say("{text} is not a whole number", text=_shown(text)))
     return int(text)
 
 
@@ -68,7 +74,7 @@ def positive(text: str) -> float:
     """A number above 0."""
     value = finite(text)
     if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{_shown(text)}: must be above 0")
+        raise argparse.ArgumentTypeError(say("{text}: must be above 0", text=_shown(text)))
     return value
 
 
@@ -76,7 +82,7 @@ def seconds(text: str) -> float:
     """A duration or a speed; 0 is one."""
     value = finite(text)
     if value < 0.0:
-        raise argparse.ArgumentTypeError(f"{_shown(text)}: must be 0 or more")
+        raise argparse.ArgumentTypeError(say("{text}: must be 0 or more", text=_shown(text)))
     return value
 
 
@@ -96,7 +102,9 @@ def _whole(text: str, least: int) -> int:
     except ValueError:
         value = least - 1
     if value < least:
-        raise argparse.ArgumentTypeError(f"{_shown(text)} is not a whole number from {least}")
+        raise argparse.ArgumentTypeError(
+            say("{text} is not a whole number from {least}", text=_shown(text), least=least)
+        )
     return value
 
 
@@ -104,7 +112,7 @@ def port(text: str) -> int:
     """A TCP port; 0 lets the system choose."""
     if _WHOLE.fullmatch(text) and text.isdigit() and int(text) <= 65535:
         return int(text)
-    raise argparse.ArgumentTypeError(f"{_shown(text)} is no port (0 to 65535)")
+    raise argparse.ArgumentTypeError(say("{text} is no port (0 to 65535)", text=_shown(text)))
 
 
 def host(text: str) -> str:
@@ -121,9 +129,11 @@ def folder_exists(text: str) -> Path:
     """A file to be written: told at once when its folder is missing, not after the work is done."""
     path = Path(text)
     if path.is_dir():
-        raise argparse.ArgumentTypeError(f"{text} is a folder; give the name of a file")
+        raise argparse.ArgumentTypeError(say("{text} is a folder; give the name of a file", text=text))
     if not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"folder {path.parent} does not exist; make it first")
+        raise argparse.ArgumentTypeError(
+            say("folder {folder} does not exist; make it first", folder=path.parent)
+        )
     return path
 
 

@@ -8,6 +8,8 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, NoReturn, cast
 
+from rosproto.sentence import Sentence, both, say
+
 WRONG_USE = 2
 
 
@@ -50,9 +52,13 @@ class Parser(argparse.ArgumentParser):
         lines = "".join(f"  {line}\n" for line in self.examples)
         return super().format_help() + (f"\nexamples:\n{lines}" if lines else "")
 
+    def __init__(self, *args: Any, **options: Any) -> None:
+        options["exit_on_error"] = False  # `parse_known_args` says it
+        super().__init__(*args, **options)
+
     def error(self, message: str) -> NoReturn:
         """Say it on stderr and end with code 2."""
-        text = f"{self._with_verbs(message)}; see: {self.prog} --help"
+        text = both(self._with_verbs(message), say("see: {command}", command=f"{self.prog} --help"))
         usage = f"{self.spoken('usage')}: {synopsis(self.prog, self)}"
         with suppress(SystemExit):
             self.exit(WRONG_USE, f"{usage}\n{self.prog}: {self.spoken(text)}\n")
@@ -68,15 +74,19 @@ class Parser(argparse.ArgumentParser):
         argparse fills a positional argument from the first row of words only; `pub /cmd TYPE -r 1 -- 1 2` and
         `play -r 2 a.bag /b` are as good to a person, so what is left goes into the argument that takes many.
         """
-        found, rest = super().parse_known_args(args, namespace)
+        try:
+            found, rest = super().parse_known_args(args, namespace)
+        except argparse.ArgumentError as error:
+            why, name = _own_words(error.message), error.argument_name
+            self.error(say("argument {name}: {why}", name=name, why=why) if name else why)
         many = [a for a in self.actions if not a.option_strings and a.nargs in ("*", "+")]
         if rest and many:
             words, rest = _plain_words(rest)
             setattr(found, many[-1].dest, [*(getattr(found, many[-1].dest, None) or ()), *words])
         if rest:
             words = [word.partition("=")[0] for word in rest if word.startswith("-")]
-            hint = near(words[0], self.options) if words else ""
-            self.error(f"not understood: {' '.join(rest)}{hint}")
+            unknown = say("not understood: {words}", words=" ".join(rest))
+            self.error(both(unknown, *hint(words[0], self.options)) if words else unknown)
         return found, rest
 
     def add_subparsers(self, **options: Any) -> Any:
@@ -94,8 +104,9 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         shown = [str(choice) for choice in action.choices if not str(choice).startswith("_")]
+        wrong = say("{value!r} is no {noun}", value=value, noun=_noun(action))
         raise argparse.ArgumentError(
-            None, f"{value!r} is no {_noun(action)}{near(str(value), shown)}; one of: {', '.join(shown)}"
+            None, both(wrong, *hint(str(value), shown), say("one of: {names}", names=shown))
         )
 
     def _with_verbs(self, message: str) -> str:
@@ -103,8 +114,29 @@ class Parser(argparse.ArgumentParser):
         for action in self.actions:
             verbs = verbs_of(action)
             if verbs and message.endswith(f": {action.metavar}"):
-                return f"{_noun(action)} is missing; one of: {', '.join(verbs)}"
+                return say("{what} is missing; one of: {names}", what=_noun(action), names=", ".join(verbs))
+        return _own_words(message)
+
+
+_OF_ARGPARSE = (
+    "the following arguments are required: {names}",
+    "expected {count} arguments",
+    "ignored explicit argument {value}",
+    "not allowed with argument {other}",
+    "one of the arguments {names} is required",
+)
+
+
+def _own_words(message: str) -> str:
+    """A text of argparse, which offers nothing else, as a sentence; ours are sentences already."""
+    if isinstance(message, Sentence):
         return message
+    for template in _OF_ARGPARSE:
+        begin, _, rest = template.partition("{")
+        name, _, end = rest.partition("}")
+        if message.startswith(begin) and message.endswith(end):
+            return say(template, **{name: message[len(begin) : len(message) - len(end)]})
+    return message
 
 
 def actions_of(parser: argparse.ArgumentParser) -> Sequence[argparse.Action]:
@@ -142,13 +174,18 @@ def _noun(action: argparse.Action) -> str:
 
 def near(word: str, names: Iterable[str]) -> str:
     """`; did you mean /odom or /odom_raw?`, "" when no name is near."""
+    return "".join(f"; {hint}" for hint in hint(word, names))
+
+
+def hint(word: str, names: Iterable[str]) -> list[Sentence]:
+    """As `near`, for `both`."""
     import difflib
 
     by_lower: dict[str, str] = {}
     for name in names:
         by_lower.setdefault(name.lower(), name)
     found = [by_lower[match] for match in difflib.get_close_matches(word.lower(), by_lower, 3, 0.72)]
-    return f"; did you mean {' or '.join(found)}?" if found else ""
+    return [say("did you mean {names}?", names=" or ".join(found))] if found else []
 
 
 def synopsis(command: str, parser: argparse.ArgumentParser, known: Iterable[str] = ("-h", "--help")) -> str:

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from rosproto.selftest.nodes import expect
+from rosproto.sentence import say
 
 _MESSAGES = 500
 
@@ -33,4 +34,8 @@ def check_bags() -> str:
             numbers = [message.linear_acceleration.x for topic, message, _ in read if topic == "/imu"]
             expect(f"{compression}: numbers", numbers, [n / 8 for n in range(_MESSAGES)])
             size += path.stat().st_size
-    return f"{2 * _MESSAGES} messages, without compression, with bz2 and with lz4; {size // 1000} kB"
+    return say(
+        "{count} messages, without compression, with bz2 and with lz4; {size} kB",
+        count=2 * _MESSAGES,
+        size=size // 1000,
+    )

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from typing import NamedTuple
 
+from rosproto.sentence import say
+
 LIMIT = 15.0
 """Seconds that a check may take; on a quiet machine the longest takes two."""
 
@@ -72,7 +74,7 @@ def _bounded(check: Check, limit: float) -> tuple[State, str]:
     )
     thread.start()
     thread.join(limit)
-    return found[0] if found else (State.FAILED, f"it did not end within {limit:g} s")
+    return found[0] if found else (State.FAILED, say("it did not end within {seconds:g} s", seconds=limit))
 
 
 def _outcome_of(check: Check) -> tuple[State, str]:

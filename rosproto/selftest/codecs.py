@@ -7,6 +7,7 @@ import struct
 from typing import TYPE_CHECKING, Any
 
 from rosproto.selftest.checking import CheckFailed
+from rosproto.sentence import say
 
 if TYPE_CHECKING:
     from rosproto.codec.layout import FieldLayout, Layout
@@ -33,11 +34,20 @@ def check_codec() -> str:
                 at = next(
                     (i for i, pair in enumerate(zip(data, again, strict=False)) if pair[0] != pair[1]), 0
                 )
-                raise CheckFailed(f"{name}: the codecs differ, first at byte {at} of {len(data)}")
+                raise CheckFailed(
+                    say(
+                        "{name}: the codecs differ, first at byte {at} of {size}",
+                        name=name,
+                        at=at,
+                        size=len(data),
+                    )
+                )
             if encode_layout(layout, decode_layout(layout, again, 0, len(again))) != data:
-                raise CheckFailed(f"{name}: the reference codec does not read what it wrote")
+                raise CheckFailed(say("{name}: the reference codec does not read what it wrote", name=name))
             count, size = count + 1, size + len(data)
-    return f"{count} message types, {size} bytes, as the reference codec writes them"
+    return say(
+        "{count} message types, {size} bytes, as the reference codec writes them", count=count, size=size
+    )
 
 
 def sample(layout: Layout, values: random.Random) -> dict[str, Any]:

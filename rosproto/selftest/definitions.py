@@ -11,6 +11,7 @@ from importlib import resources
 
 from rosproto.errors import DefinitionError
 from rosproto.selftest.checking import CheckFailed
+from rosproto.sentence import say
 
 
 def known_md5sums() -> Iterator[tuple[str, str, str]]:
@@ -30,7 +31,9 @@ def check_definitions() -> str:
     known = {(kind, name) for _, kind, name in known_md5sums()}
     there = {("msg", name) for package in library.packages() for name in library.messages(package)}
     there |= {("srv", name) for package in library.packages() for name in library.services(package)}
-    wrong = [f"{name} is not known to this check" for _, name in sorted(there - known)]
+    wrong: list[str] = [
+        say("{name} is not known to this check", name=name) for _, name in sorted(there - known)
+    ]
     for digits, kind, name in known_md5sums():
         try:
             found = library.md5sum(name, kind=kind)
@@ -38,7 +41,15 @@ def check_definitions() -> str:
             wrong.append(str(error))
             continue
         if found[:8] != digits:
-            wrong.append(f"{name} has md5sum {found}, expected {digits}...")
+            has = "{name} has md5sum {found}, expected {wanted}"
+            wrong.append(say(has, name=name, found=found, wanted=f"{digits}..."))
     if wrong:
-        raise CheckFailed(f"{len(wrong)} of {len(known)} definitions are wrong; {wrong[0]}")
-    return f"{len(known)} types have the md5sums of genmsg"
+        raise CheckFailed(
+            say(
+                "{wrong} of {count} definitions are wrong; {first}",
+                wrong=len(wrong),
+                count=len(known),
+                first=wrong[0],
+            )
+        )
+    return say("{count} types have the md5sums of genmsg", count=len(known))

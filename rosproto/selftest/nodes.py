@@ -6,6 +6,7 @@ import threading
 from typing import Any
 
 from rosproto.selftest.checking import CheckFailed
+from rosproto.sentence import say
 
 _WAIT = 5.0  # seconds for each step: on one machine each takes milliseconds
 
@@ -13,7 +14,9 @@ _WAIT = 5.0  # seconds for each step: on one machine each takes milliseconds
 def expect(what: str, found: object, wanted: object) -> None:
     """Raises CheckFailed when they differ."""
     if found != wanted:
-        raise CheckFailed(f"{what}: {found!r} came, expected {wanted!r}")
+        raise CheckFailed(
+            say("{what}: {found!r} came, expected {wanted!r}", what=what, found=found, wanted=wanted)
+        )
 
 
 def check_master() -> str:
@@ -26,7 +29,7 @@ def check_master() -> str:
         expect("a parameter", client.get_param("/selftest"), [1, 2.5, "三"])
         client.register_publisher("/selftest", "std_msgs/String", "http://127.0.0.1:1/")
         expect("the topics", client.get_topic_types(), {"/selftest": "std_msgs/String"})
-        return f"it answered at {master.uri}"
+        return say("it answered at {uri}", uri=master.uri)
 
 
 def check_nodes() -> str:
@@ -63,7 +66,7 @@ def _topic(one: Any, other: Any) -> None:
         publisher.wait_for_connection(timeout=_WAIT)
         publisher.publish(data=image)
         if not came.wait(_WAIT):
-            raise CheckFailed(f"a message did not arrive within {_WAIT:g} s")
+            raise CheckFailed(say("a message did not arrive within {seconds:g} s", seconds=_WAIT))
     expect("a message of 1 MiB", len(heard[0]), len(image))
     expect("the message's bytes", heard[0] == image, True)
 

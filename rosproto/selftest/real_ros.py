@@ -13,6 +13,7 @@ from typing import Any
 
 from rosproto.selftest.checking import CheckFailed, NotHere
 from rosproto.selftest.nodes import expect
+from rosproto.sentence import say
 
 _PATIENCE = 12.0  # seconds: `import rospy` takes one, ten on a busy machine
 _PROGRAM = """
@@ -77,7 +78,7 @@ def check_ros() -> str:
                 _talk(master.uri, process)
             finally:
                 process.kill()
-    return f"rospy of {python} and we heard each other"
+    return say("rospy of {python} and we heard each other", python=python)
 
 
 def _talk(uri: str, process: subprocess.Popen[bytes]) -> None:
@@ -100,10 +101,10 @@ def _talk(uri: str, process: subprocess.Popen[bytes]) -> None:
         except RosError as error:
             if process.poll() is not None and process.stderr is not None:
                 said = process.stderr.read().decode("utf-8", "replace").strip()
-                raise CheckFailed(f"the rospy program ended: {said[-300:]}") from error
+                raise CheckFailed(say("the rospy program ended: {said}", said=said[-300:])) from error
             raise
         if not came.wait(_PATIENCE):
-            raise CheckFailed(f"rospy's answer did not come within {_PATIENCE:g} s")
+            raise CheckFailed(say("rospy's answer did not come within {seconds:g} s", seconds=_PATIENCE))
         expect("what rospy heard", heard[0], "rospy heard 货架")
         with node.service_client("/selftest_rospy/get_loggers", "roscpp/GetLoggers") as client:  # each has it
             loggers = client.call(timeout=_PATIENCE).loggers

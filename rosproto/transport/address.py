@@ -11,6 +11,7 @@ import threading
 from collections.abc import Mapping
 
 from rosproto.errors import ConnectionLost, RosError
+from rosproto.sentence import say
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
 
@@ -29,12 +30,12 @@ def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
     """
     host, port = _split_authority(_authority(uri or DEFAULT_MASTER_URI), uri)
     if not host or any(character.isspace() or character in "@[]" for character in host):
-        raise ValueError(f"URI {uri!r}: no host; expected something like http://10.0.0.7:11311/")
+        raise ValueError(say("URI {uri!r}: no host; expected something like http://10.0.0.7:11311/", uri=uri))
     plain_host(host)
     if not port:
         return host, default_port
     if not (port.isascii() and port.isdigit()) or len(port) > 5 or int(port) > 65535:
-        raise ValueError(f"URI {uri!r}: port {port!r} is no number from 0 to 65535")
+        raise ValueError(say("URI {uri!r}: port {port!r} is no number from 0 to 65535", uri=uri, port=port))
     return host, int(port)
 
 
@@ -49,7 +50,10 @@ def plain_host(host: str) -> str:
     """
     if not host.isascii() and any(c in _DOTS or (c.isdigit() and not c.isascii()) for c in host):
         raise ValueError(
-            f"host {host!r} has digits or dots that are not ASCII; expected something like 10.0.0.7"
+            say(
+                "host {host!r} has digits or dots that are not ASCII; expected something like 10.0.0.7",
+                host=host,
+            )
         )
     return host
 
@@ -67,10 +71,12 @@ def _split_authority(authority: str, uri: str) -> tuple[str, str]:
     if authority.startswith("["):
         host, bracket, rest = authority[1:].partition("]")
         if not bracket or (rest and not rest.startswith(":")):
-            raise ValueError(f"URI {uri!r}: brackets do not match; expected [address]:port")
+            raise ValueError(say("URI {uri!r}: brackets do not match; expected [address]:port", uri=uri))
         return host, rest[1:]
     if authority.count(":") > 1:
-        raise ValueError(f"URI {uri!r}: an IPv6 address must stand in brackets, as in http://[::1]:11311/")
+        raise ValueError(
+            say("URI {uri!r}: an IPv6 address must stand in brackets, as in http://[::1]:11311/", uri=uri)
+        )
     host, _, port = authority.partition(":")
     return host, port
 
@@ -149,12 +155,14 @@ def _wrong_ipv4(host: str) -> str | None:
         return None
     large = [part for part in parts if int(part[:9]) > 255]
     if len(parts) > 4:
-        why = f"it has {len(parts)} numbers, and an address has 4"
+        why = say("it has {count} numbers, and an address has 4", count=len(parts))
     elif large and len(parts) == 4:
-        why = f"{large[0][:20]} is more than 255"
+        why = say("{number} is more than 255", number=large[0][:20])
     else:
         return None
-    return f"{host[:80]} is not a valid IPv4 address: {why}; expected something like 10.0.0.7"
+    return say(
+        "{host} is not a valid IPv4 address: {why}; expected something like 10.0.0.7", host=host[:80], why=why
+    )
 
 
 def _family(host: str) -> socket.AddressFamily | None:
@@ -204,12 +212,16 @@ def _look_up(host: str, deadline: Deadline) -> list[str]:
             threading.Thread(target=lookup.run, name=f"rosproto:resolve {host}", daemon=True).start()
             _lookups[host] = lookup
     if not lookup.done.wait(deadline.remaining()):
-        raise deadline.error(f"look up host name {host!r}")
+        raise deadline.error(say("look up host name {host!r}", host=host))
     if lookup.addresses:
         return list(lookup.addresses)
     raise ConnectionLost(
-        f"host name {host!r} cannot be resolved ({lookup.failure}); add it to the hosts file or the name "
-        "server, or let the other side announce a numeric address (ROS_IP or ROS_HOSTNAME there)",
+        say(
+            "host name {host!r} cannot be resolved ({error}); add it to the hosts file or the name "
+            "server, or let the other side announce a numeric address (ROS_IP or ROS_HOSTNAME there)",
+            host=host,
+            error=lookup.failure,
+        ),
         peer=host,
     ) from lookup.failure
 
@@ -234,7 +246,7 @@ def local_address_towards(host: str, port: int, timeout: float | None = 5.0) -> 
                 return str(probe.getsockname()[0])
         except OSError as error:
             peer = format_address(address, port)
-            problem = problem or translate(error, f"find the route to {peer}", peer)
+            problem = problem or translate(error, say("find the route to {host}", host=peer), peer)
             cause = cause or error
     assert problem is not None
     raise problem from cause
@@ -257,6 +269,12 @@ def host_from_environment(
         host = mapping.get(name, "").strip()
         if host:
             if "/" in host or (":" in host and _family(host.strip("[]")) is None):
-                raise ValueError(f"{name}={host!r}: must be a host name or address, without scheme and port")
+                raise ValueError(
+                    say(
+                        "{option}={value!r}: must be a host name or address, without scheme and port",
+                        option=name,
+                        value=host,
+                    )
+                )
             return host.strip("[]")
     return None

@@ -15,6 +15,7 @@ import socket
 import time
 
 from rosproto.errors import ConnectionLost
+from rosproto.sentence import both, say
 from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent
@@ -41,7 +42,7 @@ def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None
     """
     if not 0 < port <= 65535:
         raise ConnectionLost(
-            f"connect to {host!r}: {port} is not a port; expected 1 to 65535",
+            say("connect to {host!r}: {port} is not a port; expected 1 to 65535", host=host, port=port),
             peer=format_address(host, port),
         )
     addresses = resolve(host, deadline) if hosts is None else hosts.resolve(host, deadline)
@@ -58,10 +59,10 @@ def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None
     problem = attempts.problems.get(address) or TimeoutError()
     peer = format_address(address, port)
     named = peer if address == host else f"{peer} ({host})"
-    error = translate(problem, f"connect to {named}", peer, deadline)
+    error = translate(problem, say("connect to {address}", address=named), peer, deadline)
     if hosts is not None and (why := hosts.why(host)):
-        error.args = (f"{error}{why}", *error.args[1:])
-        error.why = f"{error.why}{why}"
+        error.args = (both(str(error), why), *error.args[1:])
+        error.why = both(error.why, why)
     raise error from problem
 
 
@@ -138,7 +139,7 @@ class _Attempts:
         sock.setblocking(False)
         self._pending[sock] = address
         if self._selector is None:
-            self._selector = open_selector(f"connect to port {self._port}")
+            self._selector = open_selector(say("connect to port {port}", port=self._port))
         self._selector.register(sock, selectors.EVENT_WRITE)
         if len(self._pending) > MOST_PENDING:
             self._drop(next(iter(self._pending)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float
+from rosproto.sentence import led, say
 from rosproto.transport.clock import SYSTEM, Clock
 
 
@@ -60,7 +61,9 @@ class Deadline:
 
     def error(self, what: str) -> RosTimeout:
         """The error for `what` not being done in time, to be raised by the caller."""
-        return RosTimeout(f"{what}: not within {self.seconds} s", what=what, seconds=self.seconds)
+        return RosTimeout(
+            led(what, say("not within {seconds} s", seconds=self.seconds)), what=what, seconds=self.seconds
+        )
 
     def at_most(self, seconds: float) -> Deadline:
         """The earlier of this deadline and `seconds` from now."""

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.sentence import both, say
 from rosproto.transport.address import is_numeric, resolve
 from rosproto.transport.deadline import Deadline
 
@@ -89,7 +90,7 @@ class HostNames:
             try:
                 return resolve(meant, deadline.at_most(PATIENCE))
             except (ConnectionLost, RosTimeout):
-                deadline.check(f"look up host name {meant!r}")
+                deadline.check(say("look up host name {host!r}", host=meant))
         addresses = resolve(self.meant(self.master), deadline)
         self._note(key, addresses[0])
         return addresses
@@ -99,9 +100,12 @@ class HostNames:
         meant = self.meant(host).strip("[]")
         if not self.is_guess(host):
             return ""
-        return (
-            f"; host name {meant!r} cannot be resolved here, so the master's address was tried: give the "
-            f"right one with --resolve {meant}=ADDRESS (resolve= in Python), or add it to the hosts file"
+        return say(
+            "host name {name!r} cannot be resolved here, so the master's address was tried: give the "
+            "right one "
+            "with --resolve {given}=ADDRESS (resolve= in Python), or add it to the hosts file",
+            name=meant,
+            given=meant,
         )
 
     def _was_unknown(self, key: str) -> bool:
@@ -145,14 +149,24 @@ def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform:
         platform: As `sys.platform`; None for this one.
     """
     shown = address or "ADDRESS"
-    how = "as administrator" if (platform or sys.platform) == "win32" else "with sudo"
-    where = "" if address else f" (ADDRESS is that of the computer that calls itself {name})"
+    if (platform or sys.platform) == "win32":
+        add = 'for all programs: add the line "{address} {name}" to {file} (as administrator)'
+    else:
+        add = 'for all programs: add the line "{address} {name}" to {file} (with sudo)'
+    line = say(add, name=name, address=shown, file=hosts_file(platform))
     if not sure:
-        where = f", with its own address in place of {shown} if {name} is another computer than the master's"
-    return (
-        f"give --resolve {name}={shown} (or {VARIABLE}={name}={shown}, or resolve= in Python); for all "
-        f'programs: add the line "{shown} {name}" to {hosts_file(platform)} ({how}){where}; best is ROS_IP '
-        "on that computer"
+        line = say(
+            "{text}, with its own address in place of {address} if {name} is another computer than the "
+            "master's",
+            text=line,
+            address=shown,
+            name=name,
+        )
+    elif not address:
+        line = say("{text} (ADDRESS is that of the computer that calls itself {name})", text=line, name=name)
+    give = "give --resolve {name}={address} (or {variable}={name}={address}, or resolve= in Python)"
+    return both(
+        say(give, name=name, address=shown, variable=VARIABLE), line, "best is ROS_IP on that computer"
     )
 
 
@@ -167,7 +181,9 @@ def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
         for part in re.split(r"[,;\s]+", text.strip()) if text.strip() else ():
             name, mark, address = part.partition("=")
             if not (mark and name and address):
-                raise ValueError(f"{part!r} is no NAME=IP; expected something like robot-7=169.254.128.2")
+                raise ValueError(
+                    say("{text!r} is no NAME=IP; expected something like robot-7=169.254.128.2", text=part)
+                )
             found[_checked(name)] = _checked(address)
     return found
 
@@ -175,5 +191,7 @@ def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
 def _checked(host: str) -> str:
     bare = host.strip().strip("[]") if isinstance(host, str) else ""
     if not bare or any(c.isspace() or c in "/@=,;[]" for c in bare) or (":" in bare and not is_numeric(bare)):
-        raise ValueError(f"{host!r} is no host name or address; expected something like 169.254.128.2")
+        raise ValueError(
+            say("{text!r} is no host name or address; expected something like 169.254.128.2", text=host)
+        )
     return bare

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.sentence import both, led, say
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.open_files import open_file_limit
 
@@ -33,11 +34,13 @@ def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None =
     # Python's own time-outs have no errno; with one, TCP itself gave up (keep-alive, TCP_USER_TIMEOUT)
     if isinstance(error, TimeoutError) and error.errno is None:
         seconds = None if deadline is None else deadline.seconds
-        within = "" if seconds is None else f" within {seconds:.3g} s"
-        why = f"no answer{within}; check the address, the cable or Wi-Fi, and firewalls"
-        return RosTimeout(f"{doing}: {why}", what=doing, seconds=seconds, peer=peer, why=why)
-    why = _reason(error)
-    return ConnectionLost(f"{doing}: {why}", peer=peer, why=why)
+        silent = (
+            say("no answer") if seconds is None else say("no answer within {seconds:.3g} s", seconds=seconds)
+        )
+        why = both(silent, "check the address, the cable or Wi-Fi, and firewalls")
+        return RosTimeout(led(doing, why), what=doing, seconds=seconds, peer=peer, why=why)
+    reason = _reason(error)
+    return ConnectionLost(led(doing, reason), peer=peer, why=reason)
 
 
 @contextmanager
@@ -106,17 +109,19 @@ def _reason(error: OSError) -> str:
     if code in _NOT_OURS:
         return "this computer has no such address; check ROS_HOSTNAME, ROS_IP or host="
     if code in _NO_FILE_LEFT:
-        return f"too many open files{_file_limit()}; close some, or allow more with `ulimit -n 4096`"
+        return both(_too_many_files(), "close some, or allow more with `ulimit -n 4096`")
     if isinstance(error, TimeoutError):
         return "the other side does not answer any more; check its power, the cable or Wi-Fi, and firewalls"
     return error.strerror or str(error) or type(error).__name__
 
 
-def _file_limit() -> str:
+def _too_many_files() -> str:
     limit = open_file_limit()
-    return " in this program (or computer)" + ("" if limit is None else f", which may have {limit}")
+    if limit is None:
+        return say("too many open files in this program (or computer)")
+    return say("too many open files in this program (or computer), which may have {limit}", limit=limit)
 
 
 def closed_by_peer(doing: str, peer: str) -> ConnectionLost:
     """The error for an orderly end of the stream where more was expected."""
-    return ConnectionLost(f"{doing}: the connection was closed by the other side", peer=peer)
+    return ConnectionLost(led(doing, "the connection was closed by the other side"), peer=peer)

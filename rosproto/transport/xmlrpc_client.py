@@ -9,6 +9,7 @@ from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, Ro
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.limits import Limits
+from rosproto.sentence import say
 from rosproto.transport.address import DEFAULT_MASTER_URI, format_address, make_uri, parse_uri, uri_path
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.connecting import connect
@@ -159,7 +160,8 @@ class XmlRpcClient:
         try:
             sock = connect(self.host, self.port, deadline, hosts=self._hosts)
         except RosError as error:
-            text, why = f"{method} at {self.uri}: {error}", error.why or str(error)
+            text = say("{method} at {uri}: {error}", method=method, uri=self.uri, error=error)
+            why = error.why or str(error)
             if isinstance(error, RosTimeout):
                 seconds = error.seconds
                 raise RosTimeout(text, what=method, seconds=seconds, peer=self.uri, why=why) from error

@@ -89,7 +89,7 @@ def test_a_refusal_does_not_talk_of_stopping(capsys: Captured) -> None:
     with SimulatedChassis(speed=8) as sim:
         assert main(["--master", sim.master_uri, "goto", "标记一"]) == 3
         said = capsys.readouterr()
-        assert "mark '标记一' is not known" in said.err
+        assert "标记一: refused by the chassis: this mark is not known" in said.err
         assert said.out == ""
         assert main(["--master", sim.master_uri, "move", "500"]) == 2
         assert "for longer ways: woosh goto --pose X Y DEGREES" in capsys.readouterr().err

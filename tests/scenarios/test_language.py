@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.text import width
-from tests.support.sentences import english_left
+from tools.templates import english_left
 from woosh_pure import SimulatedChassis
 from woosh_pure.cli import main
 

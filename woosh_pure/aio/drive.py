@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.aio.calls import Calls
 from woosh_pure.geometry import Velocity
@@ -106,7 +107,9 @@ class Drive:
         """
         seconds = as_float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
+            raise ValueError(
+                say("seconds={seconds}: expected a finite number of at least 0", seconds=seconds)
+            )
         deadline = Deadline(seconds)
         try:
             while rest := deadline.remaining():

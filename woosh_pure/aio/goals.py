@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from woosh_pure.aio.calls import Calls
 from woosh_pure.motion.goal import OWN_DEFAULT, Default
 from woosh_pure.outcome import Outcome
@@ -137,7 +138,12 @@ class GoalHandle(Generic[P]):
 
         def look() -> None:
             if loop.is_closed():
-                raise _LoopClosed(f"{self.description}: the event loop was closed while it was waited for")
+                raise _LoopClosed(
+                    say(
+                        "{description}: the event loop was closed while it was waited for",
+                        description=self.description,
+                    )
+                )
 
         def wait() -> Outcome:
             try:
@@ -275,7 +281,9 @@ class Goal(Coroutine[Any, Any, Outcome], Generic[H]):
     async def start(self) -> H:
         """Begin it and return its handle. Cancelled meanwhile, nothing is left under way."""
         if self._used:
-            raise RuntimeError(f"{self.__name__}: this goal was begun before; call the verb again")
+            raise RuntimeError(
+                say("{name}: this goal was begun before; call the verb again", name=self.__name__)
+            )
         self._used = True
         self._handle = self._kind(await self._calls.call(self._begin), self._calls)
         return self._handle

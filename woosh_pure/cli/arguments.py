@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
 from rosproto.cli import finite as number
+from rosproto.sentence import say
 
 if TYPE_CHECKING:
     from woosh_pure.cli.output import Output
@@ -97,7 +98,7 @@ def _corner(text: str) -> tuple[float, float]:
     try:
         x, y = (to_float(part.strip()) for part in text.split(","))
     except ValueError:
-        raise ValueError(f"corner {text!r}: expected X,Y in metres, e.g. 0.4,0.3") from None
+        raise ValueError(say("corner {text!r}: expected X,Y in metres, e.g. 0.4,0.3", text=text)) from None
     return x, y
 
 
@@ -137,7 +138,7 @@ def add_timeout(parser: ArgumentParser, default: float = 300.0) -> None:
 
 def wait_for(feed: Feed[T], args: argparse.Namespace, out: Output) -> T:
     """The first value of a feed, with a sign of life while it takes long."""
-    with out.working(f"waiting for {feed.topic}"):
+    with out.working(say("waiting for {topic}", topic=feed.topic)):
         return feed.wait(args.wait, new=False)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosproto.files import read_text
+from rosproto.sentence import say
 
 
 class Profile(NamedTuple):
@@ -76,7 +77,11 @@ def load() -> Profile | None:
         return Profile(str(fields["chassis"]), fields.get("host"))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(
-            f"{path}: not a profile ({error}); write it again with `woosh connect HOST`"
+            say(
+                "{path}: not a profile ({error}); write it again with `woosh connect HOST`",
+                path=path,
+                error=error,
+            )
         ) from error
 
 

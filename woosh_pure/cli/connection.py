@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.cli import Progress, hurry, is_terminal, signals_ignored
 from rosproto.errors import ConnectionLost, RosTimeout
-from rosproto.sentence import both, sentence_of
+from rosproto.sentence import both, say, sentence_of
 from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 
@@ -41,7 +41,11 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
         if given is not None and not given.strip():
             # As from an unset variable of a script: never another chassis instead.
             raise ValueError(
-                f"{option} is empty; give an address such as 169.254.128.2, or leave {option} out"
+                say(
+                    "{option} is empty; give an address such as 169.254.128.2, or leave {same} out",
+                    option=option,
+                    same=option,
+                )
             )
     address = args.master or args.chassis
     if address or os.environ.get("ROS_MASTER_URI", "").strip():
@@ -146,7 +150,7 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
     from woosh_pure.sim import SimulatedChassis
 
     sim = stack.enter_context(SimulatedChassis(speed=speed if args.sim_speed is None else args.sim_speed))
-    out.line(f"simulated chassis at {sim.master_uri}")
+    out.line(say("simulated chassis at {uri}", uri=sim.master_uri))
     return sim.master_uri
 
 
@@ -190,7 +194,7 @@ def follow(
     Raises what is not an arrival. `line` tells the way left; without it there is what the goal itself says.
     """
     hurry()
-    out.line(f"{describe} ...")
+    out.line(say("{what} ...", what=say(describe)))
     live = not out.as_json and is_terminal(sys.stdout)
     every = _LIVE if live else _PLAIN
     due, said = time.monotonic() + min(every, 1.0), ""
@@ -204,10 +208,10 @@ def follow(
         if line is not None:
             text = line.text(text, getattr(handle.latest_progress, "percent", None))
         if live:
-            progress.show(f"  {text}")
+            progress.show(f"  {out.say(text)}")
         elif text and text != said:
             said = text
-            out.line(f"  {text}")
+            out.line(" ", text)
 
     with Progress(describe, stream=sys.stdout, quiet=not live) as progress:
         return handle.wait(timeout, meanwhile=show)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
+
+from rosproto.sentence import Sentence, say
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -67,16 +70,17 @@ class DriveLine:
         seconds = self._clock() - self._began
         here = self._chassis.pose.latest
         left = None if here is None else self._left(here)
-        parts = [f"{seconds:.0f} s"]
+        parts = [say("{seconds:.0f} s", seconds=seconds)]
         if percent is not None:
-            parts.append(f"{said}{_about(seconds * (100.0 - percent) / percent if percent > 2.0 else None)}")
+            parts.append(_about(say(said), seconds * (100.0 - percent) / percent if percent > 2.0 else None))
         elif left is not None:
-            parts.append(f"{left:.1f} m left{_about(self._seconds_left(left))}")
+            parts.append(_about(say("{metres:.1f} m left", metres=left), self._seconds_left(left)))
         if here is not None:
-            parts.append(f"at x {here.x:.2f} m, y {here.y:.2f} m, {here.yaw_degrees:.0f}°")
+            where = say("x {x:.2f} m, y {y:.2f} m, {yaw:.0f}°", x=here.x, y=here.y, yaw=here.yaw_degrees)
+            parts.append(say("at {where}", where=where))
         if percent is None and left is None and said:
-            parts.append(said)
-        return "   ".join(parts)
+            parts.append(say(said))
+        return functools.reduce(lambda a, b: say("{first}   {second}", first=a, second=b), parts)
 
     def _left(self, here: Pose2D) -> float | None:
         from woosh_pure.readings import known_path
@@ -100,5 +104,5 @@ class DriveLine:
         return left * (now - since) / gained
 
 
-def _about(seconds: float | None) -> str:
-    return "" if seconds is None else f", about {seconds:.0f} s"
+def _about(text: Sentence, seconds: float | None) -> Sentence:
+    return text if seconds is None else say("{text}, about {seconds:.0f} s", text=text, seconds=seconds)

@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any, TextIO
 
 from rosproto.cli import enable_escapes, is_terminal, json_text, own
-from rosproto.text import printable
+from rosproto.text import padded, printable
 
 _COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
 _FIRST_SIGN = 1.0
@@ -36,21 +36,29 @@ class Output:
         self._mark = f"\x1b{os.urandom(8).hex()}"
         self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
 
-    def line(self, text: str = "") -> None:
+    def line(self, *cells: str) -> None:
         """A line for people, at once visible; silent with --json.
 
         One line, whatever peers have put into it: of controls only the colours of `colour` remain.
+
+        Args:
+            cells: Sentences, or what `cell` and `colour` have made, a blank between them.
         """
         if not self.as_json:
-            self._write(self._shown(self.say(text)))
+            self._write(self._shown(" ".join(map(self.say, cells))))
 
     def say(self, text: str) -> str:
         """The text in the language of this output; what its table does not have stays English."""
         return spoken(text, self.language)
 
-    def colour(self, text: str, name: str) -> str:
-        """The text in a colour of the terminal; itself where there are none."""
-        return f"{self._mark}[{_COLOURS[name]}m{self.say(text)}{self._mark}[0m" if self.coloured else text
+    def cell(self, text: str, width: int) -> str:
+        """A cell of a column: the text in the language of this output, as wide as the column."""
+        return padded(self.say(text), width)
+
+    def colour(self, text: str, name: str, width: int = 0) -> str:
+        """A cell in a colour of the terminal; without it where there are none."""
+        text = self.cell(text, width)
+        return f"{self._mark}[{_COLOURS[name]}m{text}{self._mark}[0m" if self.coloured else text
 
     def _shown(self, text: str) -> str:
         """Escaped, but for what `colour` has marked: no peer knows the mark."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -23,13 +24,16 @@ def is_there(chassis: Chassis) -> bool:
 def nobody_there(chassis: Chassis) -> str:
     """What to say when there is none, or when it is there and cannot be reached."""
     if why := chassis.status.unreachable:
-        return (
-            f"{chassis.status.topic} is published at {chassis.master_uri}, but its publisher cannot be "
-            f"reached: {why}; try `woosh doctor`"
+        return say(
+            "{topic} is published at {uri}, but its publisher cannot be reached: {why}; try `woosh doctor`",
+            topic=chassis.status.topic,
+            uri=chassis.master_uri,
+            why=why,
         )
-    return (
-        f"nobody publishes {chassis.status.topic} at {chassis.master_uri}: no chassis runs there, or not all "
-        "of it; try `woosh doctor`"
+    return say(
+        "nobody publishes {topic} at {uri}: no chassis runs there, or not all of it; try `woosh doctor`",
+        topic=chassis.status.topic,
+        uri=chassis.master_uri,
     )
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+from rosproto.sentence import say
+
 __all__ = ["DEFAULT_PORT", "VENDOR_ADDRESS", "master_uri_of"]
 
 DEFAULT_PORT = 11311
@@ -29,19 +31,38 @@ def _as_uri(address: str | None) -> str:
         address = os.environ.get("ROS_MASTER_URI", "").strip()
         if not address:
             raise ValueError(
-                f"no chassis given and ROS_MASTER_URI is not set; give an address such as {VENDOR_ADDRESS}"
+                say(
+                    "no chassis given and ROS_MASTER_URI is not set; give an address such as {example}",
+                    example=VENDOR_ADDRESS,
+                )
             )
     if not isinstance(address, str):
-        raise ValueError(f"{address!r} is no address; give text, a host such as {VENDOR_ADDRESS!r}")
+        raise ValueError(
+            say(
+                "{address!r} is no address; give text, a host such as {example!r}",
+                address=address,
+                example=VENDOR_ADDRESS,
+            )
+        )
     text = address.strip()
     if "://" in text:
         if not text.startswith("http://"):
             raise ValueError(
-                f"{text}: a master URI starts with http://, for example http://{VENDOR_ADDRESS}:11311"
+                say(
+                    "{address}: a master URI starts with http://, for example {example}",
+                    address=text,
+                    example=f"http://{VENDOR_ADDRESS}:11311",
+                )
             )
         return text
     if not text or any(c.isspace() or c == "/" for c in text):
-        raise ValueError(f"{address!r} is no address; give a host such as {VENDOR_ADDRESS} or a master URI")
+        raise ValueError(
+            say(
+                "{address!r} is no address; give a host such as {example} or a master URI",
+                address=address,
+                example=VENDOR_ADDRESS,
+            )
+        )
     bare_ipv6 = text.count(":") > 1 and not text.startswith("[")
     host = f"[{text}]" if bare_ipv6 else text
     has_port = host.rpartition(":")[2].isdigit() and not host.endswith("]")

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 
 from rosproto.logs import get_logger
 from rosproto.node import Cancellation
+from rosproto.sentence import say
 from woosh_pure.errors import MotionRefused
 
 __all__ = ["CallScope", "call_scope", "current"]
@@ -67,7 +68,9 @@ class CallScope:
 
     def _require_wanted(self, what: str) -> None:
         if self._unwanted:
-            raise MotionRefused(f"{what}: the task that asked for it was cancelled; nothing was sent")
+            raise MotionRefused(
+                say("{what}: the task that asked for it was cancelled; nothing was sent", what=what)
+            )
 
     def refuse(self) -> None:
         """From now on nothing begins. Does not wait."""

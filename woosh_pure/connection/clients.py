@@ -13,6 +13,7 @@ import rosproto
 from rosproto.codec import ValuesLost
 from rosproto.errors import RosTimeout
 from rosproto.node import Cancellation, PreparedCall
+from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
@@ -60,7 +61,9 @@ class Clients:
             if deadline.expired:
                 names = " or ".join(p.topic for p in publishers)
                 raise RosTimeout(
-                    f"nobody listens to {names}; this chassis may not have it", what=names, seconds=timeout
+                    say("nobody listens to {name}; this chassis may not have it", name=names),
+                    what=names,
+                    seconds=timeout,
                 )
             time.sleep(0.01)
 
@@ -122,7 +125,7 @@ class Clients:
                 return client.call_cancellable(scope.calling, None, seconds, **fields)
             return client.call(timeout=seconds, **fields)
         except ValuesLost as error:
-            lack = f"no field for {', '.join(error.fields)}"
+            lack = say("no field for {fields}", fields=error.fields)
             raise limit_error(name, error.theirs, error.fields, lack) from error
 
     def services_of_type(self, type_name: str) -> list[str]:

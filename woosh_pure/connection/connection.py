@@ -13,6 +13,7 @@ from typing import Any
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError
+from rosproto.sentence import say
 from rosproto.watchdog import Place, place_beside
 
 __all__ = ["Connection", "LastWord", "say_elsewhere"]
@@ -110,7 +111,7 @@ class Connection:
             ConnectionLost: This Chassis is closed.
         """
         if self._closed:
-            raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
+            raise ConnectionLost(say("this Chassis is closed; open a new one for {uri}", uri=self.master_uri))
 
     def note_close(self) -> None:
         """From now on no node is made; waits a moment for one that is being made, which is closed at once."""
@@ -173,7 +174,9 @@ def say_elsewhere(connection: Connection, words: Iterable[LastWord]) -> list[str
                 try:
                     publisher.flush(_FLUSH)
                     if publisher.wait_arrived(_ARRIVE) is False:
-                        problems.append(f"{word.topic}: the robot has not acknowledged it yet")
+                        problems.append(
+                            say("{topic}: the robot has not acknowledged it yet", topic=word.topic)
+                        )
                 except RosError as error:
                     problems.append(str(error))
     except (RosError, OSError, RuntimeError) as error:

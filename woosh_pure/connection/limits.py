@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import Conversion
+from rosproto.sentence import say
 from woosh_pure.enums import StepMode
 from woosh_pure.errors import FirmwareLimit
 from woosh_pure.firmware.revisions import revision_of
@@ -59,7 +60,7 @@ def require_steps(name: str, classes: Iterable[Any], goal: Any) -> None:
         known = {constant.name for constant in type(cls().goal)._spec.constants}
         for mode, constant in _STEP_CONSTANTS.items():
             if mode in modes and constant not in known:
-                raise limit_error(name, cls, [constant], f"no {mode} steps")
+                raise limit_error(name, cls, [constant], say("no {mode} steps", mode=mode))
         if StepMode.DIAGONAL in modes and not _step_has_angle(cls):
             raise limit_error(name, cls, ["goal.stepControl.angle"], "no direction for diagonal steps")
 
@@ -74,17 +75,26 @@ def _require(name: str, ours: Any, theirs: Iterable[Any], message: Any) -> None:
         if cls._md5sum != ours._md5sum:
             lost = Conversion(ours, cls).lost(message)
             if lost:
-                raise limit_error(name, cls, lost, f"no field for {', '.join(lost)}")
+                raise limit_error(name, cls, lost, say("no field for {names}", names=", ".join(lost)))
 
 
 def limit_error(name: str, cls: Any, fields: list[str], lack: str) -> FirmwareLimit:
     """The error that names the firmware's limit; `cls` is what the chassis has."""
     label, note = revision_of(cls)
-    which = f"the {label} revision" if label else "a revision that is not bundled"
+    which = say("the {label} revision", label=label) if label else say("a revision that is not bundled")
+    text = say(
+        "{name}: this chassis's firmware has {lack}: it speaks {type} in {which} (md5sum "
+        "{md5sum}){note}. Nothing was "
+        "sent; leave that value out, or ask the vendor for newer firmware",
+        name=name,
+        lack=say(lack),
+        type=cls._type,
+        which=which,
+        md5sum=cls._md5sum,
+        note=f"; {note}" if note else "",
+    )
     return FirmwareLimit(
-        f"{name}: this chassis's firmware has {lack}: it speaks {cls._type} in {which}"
-        f" (md5sum {cls._md5sum}){'; ' + note if note else ''}. Nothing was sent; leave that value out,"
-        " or ask the vendor for newer firmware",
+        text,
         name=name,
         fields=fields,
         firmware=label,

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node import NodeClient
+from rosproto.sentence import both, say
 from rosproto.transport import parse_uri
 from rosproto.watchdog import is_watchdog_name
 from woosh_pure.interface.table import ROBOT_NODES, topics
@@ -64,12 +65,16 @@ class OtherDriver:
         Args:
             sends: It was seen to send.
         """
-        does = "sends" if sends else "can send"
-        text = f"{self.node} ({self.uri}) {does} velocities, too, on {' and '.join(self.topics)}"
+        if sends:
+            who = "{node} ({uri}) sends velocities, too, on {topics}"
+        else:
+            who = "{node} ({uri}) can send velocities, too, on {topics}"
+        text = say(who, node=self.node, uri=self.uri, topics=" and ".join(self.topics))
         if self.on_robot:
-            return f"{text}; it runs on the robot itself, and is taken for a part of it"
+            return both(text, "it runs on the robot itself, and is taken for a part of it")
         if not self.answers:
-            text += "; it does not answer: if it has gone, `rosproto node cleanup` takes it off the master"
+            gone = "it does not answer: if it has gone, `rosproto node cleanup` takes it off the master"
+            return both(text, gone)
         return text
 
 

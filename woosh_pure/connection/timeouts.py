@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 
 __all__ = ["LONGEST", "require_limit", "require_timeout"]
 
@@ -21,7 +22,13 @@ def require_timeout(timeout: float | None, name: str = "timeout") -> float | Non
     seconds = as_float(timeout)
     if seconds is None or (seconds >= 0.0 and not math.isnan(seconds)):
         return seconds
-    raise ValueError(f"{name}={timeout}: expected seconds of at least 0, or None to wait for ever")
+    raise ValueError(
+        say(
+            "{name}={timeout}: expected seconds of at least 0, or None to wait for ever",
+            name=name,
+            timeout=timeout,
+        )
+    )
 
 
 def require_limit(timeout: float, name: str = "timeout") -> float:
@@ -33,5 +40,11 @@ def require_limit(timeout: float, name: str = "timeout") -> float:
     """
     seconds = as_float(timeout)
     if seconds is None or not 0.0 <= seconds < math.inf:
-        raise ValueError(f"{name}={timeout}: expected seconds of at least 0, and not for ever")
+        raise ValueError(
+            say(
+                "{name}={timeout}: expected seconds of at least 0, and not for ever",
+                name=name,
+                timeout=timeout,
+            )
+        )
     return min(seconds, LONGEST)

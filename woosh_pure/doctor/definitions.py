@@ -12,6 +12,7 @@ from typing import NamedTuple
 import rosproto
 from rosproto.errors import RosError
 from rosproto.node import probe_service, probe_topic
+from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level
@@ -41,17 +42,32 @@ def check_definitions(node: rosproto.Node, state: rosproto.node.SystemState) -> 
             differing += 1
             yield finding_of(question.name, question.node, question.type, theirs, question.ours)
     if not differing:
-        yield Finding("definition", Level.OK, f"all message definitions agree ({asked} asked)")
+        yield Finding(
+            "definition", Level.OK, say("all message definitions agree ({asked} asked)", asked=asked)
+        )
 
 
 def finding_of(name: str, node: str, type_name: str, theirs: str, ours: str) -> Finding:
     """What a differing definition means. Pure."""
     label, note = revision_label(type_name, theirs)
     if label:
-        text = f"{name}: {node} has {type_name} as of firmware {label}{f' ({note})' if note else ''}"
+        text = say(
+            "{name}: {node} has {type} as of firmware {label}",
+            name=name,
+            node=node,
+            type=type_name,
+            label=f"{label} ({note})" if note else label,
+        )
         advice = "nothing is needed: this revision is known, and values are carried over by field name"
         return Finding("definition", Level.WARNING, text, advice)
-    text = f"{name}: {node} has another {type_name} (md5sum {theirs}, ours {ours})"
+    text = say(
+        "{name}: {node} has another {type} (md5sum {theirs}, ours {ours})",
+        name=name,
+        node=node,
+        type=type_name,
+        theirs=theirs,
+        ours=ours,
+    )
     advice = (
         "this revision is not known; values are carried over by field name where that is possible. Run "
         "`woosh learn`, which keeps the robot's own definitions, and report both md5sums"

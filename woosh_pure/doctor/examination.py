@@ -10,10 +10,11 @@ import ipaddress
 import socket
 import statistics
 import time
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.sentence import both, say
 from rosproto.transport import Deadline, HostNames, hosts_advice, parse_uri
 from rosproto.watchdog import is_watchdog_name
 from woosh_pure import interface
@@ -81,10 +82,18 @@ def _name(name: str, hosts: HostNames) -> Generator[Finding, None, str | None]:
     try:
         address = hosts.resolve(name)[0]
     except (ConnectionLost, RosTimeout) as error:
-        advice = f"use the numeric address, 169.254.128.2 on the debug port; or {hosts_advice(name, None)}"
-        yield Finding("name", Level.PROBLEM, f"the name {name} does not resolve: {error}", advice)
+        advice = both(
+            "use the numeric address, 169.254.128.2 on the debug port",
+            say("or {advice}", advice=hosts_advice(name, None)),
+        )
+        yield Finding(
+            "name",
+            Level.PROBLEM,
+            say("the name {name} does not resolve: {error}", name=name, error=error),
+            advice,
+        )
         return None
-    yield Finding("name", Level.OK, f"the master is at {address}")
+    yield Finding("name", Level.OK, say("the master is at {address}", address=address))
     return address
 
 
@@ -96,22 +105,35 @@ def _own_address(address: str, port: int, given: str | None) -> Finding:
             own = given or str(probe.getsockname()[0])
     except OSError as error:
         advice = "connect the cable or the Wi-Fi; give this computer an address of the robot's network"
-        return Finding("own_address", Level.PROBLEM, f"no route to {address}: {error}", advice)
+        return Finding(
+            "own_address",
+            Level.PROBLEM,
+            say("no route to {address}: {error}", address=address, error=error),
+            advice,
+        )
     return check_own_address(address, own)
 
 
 def check_own_address(robot: str, own: str) -> Finding:
     """Whether our address fits the robot's network. Pure."""
     if ipaddress.ip_address(robot) not in _CABLE:
-        return Finding("own_address", Level.OK, f"our address towards it is {own}")
+        return Finding("own_address", Level.OK, say("our address towards it is {own}", own=own))
     if not _FIRST <= ipaddress.IPv4Address(own) <= _LAST:
         return Finding(
             "own_address",
             Level.PROBLEM,
-            f"our address on the cable is {own}, outside of {_FIRST} to {_LAST}",
-            f"give the wired interface a static address such as {_FIRST}, netmask 255.255.255.0",
+            say(
+                "our address on the cable is {own}, outside of {first} to {last}",
+                own=own,
+                first=_FIRST,
+                last=_LAST,
+            ),
+            say(
+                "give the wired interface a static address such as {first}, netmask 255.255.255.0",
+                first=_FIRST,
+            ),
         )
-    return Finding("own_address", Level.OK, f"our address on the cable is {own}")
+    return Finding("own_address", Level.OK, say("our address on the cable is {own}", own=own))
 
 
 def _reach(address: str, port: int, timeout: float) -> Finding:
@@ -121,13 +143,23 @@ def _reach(address: str, port: int, timeout: float) -> Finding:
     except ConnectionRefusedError:
         advice = "is this the right port (11311)? the robot may still be starting: wait a minute"
         return Finding(
-            "reach", Level.PROBLEM, f"{address}:{port} refuses the connection: no master there", advice
+            "reach",
+            Level.PROBLEM,
+            say("{address} refuses the connection: no master there", address=f"{address}:{port}"),
+            advice,
         )
     except OSError as error:
-        what = "does not answer" if isinstance(error, TimeoutError) else f"cannot be reached: {error}"
-        advice = f"ping {address}; check cable, Wi-Fi, address and firewall of this computer"
-        return Finding("reach", Level.PROBLEM, f"{address}:{port} {what}", advice)
-    return Finding("reach", Level.OK, f"connected in {(time.monotonic() - began) * 1000:.0f} ms")
+        if isinstance(error, TimeoutError):
+            text = say("{address} does not answer", address=f"{address}:{port}")
+        else:
+            text = say("{address} cannot be reached: {error}", address=f"{address}:{port}", error=error)
+        advice = say(
+            "ping {address}; check cable, Wi-Fi, address and firewall of this computer", address=address
+        )
+        return Finding("reach", Level.PROBLEM, text, advice)
+    return Finding(
+        "reach", Level.OK, say("connected in {time:.0f} ms", time=(time.monotonic() - began) * 1000)
+    )
 
 
 def _master(client: rosproto.MasterClient) -> Finding:
@@ -135,26 +167,34 @@ def _master(client: rosproto.MasterClient) -> Finding:
         client.get_pid()
     except RosError as error:
         advice = "something listens there, but it is no ROS master; check the port"
-        return Finding("master", Level.PROBLEM, f"no ROS master answers: {error}", advice)
+        return Finding("master", Level.PROBLEM, say("no ROS master answers: {error}", error=error), advice)
     return Finding("master", Level.OK, "the ROS master answers")
+
+
+def _there(page: int, missing: Sequence[str]) -> str:
+    if len(missing) == page:
+        return "nothing is registered"
+    registered = "{count} of {page} rows of its interface are registered"
+    return say(registered, count=page - len(missing), page=page)
 
 
 def _rows(state: rosproto.node.SystemState) -> Finding:
     missing = [row.name for row in interface.ROWS if row.source == "page" and not _is_there(row, state)]
     page = sum(row.source == "page" for row in interface.ROWS)
     if core := [name for name in CORE if name in missing]:
-        there = (
-            f"{page - len(missing)} of {page} rows of its interface are"
-            if len(missing) < page
-            else "nothing is"
+        text = both(
+            say("no Woosh chassis here, or not all of it: {names} missing", names=core), _there(page, missing)
         )
-        text = f"no Woosh chassis here, or not all of it: {', '.join(core)} missing; {there} registered"
         advice = "it may be another robot's master, or the chassis's programs have not started: wait a minute"
         return Finding("interface", Level.PROBLEM, text, advice)
     if missing:
         advice = "this chassis may not have them (cameras, shelf lights), or a node has not started"
-        return Finding("interface", Level.WARNING, f"not registered: {', '.join(missing)}", advice)
-    return Finding("interface", Level.OK, f"all {page} rows of the vendor's page are registered")
+        return Finding(
+            "interface", Level.WARNING, say("not registered: {names}", names=", ".join(missing)), advice
+        )
+    return Finding(
+        "interface", Level.OK, say("all {page} rows of the vendor's page are registered", page=page)
+    )
 
 
 def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
@@ -178,7 +218,12 @@ def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
                 others.setdefault(node, []).append(name)
     for node, names in sorted(others.items()):
         advice = "end that program, or agree who drives: two clients interrupt each other"
-        yield Finding("competitor", Level.WARNING, f"{node} also commands {', '.join(names)}", advice)
+        yield Finding(
+            "competitor",
+            Level.WARNING,
+            say("{node} also commands {names}", node=node, names=", ".join(names)),
+            advice,
+        )
     if not others:
         yield Finding("competitor", Level.OK, "nobody else commands the chassis")
 
@@ -196,23 +241,31 @@ def _with_a_node(
             "/woosh_doctor", master_uri=master_uri, host=host, anonymous=True, resolve=resolve
         )
     except RosError as error:
-        yield Finding("join", Level.PROBLEM, f"we cannot join the graph: {error}", "see the text")
+        yield Finding(
+            "join", Level.PROBLEM, say("we cannot join the graph: {error}", error=error), "see the text"
+        )
         return
     with node:
-        yield Finding("join", Level.OK, f"we joined as {node.name} at {node.uri}")
+        yield Finding("join", Level.OK, say("we joined as {node} at {uri}", node=node.name, uri=node.uri))
         yield _connect_back(node, state, timeout)
         yield from _topics(node, state, listen)
 
 
 def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout: float) -> Finding:
     if _HARMLESS not in state.subscribers:
-        return Finding("back", Level.WARNING, f"nobody listens to {_HARMLESS}: the way back was not tested")
+        return Finding(
+            "back",
+            Level.WARNING,
+            say("nobody listens to {name}: the way back was not tested", name=_HARMLESS),
+        )
     publisher = node.publisher(_HARMLESS, message_type(interface.row(_HARMLESS).type))
     try:
         publisher.wait_for_connection(timeout=timeout)
     except RosTimeout:
         caller = ", ".join(state.subscribers[_HARMLESS])
-        text = f"we reach the chassis, but {caller} does not reach us at {node.uri}"
+        text = say(
+            "we reach the chassis, but {caller} does not reach us at {uri}", caller=caller, uri=node.uri
+        )
         advice = "let Python be reached from outside in the firewall, or give our right address with --host"
         return Finding("back", Level.PROBLEM, text, advice)
     finally:
@@ -231,10 +284,10 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
     silent = [f.topic for f in feeds if not f.heard and not f.row.on_change and f.row.source == "page"]
     if silent:
         advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays so"
-        text = f"registered, but silent for {listen:g} s: {', '.join(silent)}"
+        text = say("registered, but silent for {listen:g} s: {names}", listen=listen, names=", ".join(silent))
         yield Finding("silent", Level.WARNING, text, advice)
     else:
-        yield Finding("silent", Level.OK, f"{sum(f.heard for f in feeds)} topics were heard")
+        yield Finding("silent", Level.OK, say("{count} topics were heard", count=sum(f.heard for f in feeds)))
     yield from _clock(feeds)
     for feed in feeds:
         feed.close()
@@ -250,7 +303,10 @@ def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
     if not offsets:
         return
     offset = statistics.median(offsets)
-    text = f"the robot's clock is {abs(offset):.2f} s {'ahead of' if offset > 0 else 'behind'} ours"
+    if offset > 0:
+        text = say("the robot's clock is {time:.2f} s ahead of ours", time=offset)
+    else:
+        text = say("the robot's clock is {time:.2f} s behind ours", time=-offset)
     if abs(offset) > 1.0:
         advice = "ages here use our own clock and are right; set the clocks if you use the stamps"
         yield Finding("clock", Level.WARNING, text, advice)

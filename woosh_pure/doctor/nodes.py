@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.sentence import both, led, say
 from rosproto.transport import Deadline, connect, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level
@@ -52,9 +53,9 @@ def check_nodes(
     for host, found in unknown.items():
         yield unresolved(host, found, hosts)
     for (problem, advice), found_nodes in others.items():
-        yield Finding("node", Level.PROBLEM, f"{name_list(found_nodes)}: {problem}", advice)
+        yield Finding("node", Level.PROBLEM, led(name_list(found_nodes), problem), advice)
     if not others and not any(any(found.values()) for found in unknown.values()):
-        yield Finding("node", Level.OK, f"{len(nodes)} nodes of the chassis can be reached")
+        yield Finding("node", Level.OK, say("{count} nodes of the chassis can be reached", count=len(nodes)))
 
 
 _RESTART = "it may have crashed: restart the robot"
@@ -63,13 +64,27 @@ _RESTART = "it may have crashed: restart the robot"
 def unresolved(host: str, found: dict[str, str], hosts: HostNames) -> Finding:
     """Nodes that announce an unknown host name; `found`: why the master's address does not do."""
     address = hosts.resolve(host)[0]
-    text = f"{name_list(found)} announce the host name {host}, which does not resolve here"
+    text = say(
+        "{nodes} announce the host name {host}, which does not resolve here",
+        nodes=name_list(found),
+        host=host,
+    )
     silent = [node for node, problem in found.items() if problem]
     if silent:
-        which = "them" if len(silent) == len(found) else name_list(silent)
-        text += f"; the master's address {address} was tried, and does not answer for {which}"
+        if len(silent) == len(found):
+            tried = say(
+                "the master's address {address} was tried, and does not answer for them", address=address
+            )
+        else:
+            tried = say(
+                "the master's address {address} was tried, and does not answer for {nodes}",
+                address=address,
+                nodes=name_list(silent),
+            )
+        text = both(text, tried)
     else:
-        text += f"; the master's address {address} answers for all of them, and is used"
+        used = "the master's address {address} answers for all of them, and is used"
+        text = both(text, say(used, address=address))
     level = Level.PROBLEM if silent else Level.WARNING
     return Finding("node", level, text, hosts_advice(host, address, sure=len(silent) < len(found)))
 
@@ -79,14 +94,16 @@ def name_list(nodes: Iterable[str]) -> str:
     names = sorted(nodes)
     if len(names) == 1:
         return names[0]
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return f"{len(names)} nodes ({', '.join(names[:_SHOWN])}{more})"
+    if len(names) <= _SHOWN:
+        return say("{count} nodes ({names})", count=len(names), names=names)
+    more = "{count} nodes ({names} and {more} more)"
+    return say(more, count=len(names), names=names[:_SHOWN], more=len(names) - _SHOWN)
 
 
 def _not_told(error: Exception) -> tuple[str, str]:
     if isinstance(error, MasterError):
-        return f"the master cannot tell where it is: {error.text}", _RESTART
-    return f"the master cannot tell where it is: {error}", _RESTART
+        return say("the master cannot tell where it is: {error}", error=error.text), _RESTART
+    return say("the master cannot tell where it is: {error}", error=error), _RESTART
 
 
 def _reach(host: str, port: int, hosts: HostNames, timeout: float) -> str:
@@ -95,10 +112,12 @@ def _reach(host: str, port: int, hosts: HostNames, timeout: float) -> str:
     try:
         sock = connect(host, port, Deadline(timeout), hosts=hosts)
     except RosTimeout:
-        return f"nothing answers at {host} within {timeout:g} s"
+        return say("nothing answers at {host} within {seconds:g} s", host=host, seconds=timeout)
     except ConnectionLost as error:
         refused = isinstance(error.__cause__, ConnectionRefusedError)
-        return f"nobody listens on the ports they announce at {host}" if refused else str(error)
+        return (
+            say("nobody listens on the ports they announce at {host}", host=host) if refused else str(error)
+        )
     finally:
         if sock is not None:
             sock.close()

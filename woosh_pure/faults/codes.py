@@ -16,6 +16,7 @@ from enum import IntEnum
 from functools import lru_cache
 from importlib import resources
 
+from rosproto.sentence import both, say
 from woosh_pure.enums import RobotState
 from woosh_pure.faults.words import chinese, english
 
@@ -48,6 +49,21 @@ class Department(IntEnum):
     EMBEDDED = 2
     SYSTEM = 3
     APPLICATION = 4
+
+
+@dataclass(frozen=True, slots=True)
+class _VendorWords:
+    """The words of a status code: the vendor's table has them in both languages."""
+
+    english: str
+    chinese: str
+
+    def __str__(self) -> str:
+        return self.english
+
+    def said(self, language: str) -> str:
+        """In a language of `woosh_pure.language`."""
+        return self.chinese if language == "zh" else self.english
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +112,7 @@ class StatusCode:
         return (self.version, self.department, self.module, self.submodule)
 
     def __str__(self) -> str:
-        return f"{self.english} ({self.code})"
+        return say("{words} ({code})", words=_VendorWords(self.english, self.chinese), code=self.code)
 
 
 @lru_cache(maxsize=1)
@@ -139,7 +155,11 @@ def with_words(text: str) -> str:
     found = re.search(r"status code (\d{6,20})(?! \()", text)
     if found is None:
         return text
-    return text.replace(found[0], f"{found[0]} ({decode_status_code(int(found[1])).english})")
+    code = decode_status_code(int(found[1]))
+    if text == found[0]:
+        words = _VendorWords(code.english, code.chinese)
+        return say("status code {code} ({words})", code=found[1], words=words)
+    return text.replace(found[0], f"{found[0]} ({code.english})")
 
 
 def _department(digits: str) -> Department:
@@ -190,9 +210,12 @@ class Faults(tuple[StatusCode, ...]):
     def sentence(self) -> str:
         """All of it in one line."""
         if self:
-            return "; ".join(map(str, self))
+            return both(*map(str, self))
         if self.present:
-            return f"the robot reports a {self.robot_state}; its code was not heard, look at its display"
+            return say(
+                "the robot reports a {state}; its code was not heard, look at its display",
+                state=self.robot_state,
+            )
         return "none" if self.known else NOT_KNOWN
 
 

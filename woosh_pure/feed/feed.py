@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_timeout
 from woosh_pure.interface.table import Row
@@ -33,6 +34,7 @@ logger = get_logger("woosh_pure.feed")
 
 FIRST_USE = 1.0
 """The most seconds that the first reading of a feed waits for its links; usually they are up much sooner."""
+_CLOSED = "{topic}: this feed is closed, because its Chassis is; open a new one"
 _LATCHED = 0.3  # seconds from the link until a latching publisher has sent its value
 PICTURES = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
 """Types whose messages are so large (a cloud has 5 MB) that only a few are kept."""
@@ -120,9 +122,7 @@ class Feed(Generic[T]):
             return self
         with self._open_lock:
             if self._closed and not self._history:
-                raise ConnectionLost(
-                    f"{self.topic}: this feed is closed, because its Chassis is; open a new one"
-                )
+                raise ConnectionLost(say(_CLOSED, topic=self.topic))
             if self._subscriber is None and not self._closed:
                 self._subscriber = self._subscribe(self._node())
         return self
@@ -411,8 +411,11 @@ class Feed(Generic[T]):
         self.require_open()
         if self.in_callback:
             raise LocalProtocolError(
-                f"{self.topic}: waiting for its next value in its own callback would wait for itself; "
-                "wait in another thread"
+                say(
+                    "{topic}: waiting for its next value in its own callback would wait for itself; "
+                    "wait in another thread",
+                    topic=self.topic,
+                )
             )
         self.open()
         return Deadline(timeout)
@@ -424,11 +427,17 @@ class Feed(Generic[T]):
             ConnectionLost: The Chassis is closed, or its node is.
         """
         if self._closed:
-            raise ConnectionLost(f"{self.topic}: this feed is closed, because its Chassis is; open a new one")
+            raise ConnectionLost(say(_CLOSED, topic=self.topic))
         subscriber = self._subscriber
         if subscriber is not None and subscriber.closed:  # by `rosnode kill`, or this is a fork
             why = self._node().close_reason
-            raise ConnectionLost(f"{self.topic}: the node of this Chassis is closed ({why}); open a new one")
+            raise ConnectionLost(
+                say(
+                    "{topic}: the node of this Chassis is closed ({why}); open a new one",
+                    topic=self.topic,
+                    why=why,
+                )
+            )
 
     def _pause(self, news: queue.SimpleQueue[None], deadline: Deadline, timeout: float | None) -> None:
         """Wait for a change; raises when there is nothing left to wait for."""
@@ -439,15 +448,15 @@ class Feed(Generic[T]):
 
     def silence(self, timeout: float | None) -> RosTimeout:
         """The error of a wait that timed out."""
-        hint = " (it is sent on change only)" if self.row.on_change else ""
         subscriber = self._subscriber
         publishers = 0 if subscriber is None else subscriber.connections
-        who = self.unreachable or f"{publishers} publishers are connected"
-        return RosTimeout(
-            f"{self.row.name}: nothing came within {timeout} s{hint}; {who}; check `woosh doctor`",
-            what=self.row.name,
-            seconds=timeout,
-        )
+        who = self.unreachable or say("{count} publishers are connected", count=publishers)
+        if self.row.on_change:
+            silent = "{topic}: nothing came within {seconds} s (it is sent on change only)"
+        else:
+            silent = "{topic}: nothing came within {seconds} s"
+        text = both(say(silent, topic=self.row.name, seconds=timeout), who, "check `woosh doctor`")
+        return RosTimeout(text, what=self.row.name, seconds=timeout)
 
     def __iter__(self) -> Iterator[T]:
         """Values as they come; a slow loop skips to the newest. Ends with the chassis, or its node."""

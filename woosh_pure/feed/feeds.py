@@ -7,6 +7,7 @@ import time
 from typing import Any
 
 from rosproto.errors import RosError, RosTimeout
+from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import StaleState
@@ -72,12 +73,10 @@ class Feeds:
         deadline = Deadline(seconds)
         while feed.publishers == 0:
             if deadline.expired:
-                why = f" ({feed.unreachable})" if feed.unreachable else ""
-                raise StaleState(
-                    f"{feed.topic}: no publisher within {seconds} s{why}, so the end of a task "
-                    "could not be seen; check `woosh doctor`",
-                    topic=feed.topic,
-                )
+                unseen = "{topic}: no publisher within {seconds} s, so the end of a task could not be seen"
+                why = (feed.unreachable,) if feed.unreachable else ()
+                text = both(say(unseen, topic=feed.topic, seconds=seconds), *why, "check `woosh doctor`")
+                raise StaleState(text, topic=feed.topic)
             time.sleep(0.01)
 
     def require_heard(self, name: str, timeout: float) -> None:
@@ -91,8 +90,12 @@ class Feeds:
             feed.wait(timeout, new=False)
         except RosTimeout as error:
             raise StaleState(
-                f"{feed.topic} is silent, so nobody could see whether the robot obeys; check the chassis, "
-                "or pass feedback_timeout=None to drive without it",
+                say(
+                    "{topic} is silent, so nobody could see whether the robot obeys; check the chassis, "
+                    "or pass "
+                    "feedback_timeout=None to drive without it",
+                    topic=feed.topic,
+                ),
                 topic=feed.topic,
                 age=feed.age,
             ) from error
@@ -105,11 +108,13 @@ class Feeds:
         else:
             since = self._missing_since.setdefault(name, time.monotonic())
             if time.monotonic() - since > _LOST_AFTER:
-                return f"{feed.topic} has had no publisher for {_LOST_AFTER} s"
+                return say(
+                    "{topic} has had no publisher for {seconds} s", topic=feed.topic, seconds=_LOST_AFTER
+                )
         beat = self.get("velocity")
         age = beat.age
         if age is not None and age > _LOST_AFTER:
-            return f"the chassis has been silent for {age:.1f} s ({beat.topic})"
+            return say("the chassis has been silent for {seconds:.1f} s ({why})", seconds=age, why=beat.topic)
         return ""
 
     def wait_standing(self, timeout: float) -> bool | None:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled
+from rosproto.sentence import say
 
 __all__ = ["LearnedSet", "make_sets", "why_not_kept", "write_set"]
 
@@ -111,7 +112,7 @@ def write_set(learned: LearnedSet, folder: Path, origin: str) -> Path:
     try:
         for name, text in learned.texts.items():
             if problem := _unnameable(name):
-                raise DefinitionError(f"{problem}; not kept")
+                raise DefinitionError(say("{problem}; not kept", problem=problem))
             package, _, base = name.partition("/")
             path = work / package / "msg" / f"{base}.msg"
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -133,5 +134,11 @@ def _check(learned: LearnedSet, work: Path) -> None:
     for name, md5sum in learned.types.items():
         if library.md5sum(name) != md5sum:
             raise DefinitionError(
-                f"{name}: written to {work}, it has md5sum {library.md5sum(name)} in place of {md5sum}"
+                say(
+                    "{name}: written to {work}, it has md5sum {md5sum} in place of {expected}",
+                    name=name,
+                    work=work,
+                    md5sum=library.md5sum(name),
+                    expected=md5sum,
+                )
             )

@@ -13,6 +13,7 @@ from typing import Any
 from rosproto.codec import Conversion, message_class, service_class
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled
+from rosproto.sentence import say
 
 __all__ = ["CURRENT", "Firmware", "firmware", "firmware_names", "revision_label", "revision_of"]
 
@@ -73,8 +74,11 @@ def firmware(name: str = CURRENT) -> Firmware:
         wanted = _version(name)
     except ValueError:
         raise ValueError(
-            f"firmware {name!r}: expected a version of the vendor's message package, one of "
-            f"{', '.join(firmware_names())}"
+            say(
+                "firmware {name!r}: expected a version of the vendor's message package, one of {names}",
+                name=name,
+                names=", ".join(firmware_names()),
+            )
         ) from None
     newer = sorted((_version(label), label) for label in known if label != "page")
     library = next((known[label] for version, label in newer if version >= wanted), bundled())

@@ -5,6 +5,7 @@ The rows, with their sources, are in `rows`; here they are looked up.
 
 from __future__ import annotations
 
+from rosproto.sentence import say
 from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Flow, Row
 
@@ -49,7 +50,9 @@ def row(name: str) -> Row:
         from difflib import get_close_matches
 
         near = ", ".join(get_close_matches("/" + name.lstrip("/"), _BY_NAME, 3)) or "none is near"
-        raise KeyError(f"{name} is not in the chassis's interface; near names: {near}") from None
+        raise KeyError(
+            say("{name} is not in the chassis's interface; near names: {near}", name=name, near=near)
+        ) from None
 
 
 def find(feed: str) -> Row:
@@ -66,12 +69,20 @@ def find(feed: str) -> Row:
         topic = _BY_NAME.get("/" + feed)
         if topic is not None and topic.flow == "read":
             raise KeyError(
-                f"{feed} is no feed of the chassis, but {topic.name} is a topic of it: add the slash"
+                say(
+                    "{feed} is no feed of the chassis, but {name} is a topic of it: add the slash",
+                    feed=feed,
+                    name=topic.name,
+                )
             ) from None
         readable = [name for name, one in _BY_NAME.items() if one.flow == "read"]
         near = [*get_close_matches(feed, _BY_FEED, 3), *get_close_matches("/" + feed, readable, 3)]
         raise KeyError(
-            f"{feed} is no feed of the chassis; near names: {', '.join(near) or 'none is near'}"
+            say(
+                "{feed} is no feed of the chassis; near names: {near}",
+                feed=feed,
+                near=", ".join(near) or "none is near",
+            )
         ) from None
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 
 if TYPE_CHECKING:
@@ -40,9 +41,16 @@ class GridMap:
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or 0 in self.cells.shape:
-            raise ValueError(f"a map needs (height, width) cells, got shape {self.cells.shape}")
+            raise ValueError(
+                say("a map needs (height, width) cells, got shape {shape}", shape=self.cells.shape)
+            )
         if not (math.isfinite(self.resolution) and self.resolution > 0):
-            raise ValueError(f"resolution {self.resolution}: must be a positive number of metres per cell")
+            raise ValueError(
+                say(
+                    "resolution {resolution}: must be a positive number of metres per cell",
+                    resolution=self.resolution,
+                )
+            )
         self.origin.require_finite()
 
     @property
@@ -103,7 +111,7 @@ class GridMap:
         try:
             return GridMap(cells, resolution, origin)
         except ValueError as error:
-            raise ValueError(f"{yaml_path}: {error}") from error
+            raise ValueError(say("{yaml_path}: {error}", yaml_path=yaml_path, error=error)) from error
 
     def save(self, yaml_path: str | Path) -> tuple[Path, Path]:
         """Write `name.yaml` and `name.pgm` as map_saver does; returns both paths."""

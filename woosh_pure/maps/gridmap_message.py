@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from rosproto.sentence import say
 from woosh_pure.geometry import quaternion_from_yaw
 from woosh_pure.values.poses import pose_of
 from woosh_pure.values.rostypes import message_type
@@ -27,7 +28,14 @@ def grid_from_message(message: Any) -> GridMap:
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)
     if cells.size != info.width * info.height:
-        raise ValueError(f"map of {info.width} x {info.height} cells has {cells.size}; the sender is wrong")
+        raise ValueError(
+            say(
+                "map of {width} x {height} cells has {size}; the sender is wrong",
+                width=info.width,
+                height=info.height,
+                size=cells.size,
+            )
+        )
     origin = pose_of(info.origin, message.header.frame_id or "map")
     return GridMap(cells.reshape(info.height, info.width), info.resolution, origin)
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from rosproto.files import read_text
 from rosproto.numeric import decode_png, is_png
+from rosproto.sentence import say
 from rosproto.typed_values import parse_value
 from woosh_pure.geometry import Pose2D
 
@@ -83,11 +84,15 @@ def _read_yaml(path: Path) -> dict[str, Any]:
             # As it stands between its quotes: YAML would take the backslashes of a Windows path for escapes.
             fields[key] = text.strip("\"'") if key == "image" else parse_value(text)
         except ValueError as error:
-            raise ValueError(f"{path}: {key} {error}") from None
+            raise ValueError(say("{path}: {key} {error}", path=path, key=key, error=error)) from None
     missing = {"image", "resolution", "origin"} - fields.keys()
     if missing:
         raise ValueError(
-            f"{path}: no {', '.join(sorted(missing))}; expected map_server's keys image, resolution, origin"
+            say(
+                "{path}: no {names}; expected map_server's keys image, resolution, origin",
+                path=path,
+                names=", ".join(sorted(missing)),
+            )
         )
     return fields
 
@@ -109,7 +114,11 @@ def _entries(path: Path) -> dict[str, str]:
         else:
             name, colon, value = text.partition(":")
             if not colon:
-                raise ValueError(f"{path}: {text!r} is no line of a map file; expected key: value")
+                raise ValueError(
+                    say(
+                        "{path}: {text!r} is no line of a map file; expected key: value", path=path, text=text
+                    )
+                )
             key = name.strip().strip("\"'")
             found[key] = [value.strip()]
     return {key: f"[{', '.join(items)}]" if items else value for key, (value, *items) in found.items()}
@@ -132,7 +141,7 @@ def _number(fields: dict[str, Any], key: str, default: float, path: Path) -> flo
     value = fields.get(key, default)
     number = _float(value)
     if not math.isfinite(number):
-        raise ValueError(f"{path}: {key} {value!r} is not a number")
+        raise ValueError(say("{path}: {key} {value!r} is not a number", path=path, key=key, value=value))
     return number
 
 
@@ -147,14 +156,21 @@ def _float(value: object) -> float:
 def _truth(value: object, path: Path) -> bool:
     text = str(value).lower()
     if text not in ("0", "false", "no", "off", "1", "true", "yes", "on"):
-        raise ValueError(f"{path}: negate {value!r} is neither 0 nor 1")
+        raise ValueError(say("{path}: negate {value!r} is neither 0 nor 1", path=path, value=value))
     return text in ("1", "true", "yes", "on")
 
 
 def _mode(fields: dict[str, Any], path: Path) -> str:
     mode = str(fields.get("mode", "trinary")).lower()
     if mode not in _MODES:
-        raise ValueError(f"{path}: mode {mode!r} is not known; expected {', '.join(_MODES)}")
+        raise ValueError(
+            say(
+                "{path}: mode {mode!r} is not known; expected {names}",
+                path=path,
+                mode=mode,
+                names=", ".join(_MODES),
+            )
+        )
     return mode
 
 
@@ -164,7 +180,11 @@ def _origin(value: object, path: Path) -> Pose2D:
         x, y, yaw = map(float, parts)  # type: ignore[call-overload]
     except (TypeError, ValueError):
         raise ValueError(
-            f"{path}: origin {value!r} is not a list of three numbers [x, y, yaw] (m, m, rad)"
+            say(
+                "{path}: origin {value!r} is not a list of three numbers [x, y, yaw] (m, m, rad)",
+                path=path,
+                value=value,
+            )
         ) from None
     return Pose2D(x, y, yaw)
 
@@ -180,7 +200,7 @@ def _read_image(path: Path, limit_cells: int) -> NDArray[np.uint8]:
             data += file.read(_most_bytes(data, limit_cells))
         return decode_png(data, limit_cells) if is_png(data) else _decode_pnm(data, limit_cells)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError(say("{path}: {error}", path=path, error=error)) from error
 
 
 def _most_bytes(head: bytes, limit_cells: int) -> int:
@@ -195,7 +215,15 @@ def _most_bytes(head: bytes, limit_cells: int) -> int:
 def _decode_pnm(data: bytes, limit_cells: int) -> NDArray[np.uint8]:
     kind, (width, height, most), start = _pnm_head(data)
     if not (width > 0 and height > 0 and width * height <= limit_cells and 0 < most < 65536):
-        raise ValueError(f"{width} x {height} cells of {most} greys; expected at most {limit_cells} cells")
+        raise ValueError(
+            say(
+                "{width} x {height} cells of {most} greys; expected at most {limit_cells} cells",
+                width=width,
+                height=height,
+                most=most,
+                limit_cells=limit_cells,
+            )
+        )
     count = width * height * _CHANNELS[kind]
     if kind in _PLAIN:
         values = _plain_values(data[start:], count)
@@ -203,9 +231,16 @@ def _decode_pnm(data: bytes, limit_cells: int) -> NDArray[np.uint8]:
         raw = np.dtype(np.uint8 if most < 256 else ">u2")
         values = np.frombuffer(data[start : start + count * raw.itemsize], raw, -1).astype(np.int64)
     if values.size != count:
-        raise ValueError(f"{values.size} values, but {width} x {height} are announced; the file is cut short")
+        raise ValueError(
+            say(
+                "{size} values, but {width} x {height} are announced; the file is cut short",
+                size=values.size,
+                width=width,
+                height=height,
+            )
+        )
     if values.size and not 0 <= int(values.min()) <= int(values.max()) <= most:
-        raise ValueError(f"a value is larger than the announced {most}")
+        raise ValueError(say("a value is larger than the announced {most}", most=most))
     return (values * 255 // most).astype(np.uint8).reshape(height, width, _CHANNELS[kind])
 
 

@@ -14,6 +14,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from rosproto.files import read_text
+from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 
 __all__ = ["MarkFile", "UserMark"]
@@ -47,7 +48,14 @@ class MarkFile:
             self._marks = {name: _mark(name, entry) for name, entry in entries.items()}
         except (ValueError, TypeError, AttributeError, KeyError) as error:
             example = '{"A1": {"x": 3.0, "y": 1.0, "yaw": 1.57}}'
-            raise ValueError(f"{self.path}: not a mark file ({error}); expected {example}") from error
+            raise ValueError(
+                say(
+                    "{path}: not a mark file ({error}); expected {example}",
+                    path=self.path,
+                    error=error,
+                    example=example,
+                )
+            ) from error
 
     def __iter__(self) -> Iterator[UserMark]:
         return iter(self._marks.values())
@@ -63,7 +71,11 @@ class MarkFile:
             return self._marks[name]
         except KeyError:
             near = ", ".join(get_close_matches(name, self._marks, 3, 0.4)) or "none is near"
-            raise KeyError(f"mark {name!r} is not in {self.path}; near names: {near}") from None
+            raise KeyError(
+                say(
+                    "mark {name!r} is not in {path}; near names: {near}", name=name, path=self.path, near=near
+                )
+            ) from None
 
     @property
     def names(self) -> list[str]:

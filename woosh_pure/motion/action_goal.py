@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.connection import LastWord
 from woosh_pure.connection.limits import require_goal
@@ -86,7 +88,7 @@ class ActionHandle(GoalHandle[Any]):
             running.add_goal(motion, since, check=check, replace=replace)
             motion.send(lambda: self._send_to(client, message, goal_id))
         except Exception as error:
-            motion.finish(OutcomeKind.CANCELLED, f"not sent: {error}")
+            motion.finish(OutcomeKind.CANCELLED, say("not sent: {error}", error=error))
             running.forget_replacing(motion)
             raise
         except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
@@ -102,7 +104,9 @@ class ActionHandle(GoalHandle[Any]):
 
     def _send_to(self, client: rosproto.ActionClient, message: Any, goal_id: str) -> None:
         if self._motion.asked:
-            raise MotionRefused(f"{self.description}: it was stopped before it was sent; nothing was sent")
+            raise MotionRefused(
+                say("{goal}: it was stopped before it was sent; nothing was sent", goal=self.description)
+            )
         self._goal = client.send_goal(
             message, feedback=self._on_feedback, transition=self._on_transition, goal_id=goal_id
         )
@@ -199,8 +203,9 @@ class ActionHandle(GoalHandle[Any]):
         self._motion.finish(OutcomeKind.ARRIVED, text)
 
     def _reason(self, text: str) -> str:
-        faults = "; ".join(str(fault) for fault in self._core.knowledge.active_faults())
-        return "; ".join(part for part in (text, faults) if part)
+        parts = [text, *(str(fault) for fault in self._core.knowledge.active_faults())]
+        known = [part for part in parts if part]
+        return both(*known) if known else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,7 +231,7 @@ class NavigationHandle(ActionHandle):
         )
 
     def _describe(self, progress: NavigationProgress) -> str:
-        return f"at {progress.pose}"
+        return say("at {where}", where=progress.pose)
 
 
 def start_navigation(
@@ -247,7 +252,9 @@ def start_navigation(
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
-    handle = NavigationHandle(core, "/move_base", f"navigation to {path[-1]}", timeout, drives=True)
+    handle = NavigationHandle(
+        core, "/move_base", say("navigation to {where}", where=path[-1]), timeout, drives=True
+    )
     handle.send(goal, since, check=check, replace=replace)
     return handle
 
@@ -257,13 +264,14 @@ def start_action(
 ) -> ActionHandle:
     """Send a goal of any kind; one that moves the base is checked as the verbs for it are."""
     since = core.running.stops
-    require_finite(goal, f"goal of {row.name}")
+    described = say("goal of {action}", action=row.name)
+    require_finite(goal, described)
     steps = getattr(goal, "stepControl", ())
     if steps:
         check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
     if row.moves_base:
-        core.knowledge.require_ready(f"goal of {row.name}", check)
-    handle = ActionHandle(core, row.name, f"goal of {row.name}", timeout, drives=row.moves_base)
+        core.knowledge.require_ready(described, check)
+    handle = ActionHandle(core, row.name, described, timeout, drives=row.moves_base)
     handle.send(goal, since, check=check, replace=replace)
     return handle
 
@@ -287,7 +295,7 @@ class StepHandle(ActionHandle):
     """A goal of /cmd_vel_control under way."""
 
     def __init__(self, core: Core, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
-        super().__init__(core, "/cmd_vel_control", ", then ".join(map(str, steps)), timeout)
+        super().__init__(core, "/cmd_vel_control", _in_a_row(steps), timeout)
         self._steps = steps
         self._first = 0  # index of the first of `_steps` in the goal that was asked for
         self._count = len(steps)
@@ -311,7 +319,13 @@ class StepHandle(ActionHandle):
         return 100.0 if told is not None and told.arrived else self._overall()
 
     def _describe(self, progress: StepProgress) -> str:
-        return f"step {progress.index + 1} of {self._count}, {progress.mode}: {progress.percent:.0f} %"
+        return say(
+            "step {index} of {count}, {mode}: {percent:.0f} %",
+            index=progress.index + 1,
+            count=self._count,
+            mode=progress.mode,
+            percent=progress.percent,
+        )
 
     def _overall(self) -> float:
         index, percent = self._place
@@ -334,7 +348,7 @@ class StepHandle(ActionHandle):
         Raises:
             MotionRefused: It has ended, perhaps while the pause was sent; or the chassis did not confirm.
         """
-        ended = f"{self.description}: it has ended and cannot be paused"
+        ended = say("{goal}: it has ended and cannot be paused", goal=self.description)
         if self.done:
             raise MotionRefused(ended)
         self._paused = True
@@ -351,7 +365,7 @@ class StepHandle(ActionHandle):
             if self.done:  # the server reports the end before it answers the pause
                 raise MotionRefused(ended) from error
             raise MotionRefused(
-                f"{self.description}: the chassis did not confirm the pause: {error}"
+                say("{goal}: the chassis did not confirm the pause: {why}", goal=self.description, why=error)
             ) from error
 
     def _refine(self, result: Any) -> None:
@@ -366,7 +380,7 @@ class StepHandle(ActionHandle):
     def resume(self) -> None:
         """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
         if not self._paused:
-            raise MotionRefused(f"{self.description}: it is not paused")
+            raise MotionRefused(say("{goal}: it is not paused", goal=self.description))
         self._core.running.require_alone(self._motion)
         # Nothing reports here: the goal has been preempted, and the next one is not sent yet.
         self._done_before = self._overall()
@@ -402,6 +416,11 @@ class StepHandle(ActionHandle):
             self._motion.finish(
                 OutcomeKind.FAILED, self._reason(text or "the chassis reports a failed step"), code
             )
+
+
+def _in_a_row(steps: Sequence[Step]) -> str:
+    told = [str(step) for step in steps]
+    return functools.reduce(lambda a, b: say("{first}, then {second}", first=a, second=b), told)
 
 
 def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from woosh_pure.connection.timeouts import require_limit, require_timeout
 from woosh_pure.errors import GoalFailed
 from woosh_pure.motion.motion import Kind, Motion
@@ -220,8 +221,12 @@ class GoalHandle(Generic[P]):
         seconds = self.default_timeout if isinstance(timeout, Default) else require_timeout(timeout)
         if not self.done and self._in_own_callback():
             raise LocalProtocolError(
-                f"{self.description}: waiting for it in a callback of its own news would wait for itself; "
-                "wait in another thread"
+                say(
+                    "{goal}: waiting for it in a callback of its own news would wait for itself; wait "
+                    "in another "
+                    "thread",
+                    goal=self.description,
+                )
             )
         keeper, letting_go = self._core.running.keeper, self._motion.letting_go(waited_for=True)
         let_go = partial(keeper.put, letting_go)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
+from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.motion.life import Event, State, state_after
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
@@ -246,7 +247,7 @@ class Motion:
             # The cancel ended it as "cancelled"; what the caller needs to know is that its time was up.
             kind, text, code = OutcomeKind.TIMED_OUT, text if may_go_on else self._time_up, None
         elif self.replaced_by and kind in _REPLACEABLE:
-            kind, self.why = OutcomeKind.REPLACED, f"replaced by {self.replaced_by}"
+            kind, self.why = OutcomeKind.REPLACED, say("replaced by {goal}", goal=self.replaced_by)
         ours = self.why if kind in _BY_US else ""
         self.told = outcome = Outcome(kind, self.description, text, code, stopped, self.seconds, ours)
         self.over.set()
@@ -276,17 +277,17 @@ class Motion:
 
     def time_out(self, seconds: float) -> None:
         """The time of who waits is up: end it, and see whether the robot stands."""
-        self._time_up = text = f"not finished within {seconds:.1f} s"
+        self._time_up = text = say("not finished within {seconds:.1f} s", seconds=seconds)
         sent = True
         try:
             self.ask_end("its time was up")
             self.kind.request_cancel(3.0)
         except RosError as error:
-            text, sent = f"{text}; cancelling failed: {error}", False
+            text, sent = both(text, say("cancelling failed: {error}", error=error)), False
         standing = self._core.feeds.wait_standing(5.0)
         confirmed = sent and (self.gone or self.kind.cancel_confirmed(0.0))
         if sent and not confirmed:
-            text = f"{text}; {NOT_CONFIRMED}"
+            text = both(text, NOT_CONFIRMED)
         self.finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
         if self.told is not None and self.told.kind is OutcomeKind.TIMED_OUT and self.told.stopped is None:
             self.told = replace(self.told, stopped=standing)  # the end came from the robot, while we looked
@@ -329,7 +330,9 @@ class Motion:
         self.ask_end(why)
         self.kind.request_cancel(timeout)
         if not self.kind.cancel_confirmed(timeout):
-            raise ConnectionLost(f"{self}: cancelled, but the chassis cannot be heard; it may go on")
+            raise ConnectionLost(
+                say("{goal}: cancelled, but the chassis cannot be heard; it may go on", goal=self)
+            )
         told = self.told is not None and self.told.text == NOT_CONFIRMED
         self.see_end()
         if told and self.told is not None:

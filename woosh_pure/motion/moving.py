@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
@@ -227,7 +228,7 @@ class Moving:
             raise ValueError("the path is empty; give at least the target pose")
         for pose in path:
             if not isinstance(pose, Pose2D):
-                raise TypeError(f"the path has {pose!r} in it; expected Pose2D(x, y, yaw)")
+                raise TypeError(say("the path has {pose!r} in it; expected Pose2D(x, y, yaw)", pose=pose))
         mode = ExecutionMode.POINT_BY_POINT if point_by_point else ExecutionMode.FREE
         return start_navigation(self._core, path, mode=mode, timeout=timeout, check=check, replace=replace)
 
@@ -394,8 +395,11 @@ class Moving:
         turns = [step.data for step in steps if isinstance(step, Step) and step.mode is StepMode.ROTATE]
         if not several_turns and any(abs(turn) > 2.0 * math.pi + 1e-6 for turn in turns):
             raise ValueError(
-                f"{max(turns, key=abs):.2f} rad is more than one turn; for degrees say degrees=True, "
-                "for many turns say several_turns=True"
+                say(
+                    "{max:.2f} rad is more than one turn; for degrees say degrees=True, for many turns "
+                    "say several_turns=True",
+                    max=max(turns, key=abs),
+                )
             )
         return start_steps(
             self._core, tuple(steps), avoid=avoid, timeout=timeout, check=check, replace=replace

@@ -95,9 +95,15 @@ class Step:
 
     def __str__(self) -> str:
         if self.mode is StepMode.ROTATE:
-            return f"turn {self.data:.3f} rad ({math.degrees(self.data):.1f}°)"
-        toward = f" at {math.degrees(self.angle):.1f}°" if self.mode is StepMode.DIAGONAL else ""
-        return f"{self.mode} {self.data:.3f} m{toward}"
+            return say(
+                "turn {angle:.3f} rad ({degrees:.1f}°)", angle=self.data, degrees=math.degrees(self.data)
+            )
+        if self.mode is StepMode.DIAGONAL:
+            toward = math.degrees(self.angle)
+            return say("diagonal {metres:.3f} m at {degrees:.1f}°", metres=self.data, degrees=toward)
+        if self.mode is StepMode.LATERAL:
+            return say("lateral {metres:.3f} m", metres=self.data)
+        return say("straight {metres:.3f} m", metres=self.data)
 
 
 def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
@@ -109,7 +115,9 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     checked = tuple(steps)
     for step in checked:
         if not isinstance(step, Step):
-            raise TypeError(f"{step!r} is no Step; use Step.straight(0.5), Step.turn(1.57) ...")
+            raise TypeError(
+                say("{step!r} is no Step; use Step.straight(0.5), Step.turn(1.57) ...", step=step)
+            )
     if not checked:
         raise ValueError("no steps given; a goal needs at least one")
     for step in checked:
@@ -146,7 +154,7 @@ def locate_step(
 
 def _check(step: Step) -> None:
     if not all(map(math.isfinite, (step.data, step.speed, step.angle))):
-        raise ValueError(f"{step!r}: every number must be finite")
+        raise ValueError(say("{step!r}: every number must be finite", step=step))
     rotating = step.mode is StepMode.ROTATE
     most, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
     if not step.in_range:
@@ -160,13 +168,25 @@ def _check(step: Step) -> None:
         )
         raise ValueError(both(long, say(hint)))
     if step.mode is StepMode.DIAGONAL and abs(step.angle) > 2.0 * math.pi + 1e-6:
-        raise ValueError(f"angle {step.angle:g} rad is more than one turn; for degrees say degrees=True")
+        raise ValueError(
+            say("angle {angle:g} rad is more than one turn; for degrees say degrees=True", angle=step.angle)
+        )
     fastest, per_second = (MAX_TURN_RATE, "rad/s") if rotating else (MAX_SPEED, "m/s")
     if step.speed > fastest:
         raise ValueError(
-            f"speed {step.speed:g} is more than {fastest:g} {per_second}; is it in another unit?"
+            say(
+                "speed {speed:g} is more than {fastest:g} {unit}; is it in another unit?",
+                speed=step.speed,
+                fastest=fastest,
+                unit=per_second,
+            )
         )
     if step.speed < 0.0:
-        raise ValueError(f"speed {step.speed}: give a positive speed; the sign of the way says the direction")
+        raise ValueError(
+            say(
+                "speed {speed}: give a positive speed; the sign of the way says the direction",
+                speed=step.speed,
+            )
+        )
     if not step.mode.known or step.mode not in tuple(StepMode):
-        raise ValueError(f"step mode {int(step.mode)} is not known; expected 1 to 4")
+        raise ValueError(say("step mode {mode} is not known; expected 1 to 4", mode=int(step.mode)))

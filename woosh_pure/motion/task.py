@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.numbers import whole
+from rosproto.sentence import both, say
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
@@ -42,7 +43,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def __init__(self, core: Core, order: TaskOrder, timeout: float | None) -> None:
         tracker = TaskTracker(new_task_id())
-        text = f"{order.task_type} task {tracker.task_id} to {order.target}"
+        text = say("{type} task {id} to {mark}", type=order.task_type, id=tracker.task_id, mark=order.target)
         super().__init__(core, text, timeout, task_id=tracker.task_id)
         self._order = order
         self._tracker = tracker
@@ -98,7 +99,9 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def _execute(self) -> Any:
         motion, ask = self._motion, self._core.clients.exec_task
         if motion.asked:
-            raise MotionRefused(f"{self.description}: it was stopped before it was sent; nothing was sent")
+            raise MotionRefused(
+                say("{goal}: it was stopped before it was sent; nothing was sent", goal=self.description)
+            )
         self._asked_for = True
         reply = ask(TaskCommand.EXECUTE, self.task_id, timeout=_REPLY_SECONDS, **self._order.fields())
         with self._telling:
@@ -121,12 +124,17 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._drop_prepared()
 
     def _refuse(self, reply: Any) -> None:
-        knowledge, why = self._core.knowledge, reply.message or "no reason given"
+        knowledge, why = self._core.knowledge, say(reply.message or "no reason given")
         state = RobotState(reply.statusCode)
-        told = f"the last motion was refused ({self.description}: {why})"
+        told = say("the last motion was refused ({what}: {why})", what=self.description, why=why)
         knowledge.refusals.note(told, time.monotonic(), state)
         raise MotionRefused(
-            f"{self.description}: refused by the chassis: {why} (robot state: {state})",
+            say(
+                "{goal}: refused by the chassis: {why} (robot state: {state})",
+                goal=self.description,
+                why=why,
+                state=state,
+            ),
             readiness=knowledge.readiness(),
         )
 
@@ -157,7 +165,12 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def _require_yes(self, reply: Any, command: TaskCommand) -> None:
         if not reply.success:
             raise MotionRefused(
-                f"{self.description}: {command} refused: {reply.message or 'no reason given'}",
+                say(
+                    "{goal}: {command} refused: {why}",
+                    goal=self.description,
+                    command=command,
+                    why=say(reply.message or "no reason given"),
+                ),
                 readiness=self._core.knowledge.readiness(),
             )
 
@@ -166,8 +179,8 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def _describe(self, progress: RobotStatus) -> str:
         pose = self._core.feeds.get("pose").latest
-        where = f"; at {pose}" if pose else ""
-        return f"{progress.task_state}, {progress.action_type}{where}"
+        text = say("{state}, {action}", state=progress.task_state, action=progress.action_type)
+        return both(text, say("at {where}", where=pose)) if pose else text
 
     def _write_cancel(self) -> None:
         if self._prepared is None:
@@ -267,7 +280,10 @@ class TaskHandle(GoalHandle[RobotStatus]):
         now = feed.sources
         if not now or not self._sources or now & self._sources:
             return ""
-        return f"{feed.topic} comes from another process now: the chassis was restarted, and its task is gone"
+        return say(
+            "{topic} comes from another process now: the chassis was restarted, and its task is gone",
+            topic=feed.topic,
+        )
 
 
 class TaskOptions(TypedDict, total=False):
@@ -304,20 +320,34 @@ class TaskOrder:
             ValueError: A number is out of range, or nothing says where to.
         """
         if self.task_type not in _TYPES:
-            raise ValueError(f"task type {self.task_type}: expected one of {', '.join(map(str, _TYPES))}")
+            raise ValueError(
+                say("task type {type}: expected one of {types}", type=self.task_type, types=_TYPES)
+            )
         if not isinstance(self.mark, str):
-            raise ValueError(f"mark {self.mark!r}: give its name as text, as it is on the map")
+            raise ValueError(say("mark {mark!r}: give its name as text, as it is on the map", mark=self.mark))
         if not self.mark and not self.poses:
             raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
         if not self.direction.known:
-            raise ValueError(f"direction {int(self.direction)}: expected load, unload or undefined")
+            raise ValueError(
+                say(
+                    "direction {direction}: expected load, unload or undefined", direction=int(self.direction)
+                )
+            )
         for name, value, least, most in (
             ("type_number", self.type_number, 0, 2**32 - 1),
             ("custom", self.custom, -128, 127),
         ):
             number = whole(value)
             if number is None or not least <= number <= most:
-                raise ValueError(f"{name}={value!r}: expected a whole number of {least} to {most}")
+                raise ValueError(
+                    say(
+                        "{name}={value!r}: expected a whole number of {least} to {most}",
+                        name=name,
+                        value=value,
+                        least=least,
+                        most=most,
+                    )
+                )
 
     def fields(self) -> dict[str, Any]:
         """The fields of woosh_msgs/ExecTask for this task."""

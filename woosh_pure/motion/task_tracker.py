@@ -16,6 +16,7 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 
+from rosproto.sentence import say
 from woosh_pure.enums import RobotState, TaskState
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.state import RobotStatus
@@ -83,7 +84,7 @@ class TaskTracker:
         if status.task_id == self.task_id:
             self._own(status)
         elif self.seen and status.task_state in _UNDER_WAY:
-            text = f"task {status.task_id} took over"
+            text = say("task {id} took over", id=status.task_id)
             self.ending = Ending(OutcomeKind.REPLACED, int(status.task_state), text)
         elif self.seen and status.task_id == 0 and status.task_state is TaskState.UNDEFINED:
             self.ending = Ending(OutcomeKind.FAILED, 0, "the chassis has no task any more; was it restarted?")

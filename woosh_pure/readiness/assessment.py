@@ -77,7 +77,7 @@ def assess(
         reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
     reasons += [_from_fault(fault) for fault in faults]
     reasons += [
-        replace(_from_fault(fault), text=say(BEFORE, fault=str(fault))).doubted() for fault in faults_before
+        replace(_from_fault(fault), text=say(BEFORE, fault=fault)).doubted() for fault in faults_before
     ]
     reasons += [
         _other_goal(*other)
@@ -113,7 +113,8 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
     if status.robot_mode in (RobotMode.MANUAL, RobotMode.MAINTENANCE):
         reasons.append(
             Reason(
-                ReasonKey.MANUAL_MODE, f"the robot is in {status.robot_mode} mode; turn its key to automatic"
+                ReasonKey.MANUAL_MODE,
+                say("the robot is in {mode} mode; turn its key to automatic", mode=status.robot_mode),
             )
         )
     if status.work_mode is WorkMode.DEPLOYMENT:
@@ -152,16 +153,27 @@ def _task_unknown(status: RobotStatus | None, own_tasks: Collection[int]) -> boo
 
 
 def _other_goal(client: str, action: str) -> Reason:
-    whose = f"{client} has a goal of its own"
     if client == ROBOT_ITSELF:
-        whose = "the robot has a task of another client, or of its own,"
-    return Reason(ReasonKey.OTHER_CLIENT, f"{whose} under way on {action}", False)
+        text = say(
+            "the robot has a task of another client, or of its own, under way on {action}", action=action
+        )
+    else:
+        text = say("{client} has a goal of its own under way on {action}", client=client, action=action)
+    return Reason(ReasonKey.OTHER_CLIENT, text, False)
 
 
 def _task_under_way(status: RobotStatus, own_tasks: Collection[int]) -> Reason:
     if status.task_id in own_tasks:
-        return Reason(ReasonKey.BUSY, f"our own task {status.task_id} is {status.task_state}", False)
-    text = f"task {status.task_id} of another client (or of the robot itself) is {status.task_state}"
+        return Reason(
+            ReasonKey.BUSY,
+            say("our own task {id} is {state}", id=status.task_id, state=status.task_state),
+            False,
+        )
+    text = say(
+        "task {id} of another client (or of the robot itself) is {state}",
+        id=status.task_id,
+        state=status.task_state,
+    )
     return Reason(ReasonKey.OTHER_CLIENT, text, False)
 
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Collection
 from typing import Any
 
+from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import MotionRefused
@@ -161,7 +162,7 @@ class Knowledge:
             status = self._status_known()[0] if told else None
             why = outcome.text or "no reason given"
             self.refusals.note(
-                f"the last motion was not carried out ({outcome.description}: {why})",
+                say("the last motion was not carried out ({what}: {why})", what=outcome.description, why=why),
                 time.monotonic(),
                 None if status is None else status.robot_state,
             )
@@ -189,4 +190,4 @@ class Knowledge:
         self._listen("battery", "status", "status_code", "velocity")
         readiness = self.known_readiness()
         if check and readiness.refuses:
-            raise MotionRefused(f"{what} refused, nothing was sent", readiness=readiness)
+            raise MotionRefused(say("{what} refused, nothing was sent", what=what), readiness=readiness)

@@ -21,6 +21,7 @@ import rosproto
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from rosproto.transport import allow_open_files
 from woosh_pure.enums import RobotMode
 from woosh_pure.firmware.revisions import CURRENT
@@ -107,7 +108,9 @@ class SimulatedChassis:
     ) -> None:
         speed = as_float(speed)
         if not 0.05 <= speed <= 100.0:
-            raise ValueError(f"speed {speed}: expected 0.05 to 100 simulated seconds per second")
+            raise ValueError(
+                say("speed {speed}: expected 0.05 to 100 simulated seconds per second", speed=speed)
+            )
         self.firmware = firmware_named(firmware)
         self.world = World(site, settings)
         self.lock = threading.Condition()
@@ -423,7 +426,11 @@ class SimulatedChassis:
         """End one of its nodes."""
         if name not in self.graph.nodes:
             raise ValueError(
-                f"{name} is no node of this chassis; it has {', '.join(sorted(self.graph.nodes))}"
+                say(
+                    "{name} is no node of this chassis; it has {names}",
+                    name=name,
+                    names=", ".join(sorted(self.graph.nodes)),
+                )
             )
         self.graph.nodes[name].close()
         if name == "/move_base":
@@ -467,7 +474,9 @@ def _seconds(name: str, value: float) -> float:
     """A time of the caller's, as a float: one that is none would end the simulation later, in its thread."""
     seconds = as_float(value)
     if not 0.0 <= seconds < math.inf:
-        raise ValueError(f"{name}={value!r}: expected seconds of at least 0, and not for ever")
+        raise ValueError(
+            say("{name}={value!r}: expected seconds of at least 0, and not for ever", name=name, value=value)
+        )
     return seconds
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.maps.gridmap import OCCUPIED, GridMap
 from woosh_pure.maps.marks import MarkFile
@@ -99,7 +100,10 @@ def mark_of(text: str) -> tuple[str, Pose2D]:
     found = _MARK.fullmatch(text)
     if found is None:
         raise ValueError(
-            f"--mark {text}: expected NAME=X,Y,YAW in metres, metres and degrees, such as DOCK=1.5,-2,90"
+            say(
+                "--mark {text}: expected NAME=X,Y,YAW in metres, metres and degrees, such as DOCK=1.5,-2,90",
+                text=text,
+            )
         )
     x, y, degrees = (float(found[key]) for key in ("x", "y", "yaw"))
     return found["name"].strip(), Pose2D(x, y, normalize_angle(math.radians(degrees)))
@@ -126,7 +130,10 @@ def site_of(
     for path in map(Path, files):
         if not path.exists():
             raise FileNotFoundError(
-                f"--marks {path}: there is no such file; `woosh marks --file {path} add` makes one"
+                say(
+                    "--marks {path}: there is no such file; `woosh marks --file {path} add` makes one",
+                    path=path,
+                )
             )
         for mark in MarkFile(path):
             if mark.pose is not None:
@@ -140,7 +147,13 @@ def site_of(
     site = hall if map_file is None else _on_map(GridMap.load(map_file), hall)
     for source, pose in given.values():
         if not _is_free(site.grid, pose):
-            raise ValueError(f"{source} lies in a wall or beside the map, which is {_extent(site.grid)}")
+            raise ValueError(
+                say(
+                    "{source} lies in a wall or beside the map, which is {extent}",
+                    source=source,
+                    extent=_extent(site.grid),
+                )
+            )
     # A charger stays one when it is moved.
     old = site.marks
     new = {name: replace(old.get(name, Mark(pose)), pose=pose) for name, (_, pose) in given.items()}

@@ -163,7 +163,7 @@ class TaskMachine:
             return self._reply(False, "a pose is not finite or in an unknown frame", 140801000141)
         target = self._target(request)
         if target is None:
-            return self._reply(False, f"mark {request.mark!r} is not known", 140801000141)
+            return self._reply(False, "this mark is not known", 140801000141)
         mark = self._world.site.marks.get(request.mark)
         if mark is not None and target[-1].distance_to(mark.pose) > self.AT_MARK:
             return self._reply(False, f"the path does not end at mark {request.mark!r}", 140801000151)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
+from rosproto.sentence import say
 from woosh_pure.enums import RobotMode, RobotState, TaskState, TaskType, WorkMode
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
@@ -131,8 +132,13 @@ class World:
         place = self.planner.nearest_free(wanted.x, wanted.y, math.inf)
         if place is None:
             raise ValueError(
-                f"a robot of {self.settings.radius} m radius finds no free place on this map of "
-                f"{grid.width * grid.resolution:.1f} x {grid.height * grid.resolution:.1f} m"
+                say(
+                    "a robot of {radius} m radius finds no free place on this map of {width:.1f} x "
+                    "{height:.1f} m",
+                    radius=self.settings.radius,
+                    width=grid.width * grid.resolution,
+                    height=grid.height * grid.resolution,
+                )
             )
         stays = self.planner.is_free(wanted.x, wanted.y)
         return wanted if stays else replace(wanted, x=place[0], y=place[1])

@@ -25,6 +25,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 
 __all__ = ["SLICE", "Flag", "Job", "Keeper", "begin"]
 
@@ -135,7 +136,10 @@ class Job(Generic[R]):
         if self.error is not None:
             raise self.error
         if not self._result:
-            text = f"not done within {self._seconds:g} s: it goes on in the background; watch the robot"
+            text = say(
+                "not done within {seconds:g} s: it goes on in the background; watch the robot",
+                seconds=self._seconds,
+            )
             raise RosTimeout(text, what="a stop", seconds=self._seconds)
         return self._result[0]
 

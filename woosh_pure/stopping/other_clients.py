@@ -18,6 +18,7 @@ import rosproto
 from rosproto.errors import RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import NodeClient, SystemState
+from rosproto.sentence import say
 from rosproto.transport import Deadline, HostNames
 from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection
@@ -120,9 +121,11 @@ class Registrations:
         if not self.missing:
             return ""
         master_uri = self._connection.master_uri
-        return (
-            f"nobody is there for {', '.join(sorted(self.missing))} at {master_uri}: no chassis "
-            "runs there, or not all of it; try `woosh doctor`"
+        return say(
+            "nobody is there for {names} at {uri}: no chassis runs there, or not all of it; try `woosh "
+            "doctor`",
+            names=sorted(self.missing),
+            uri=master_uri,
         )
 
 
@@ -157,9 +160,9 @@ def cancel_others(core: Parts, registrations: Registrations, report: StopReport,
     for name, worker in waiting.items():
         worker.join(_left(deadline) + 0.5)
         if not worker.over:
-            report.problems.append(f"cancelling {name} (no answer yet)")
+            report.problems.append(say("cancelling {goal} (no answer yet)", goal=name))
     if cancelled:
-        report.cancelled.append(f"all goals of {', '.join(sorted(cancelled))}")
+        report.cancelled.append(say("all goals of {server}", server=", ".join(sorted(cancelled))))
 
 
 def _left(deadline: Deadline) -> float:
@@ -197,7 +200,7 @@ def _cancel_action(
             if registrations.lacks_publisher(told.topic) or _ran(told):
                 cancelled.append(name)
     except (RosError, OSError, RuntimeError) as error:
-        report.problems.append(f"cancelling {name} ({error})")
+        report.problems.append(say("cancelling {goal} ({error})", goal=name, error=error))
 
 
 def _begin_listening(core: Parts, name: str) -> rosproto.Subscriber:
@@ -232,9 +235,11 @@ def _cancel_task(core: Parts, registrations: Registrations, report: StopReport, 
     try:
         reply = core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
         if reply.success:
-            report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
+            report.cancelled.append(
+                say("task {id}", id=task_id) if status is not None else say("the running task")
+            )
     except (RosError, OSError, RuntimeError) as error:
-        report.problems.append(f"cancelling the task ({error})")
+        report.problems.append(say("cancelling the task ({error})", error=error))
 
 
 # -- programs that drive by velocity -------------------------------------------------------------------------
@@ -275,11 +280,15 @@ class OtherPrograms:
         self._looking.join(_left(self._deadline) + 0.5)
         if not self._looking.over and not self._left:
             self._problem = "looking for other programs that drive by velocity (no answer yet)"
-        report.cancelled += [f"the program {name}" for name in self._ended]
+        report.cancelled += [say("the program {name}", name=name) for name in self._ended]
         for driver, sends in self._left.values():
             asked = (driver.node, driver.uri) in self._asked
-            what = "it was asked to end and has not" if asked else f"which only its end stops: {_HOW}"
-            report.problems.append(f"{driver.sentence(sends=sends)}, {what}")
+            if asked:
+                told = say("{driver}, it was asked to end and has not", driver=driver.sentence(sends=sends))
+            else:
+                only = "{driver}, which only its end stops: {how}"
+                told = say(only, driver=driver.sentence(sends=sends), how=_HOW)
+            report.problems.append(told)
         if self._problem:
             report.problems.append(self._problem)
 
@@ -298,7 +307,7 @@ class OtherPrograms:
                 name: (driver, driver.has_sent_since(first.get(name))) for name, driver in left.items()
             }
         except (RosError, OSError, RuntimeError) as error:
-            self._problem = f"looking for other programs that drive by velocity ({error})"
+            self._problem = say("looking for other programs that drive by velocity ({error})", error=error)
 
     def _others(self) -> dict[str, OtherDriver]:
         return {

@@ -20,6 +20,7 @@ from typing import Protocol
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import LastWord
 from woosh_pure.errors import MotionRefused
@@ -183,7 +184,9 @@ class Running:
         """
         if self.over:
             raise ConnectionLost(
-                f"{self.over}: nothing begins any more, and nothing was sent; open a new one"
+                say(
+                    "{why}: nothing begins any more, and nothing was sent; open a new one", why=say(self.over)
+                )
             )
 
     def end_all(self, why: str, seconds: float = 3.0) -> list[str]:
@@ -208,7 +211,7 @@ class Running:
 
     def end_with_node(self, reason: str) -> None:
         """The node is about to close, and still works: `Node.before_close`."""
-        why = f"the node was shut down ({reason})" if reason else "the node was closed"
+        why = say("the node was shut down ({reason})", reason=reason) if reason else "the node was closed"
         self.note_end(why)
         for problem in self.end_all(why):
             logger.warning("! %s; the robot may still be driving: %s", why, problem)
@@ -220,7 +223,9 @@ class Running:
             MotionRefused: One is.
         """
         if any(not drive.finished for drive in self.drives):
-            raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
+            raise MotionRefused(
+                say("{what} refused, nothing was sent: a velocity block is open; leave it first", what=what)
+            )
 
     def require_alone(self, goal: OwnMotion) -> None:
         """Refuse to go on with a goal while something else of this Chassis moves the base.
@@ -272,10 +277,14 @@ class Running:
     def _make_way(self, goal: OwnMotion, others: list[OwnMotion], *, check: bool, replace: bool) -> None:
         """Refuse a goal beside others of ours, or end those: two of them would fight for the base."""
         if others and check and not replace:
-            names = ", ".join(each.description for each in others)
             raise MotionRefused(
-                f"{goal.description} refused, nothing was sent: {names} is under way "
-                "and would be lost; wait for it or cancel it, or replace it with replace=True"
+                say(
+                    "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for "
+                    "it or "
+                    "cancel it, or replace it with replace=True",
+                    what=goal.description,
+                    goals=[each.description for each in others],
+                )
             )
         for other in others:
             other.replaced_by = goal.description
@@ -297,7 +306,11 @@ class Running:
         except RosError as error:
             other.replaced_by = ""
             raise MotionRefused(
-                f"{other.description} could not be ended, so that nothing else was sent: {error}"
+                say(
+                    "{goal} could not be ended, so that nothing else was sent: {error}",
+                    goal=other.description,
+                    error=error,
+                )
             ) from error
 
     def forget_replacing(self, goal: OwnMotion) -> None:
@@ -339,8 +352,12 @@ class Running:
             driving = [goal.description for goal in self.goals if goal in under_way and goal.kind.drives()]
             if check and driving:
                 raise MotionRefused(
-                    f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for "
-                    "it, pause or cancel it first"
+                    say(
+                        "velocity refused: {what} is under way and would be disturbed; wait for it, "
+                        "pause or cancel "
+                        "it first",
+                        what=", ".join(driving),
+                    )
                 )
             if any(not other.finished for other in self._drives):
                 raise MotionRefused("another velocity block is open on this Chassis; leave it first")
@@ -379,7 +396,9 @@ class Running:
     def _require_no_stop(self, what: str, since: int) -> None:
         self.require_not_over()
         if self.stops != since:
-            raise MotionRefused(f"{what}: stop() was called while it was being prepared; nothing was sent")
+            raise MotionRefused(
+                say("{what}: stop() was called while it was being prepared; nothing was sent", what=what)
+            )
 
     def _will_move(self) -> None:
         if not self.moved:
@@ -423,15 +442,17 @@ def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float,
     for job, goal in jobs:
         job.join()
         if not job.over:
-            report.problems.append(f"cancelling {goal.description} (no answer yet)")
+            report.problems.append(say("cancelling {goal} (no answer yet)", goal=goal.description))
 
 
 def _cancel(goal: OwnMotion, report: StopReport, timeout: float, why: str) -> None:
     try:
         outcome = goal.end(timeout, why)
         if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
-            report.problems.append(f"cancelling {goal.description} ({NOT_CONFIRMED})")
+            report.problems.append(
+                say("cancelling {goal} ({error})", goal=goal.description, error=say(NOT_CONFIRMED))
+            )
         else:
-            report.cancelled.append(f"{goal.description} ({outcome.kind.value})")
+            report.cancelled.append(say("{goal} ({kind})", goal=say(goal.description), kind=outcome.kind))
     except (RosError, OSError, RuntimeError) as error:
-        report.problems.append(f"cancelling {goal.description} ({error})")
+        report.problems.append(say("cancelling {goal} ({error})", goal=goal.description, error=error))

@@ -13,6 +13,7 @@ from functools import partial
 import rosproto
 from rosproto.errors import RosError, RosTimeout
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.stopping.keeper import Job, begin
@@ -53,9 +54,11 @@ def stop(core: Parts, *, everything: bool, end_drivers: bool, timeout: float) ->
         )
     except RosTimeout:
         # A signal handler has interrupted what this needs, or the network holds it up.
-        report.problems.append(f"looking after it (not done within {seconds:g} s, it goes on)")
+        report.problems.append(
+            say("looking after it (not done within {seconds:g} s, it goes on)", seconds=seconds)
+        )
     except (RosError, OSError, RuntimeError) as error:
-        report.problems.append(f"all of it ({error})")
+        report.problems.append(say("all of it ({error})", error=error))
     return report
 
 
@@ -77,7 +80,7 @@ def _stop(
         cancel_others(core, registrations, report, deadline)
     zeros.join(max(_LISTENERS, deadline.remaining() or 0.0) + 0.5)
     if zeros.error is not None:
-        report.problems.append(f"zero velocity ({zeros.error})")
+        report.problems.append(say("zero velocity ({error})", error=zeros.error))
     if programs is not None:
         programs.wait(report)
         if programs.ended:
@@ -105,7 +108,7 @@ def _standing(
             standing = feed.wait(left + 1.0).is_standing()
         return standing
     except RosError as error:
-        report.problems.append(f"looking whether it stands ({error})")
+        report.problems.append(say("looking whether it stands ({error})", error=error))
         return None
 
 
@@ -119,7 +122,8 @@ def _zeros(core: Parts, registrations: Registrations, report: StopReport, deadli
         except (RosError, OSError, RuntimeError) as error:
             failed.setdefault(str(error), []).append(topic)
     for why, topics in failed.items():
-        report.problems.append(f"zero velocity on {' and '.join(topics)} ({why})")
+        told = say("zero velocity on {topic} ({why})", topic=" and ".join(topics), why=say(why))
+        report.problems.append(told)
     acquired = list(waiting)
     try:
         _send_zeros(core, registrations, waiting, report, deadline)
@@ -150,6 +154,8 @@ def _send_zeros(
                 registrations.miss(topic)
                 del waiting[topic]
             elif listeners.expired:
-                report.problems.append(f"zero velocity on {topic} (nobody has connected to it)")
+                report.problems.append(
+                    say("zero velocity on {topic} (nobody has connected to it)", topic=topic)
+                )
                 del waiting[topic]
         time.sleep(0.05 if sent else 0.01)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from rosproto.sentence import say
 from woosh_pure.enums import (
     ActionState,
     ActionType,
@@ -167,7 +168,9 @@ def _cloud(m: Any) -> v.PointCloud:
     offsets = {f.name: f.offset for f in m.fields if f.datatype == 7}
     missing = [name for name in "xyz" if name not in offsets]
     if missing:
-        raise ValueError(f"point cloud without float32 {', '.join(missing)}; read the raw message instead")
+        raise ValueError(
+            say("point cloud without float32 {names}; read the raw message instead", names=", ".join(missing))
+        )
     order = ">f4" if m.is_bigendian else "<f4"
     layout = np.dtype(
         {

@@ -7,6 +7,7 @@ import time
 from typing import Any
 
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from woosh_pure.geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw
 from woosh_pure.values.rostypes import message_type
 
@@ -38,9 +39,11 @@ def require_finite(value: Any, what: str) -> Any:
         value = value.item()  # a number of numpy
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ValueError(f"{what}: {value} is not finite; nothing was sent")
+            raise ValueError(say("{what}: {value} is not finite; nothing was sent", what=what, value=value))
         if abs(value) > _LARGEST:
-            raise ValueError(f"{what}: {value} is too large to be meant; nothing was sent")
+            raise ValueError(
+                say("{what}: {value} is too large to be meant; nothing was sent", what=what, value=value)
+            )
     elif hasattr(value, "__slots__") and hasattr(value, "_type"):
         for name in value.__slots__:
             require_finite(getattr(value, name), f"{what}.{name}")
@@ -73,7 +76,7 @@ def pose_with_covariance(pose: Pose2D, *, position_deviation: float, yaw_deviati
     position_deviation, yaw_deviation = as_float(position_deviation), as_float(yaw_deviation)
     for value in (position_deviation, yaw_deviation):
         if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"deviation {value}: must be a positive number (m, rad)")
+            raise ValueError(say("deviation {value}: must be a positive number (m, rad)", value=value))
     message = _new("geometry_msgs/PoseWithCovarianceStamped")
     set_now(message.header, pose.frame)
     message.pose.pose = pose_message(pose)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rosproto.sentence import say
 from woosh_pure.enums import (
     ActionState,
     ActionType,
@@ -238,7 +239,9 @@ class Image:
             return metres
         if self.encoding == "32FC1":
             return self.pixels.astype(np.float32)
-        raise ValueError(f"encoding {self.encoding} is not a depth image; expected 16UC1 or 32FC1")
+        raise ValueError(
+            say("encoding {encoding} is not a depth image; expected 16UC1 or 32FC1", encoding=self.encoding)
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

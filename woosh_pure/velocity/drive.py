@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
 from woosh_pure.errors import MotionRefused
@@ -65,7 +66,10 @@ class Drive:
         feedback_timeout = as_float(feedback_timeout)
         if feedback_timeout is not None and not (math.isfinite(feedback_timeout) and feedback_timeout > 0.0):
             raise ValueError(
-                f"feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback"
+                say(
+                    "feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback",
+                    feedback_timeout=feedback_timeout,
+                )
             )
         self._core = core
         self._check, self._share = check, share
@@ -166,7 +170,9 @@ class Drive:
         now = time.monotonic()  # before anything can delay this thread, or a delay would prolong the command
         made = now if since is None else min(as_float(since), now)
         if not math.isfinite(made):
-            raise ValueError(f"since={since}: expected a time by time.monotonic(), or None for now")
+            raise ValueError(
+                say("since={since}: expected a time by time.monotonic(), or None for now", since=since)
+            )
         self._raise_if_over()
         self._shaper.command(Velocity(vx, vy, wz), made, valid_for)
 
@@ -183,7 +189,9 @@ class Drive:
         """
         seconds = as_float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
+            raise ValueError(
+                say("seconds={seconds}: expected a finite number of at least 0", seconds=seconds)
+            )
         deadline = Deadline(seconds)
         while rest := deadline.remaining():
             self.set(vx, wz, vy=vy, valid_for=0.3)
@@ -203,7 +211,9 @@ class Drive:
 
     def halt(self, why: str) -> None:
         """End the drive from outside; zero follows at once and nothing resumes. Waits for nothing."""
-        self._end(MotionRefused(f"the drive is over: {why}; open a new one with chassis.velocity(...)"))
+        self._end(
+            MotionRefused(say("the drive is over: {why}; open a new one with chassis.velocity(...)", why=why))
+        )
 
     @property
     def end_due(self) -> bool:
@@ -259,9 +269,13 @@ class Drive:
         for driver in self._others:
             if not (driver.on_robot or self._share):
                 raise MotionRefused(
-                    f"velocity refused, nothing was sent: {driver.sentence()}; the robot would obey both in "
-                    "turn. End that program; or share (share=True, `woosh drive --share`) if it is silent "
-                    "while you drive"
+                    say(
+                        "velocity refused, nothing was sent: {why}; the robot would obey both in turn. "
+                        "End that "
+                        "program; or share (share=True, `woosh drive --share`) if it is silent while "
+                        "you drive",
+                        why=driver.sentence(),
+                    )
                 )
             logger.warning("%s: %s", self.topic, driver.sentence())
 
@@ -280,8 +294,12 @@ class Drive:
         if self._check and driver.has_sent_since(before):
             self._end(
                 MotionRefused(
-                    f"the drive is over: {driver.sentence(sends=True)}; the robot would obey both in turn, "
-                    "and obeys that program now: watch it, and end that program before you drive again"
+                    say(
+                        "the drive is over: {why}; the robot would obey both in turn, and obeys that "
+                        "program now: "
+                        "watch it, and end that program before you drive again",
+                        why=driver.sentence(sends=True),
+                    )
                 )
             )
         elif before is None:
@@ -305,7 +323,7 @@ class Drive:
                 if not self._over.is_set:  # whatever was looked at may have taken its time
                     self._core.velocity.publish(self.topic, velocity)
         except Exception as error:  # whatever went wrong, the drive must not end without a zero
-            self._end(ConnectionLost(f"the drive is over: sending failed: {error}"))
+            self._end(ConnectionLost(say("the drive is over: sending failed: {error}", error=error)))
         finally:
             self._send_zeros()
             self._sent_zeros.set()

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from rosproto.numbers import as_float
+from rosproto.sentence import say
 from woosh_pure.geometry import Velocity
 
 __all__ = ["DEFAULT_ANGULAR", "DEFAULT_LINEAR", "DriveLimits", "Shaper"]
@@ -34,13 +35,25 @@ class DriveLimits:
             ValueError: Which value, and what is allowed. Nothing is clamped.
         """
         if not all(map(math.isfinite, (velocity.vx, velocity.vy, velocity.wz))):
-            raise ValueError(f"{velocity}: every value must be a finite number (m/s, rad/s)")
+            raise ValueError(
+                say("{velocity}: every value must be a finite number (m/s, rad/s)", velocity=velocity)
+            )
         speed = math.hypot(velocity.vx, velocity.vy)
         if speed > self.linear * (1.0 + 1e-9):
-            raise ValueError(f"{speed:.3f} m/s is more than the limit of {self.linear} m/s of this drive")
+            raise ValueError(
+                say(
+                    "{speed:.3f} m/s is more than the limit of {linear} m/s of this drive",
+                    speed=speed,
+                    linear=self.linear,
+                )
+            )
         if abs(velocity.wz) > self.angular * (1.0 + 1e-9):
             raise ValueError(
-                f"{velocity.wz:.3f} rad/s is more than the limit of {self.angular} rad/s of this drive"
+                say(
+                    "{wz:.3f} rad/s is more than the limit of {angular} rad/s of this drive",
+                    wz=velocity.wz,
+                    angular=self.angular,
+                )
             )
 
 
@@ -65,7 +78,12 @@ class Shaper:
         self.limits.check(velocity)
         valid_for = as_float(valid_for)
         if not (math.isfinite(valid_for) and 0.0 < valid_for <= 5.0):
-            raise ValueError(f"valid_for={valid_for}: must be between 0 and 5 s; call again to go on longer")
+            raise ValueError(
+                say(
+                    "valid_for={valid_for}: must be between 0 and 5 s; call again to go on longer",
+                    valid_for=valid_for,
+                )
+            )
         self._command = (velocity, now + valid_for)
 
     @property

@@ -9,6 +9,7 @@ import time
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
+from rosproto.sentence import say
 from woosh_pure.errors import MotionRefused
 from woosh_pure.velocity import boottime
 from woosh_pure.velocity.heartbeat import LATE
@@ -74,8 +75,11 @@ class DriveWatch:
         if pause <= PAUSED:
             return None
         return MotionRefused(
-            f"the drive is over: this program did not run for {pause:.1f} s, in which the robot went on with "
-            "the last velocity; nothing resumes by itself, look where it is and open a new drive"
+            say(
+                "the drive is over: this program did not run for {seconds:.1f} s, in which the robot went on "
+                "with the last velocity; nothing resumes by itself, look where it is and open a new drive",
+                seconds=pause,
+            )
         )
 
     def _blocked(self) -> RosError | None:
@@ -90,18 +94,27 @@ class DriveWatch:
 
     def _lost(self, sent: Velocity) -> RosError | None:
         if self._publisher.connections == 0:
-            return _connection_lost(f"{self._publisher.topic}: nobody subscribes any more")
+            return _connection_lost(say("{topic}: nobody subscribes any more", topic=self._publisher.topic))
         if self._heartbeat is not None and self._heartbeat.late:
             return _connection_lost(
-                f"who listens to {self._publisher.topic} has not answered within {LATE:g} s, so what is sent "
-                "would come late"
+                say(
+                    "who listens to {topic} has not answered within {seconds:g} s, so what is sent "
+                    "would come "
+                    "late",
+                    topic=self._publisher.topic,
+                    seconds=LATE,
+                )
             )
         if self._feedback_timeout is None:
             return None
         measured = self._measured.known
         if measured is None or measured.age > self._feedback_timeout:
             return _connection_lost(
-                f"{self._measured.topic} has been silent for more than {self._feedback_timeout} s"
+                say(
+                    "{topic} has been silent for more than {seconds} s",
+                    topic=self._measured.topic,
+                    seconds=self._feedback_timeout,
+                )
             )
         return self._disobeyed(sent, measured.value) if self._check else None
 
@@ -122,10 +135,16 @@ class DriveWatch:
             "the last drive was not obeyed: the robot stood still", time.monotonic()
         )
         return MotionRefused(
-            f"the drive is over: the robot has stood still for {DISOBEYED:g} s although it was told to move; "
-            "is its emergency stop pressed, its brake on, or something in its way? Nothing resumes by itself"
+            say(
+                "the drive is over: the robot has stood still for {seconds:g} s although it was told to move;"
+                " is its emergency stop pressed, its brake on, or something in its way? Nothing resumes by "
+                "itself",
+                seconds=DISOBEYED,
+            )
         )
 
 
 def _connection_lost(why: str) -> ConnectionLost:
-    return ConnectionLost(f"the drive is over: {why}; nothing resumes by itself, check the network")
+    return ConnectionLost(
+        say("the drive is over: {why}; nothing resumes by itself, check the network", why=why)
+    )

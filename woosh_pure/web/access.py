@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from urllib.parse import urlsplit
 
+from rosproto.sentence import say
 from rosproto.text import printable
 
 COOKIE = "woosh_token"
@@ -101,7 +102,11 @@ class AccessRules:
     ) -> None:
         if token is not None and len(token) < LEAST_TOKEN:
             raise ValueError(
-                f"the token has {len(token)} letters; give at least {LEAST_TOKEN}, made by chance"
+                say(
+                    "the token has {count} letters; give at least {least_token}, made by chance",
+                    count=len(token),
+                    least_token=LEAST_TOKEN,
+                )
             )
         if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
             raise ValueError("the token has letters that no header can carry; take ASCII letters and digits")
@@ -183,7 +188,9 @@ def _origin(origin: str, *, strict: bool = True) -> str:
         good = False
     if not good:
         if strict:
-            raise ValueError(f"{origin!r} is no origin; expected one like https://robot.example:8080")
+            raise ValueError(
+                say("{origin!r} is no origin; expected one like https://robot.example:8080", origin=origin)
+            )
         return ""
     netloc = parts.netloc.lower().rpartition("@")[2].removesuffix(_PORTS[parts.scheme])
     return f"{parts.scheme}://{netloc}"

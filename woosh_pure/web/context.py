@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from rosproto.sentence import say
 from woosh_pure.web.access import Clients, ConnectionSlots
 from woosh_pure.web.live.hub import Hub, Workers
 from woosh_pure.web.problems import Problem
@@ -49,7 +50,14 @@ class WebContext:
         if name is None:
             return next(iter(self.robots.values()))
         if name not in self.robots:
-            raise Problem(404, f"there is no robot {name[:40]!r}; there are {', '.join(self.robots)}")
+            raise Problem(
+                404,
+                say(
+                    "there is no robot {name!r}; there are {names}",
+                    name=name[:40],
+                    names=", ".join(self.robots),
+                ),
+            )
         return self.robots[name]
 
     def close(self, why: str) -> None:

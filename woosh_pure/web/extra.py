@@ -7,6 +7,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from rosproto.sentence import say
+
 __all__ = ["pillow", "require"]
 
 
@@ -35,5 +37,5 @@ def _load(module: str) -> Any:
     except ImportError as error:
         name = module.partition(".")[0]
         raise ImportError(
-            f'the page and the REST door need {name}: pip install ".[web]"', name=name
+            say('the page and the REST door need {name}: pip install ".[web]"', name=name), name=name
         ) from error

@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
+from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.errors import MotionRefused
 from woosh_pure.web.problems import Problem, problem_of
@@ -200,7 +201,12 @@ class GoalManager:
             Problem: Too many goals run already.
         """
         if len(self.running) >= MOST_RUNNING:
-            raise Problem(409, f"{MOST_RUNNING} goals are under way already; cancel one first")
+            raise Problem(
+                409,
+                say(
+                    "{most_running} goals are under way already; cancel one first", most_running=MOST_RUNNING
+                ),
+            )
         number = str(next(self._numbers))
         entry = self._journal.begin(who, what, number)
         try:
@@ -242,7 +248,14 @@ class GoalManager:
         with self._lock:
             goal = self._goals.get(number)
         if goal is None:
-            raise Problem(404, f"there is no goal {number[:20]!r} (any more); the last {MOST_KEPT} are kept")
+            raise Problem(
+                404,
+                say(
+                    "there is no goal {number!r} (any more); the last {most_kept} are kept",
+                    number=number[:20],
+                    most_kept=MOST_KEPT,
+                ),
+            )
         return goal
 
     def all(self) -> list[Goal]:

@@ -12,6 +12,7 @@ from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING, Any
 
+from rosproto.sentence import say
 from woosh_pure.web.access import COOKIE, Refusal
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
@@ -171,7 +172,9 @@ def _limited(receive: Receive) -> Receive:
         try:
             message = await asyncio.wait_for(receive(), max(0.0, until - time.monotonic()))
         except asyncio.TimeoutError:
-            raise Problem(408, f"the body did not come within {BODY_SECONDS:g} s") from None
+            raise Problem(
+                408, say("the body did not come within {body_seconds:g} s", body_seconds=BODY_SECONDS)
+            ) from None
         more = bool(message.get("more_body", False))
         got += len(message.get("body", b""))
         if got > MOST_BODY:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
+from rosproto.sentence import say
 from woosh_pure.web.problems import Problem
 
 if TYPE_CHECKING:
@@ -92,7 +93,11 @@ class RecordingManager:
         with self._lock:
             for one in self._all.values():
                 if one.running:
-                    raise Problem(409, f"recording {one.id} of {one.who} runs; end it first", "recording")
+                    raise Problem(
+                        409,
+                        say("recording {id} of {who} runs; end it first", id=one.id, who=one.who),
+                        "recording",
+                    )
             for old in list(self._all)[: max(0, len(self._all) - MOST_KEPT + 1)]:
                 self._all.pop(old).path.unlink(missing_ok=True)
             if self._folder is None:
@@ -152,7 +157,7 @@ class RecordingManager:
         with self._lock:
             found = self._all.get(number)
         if found is None:
-            raise Problem(404, f"there is no recording {number[:20]!r}")
+            raise Problem(404, say("there is no recording {number!r}", number=number[:20]))
         return found
 
     def all(self) -> list[Recording]:

@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosproto.sentence import say
 from woosh_pure.web.camera import FEEDS, SharedCamera
 from woosh_pure.web.goals import GoalManager, Journal
 from woosh_pure.web.live.manual_drive import ManualDrive
@@ -137,7 +138,10 @@ class Robot:
         if holder is not None and holder != client.name:
             raise Problem(
                 409,
-                f"{holder} commands this robot now; ask for the lease, and wait until it is granted",
+                say(
+                    "{holder} commands this robot now; ask for the lease, and wait until it is granted",
+                    holder=holder,
+                ),
                 "leased",
                 holder=holder,
             )

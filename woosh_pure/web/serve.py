@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from woosh_pure.web.access import is_loopback
 
 if TYPE_CHECKING:
@@ -63,7 +64,13 @@ class Listener(socket.socket):
             advice = "--bind takes an address of this computer" if foreign else "give another --port"
             raise OSError(
                 error.errno or errno.EINVAL,
-                f"cannot listen at {bind} port {port}: {error.strerror or error}; {advice}",
+                say(
+                    "cannot listen at {bind} port {port}: {error}; {advice}",
+                    bind=bind,
+                    port=port,
+                    error=error.strerror or error,
+                    advice=advice,
+                ),
             ) from error
 
     def accept(self) -> tuple[socket.socket, Any]:
@@ -132,8 +139,11 @@ class WebServer:
         self.app = app
         if not is_loopback(bind) and not app.state.context.access.needs_token:
             raise ValueError(
-                f"--bind {bind} lets others in: that takes a token (--token, made by chance, "
-                "at least 8 letters)"
+                say(
+                    "--bind {bind} lets others in: that takes a token (--token, made by chance, at least "
+                    "8 letters)",
+                    bind=bind,
+                )
             )
         if tls_key and not tls_cert:
             raise ValueError("a TLS key without a certificate; give both")
@@ -199,7 +209,7 @@ class WebServer:
         while not self._server.started:
             if not self._thread.is_alive() or time.monotonic() > until:
                 self.close()
-                raise OSError(f"the server did not start: {self._error or 'no answer'}")
+                raise OSError(say("the server did not start: {error}", error=self._error or "no answer"))
             time.sleep(0.01)
         return self
 
@@ -235,7 +245,11 @@ def _check_tls(cert: str | Path, key: str | Path | None) -> None:
     except ssl.SSLError as error:
         wrong = f"{cert} and {key}: they are" if key else f"{cert}: it is"
         raise ValueError(
-            f"{wrong} no PEM certificate with its unencrypted key ({error.reason or 'not PEM'})"
+            say(
+                "{wrong} no PEM certificate with its unencrypted key ({error})",
+                wrong=wrong,
+                error=error.reason or "not PEM",
+            )
         ) from error
 
 

@@ -10,6 +10,7 @@ from rosproto.node.context import Context
 from rosproto.node.graph import replies
 from rosproto.node.graph.endpoints import Endpoints, listening_address
 from rosproto.node.graph.master_client import MasterClient
+from rosproto.sentence import say
 from rosproto.transport.address import resolve
 from rosproto.transport.deadline import Deadline
 
@@ -74,7 +75,8 @@ def join(context: Context, listen: Listen, deadline: Deadline) -> tuple[Endpoint
 
 
 def _cannot_join(context: Context, error: RosError) -> RosError:
-    text = f"node {context.name} cannot join the master {context.master_uri}: {error}"
+    cannot = "node {name} cannot join the master {uri}: {error}"
+    text = say(cannot, name=context.name, uri=context.master_uri, error=error)
     peer, why = context.master_uri, error.why or str(error)
     if isinstance(error, RosTimeout):
         what = f"the master {context.master_uri}"

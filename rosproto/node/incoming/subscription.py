@@ -30,6 +30,7 @@ from rosproto.node.revisions.revisions import RevisedType, note_differences, rev
 from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import PublisherReply
+from rosproto.sentence import both, say
 from rosproto.transport.address import parse_uri
 from rosproto.transport.waiting import wait_for
 
@@ -341,13 +342,13 @@ class Subscription:
             return "no publisher is registered at the master"
         parts = []
         for link in links:
-            said = f": {link.last_error}" if link.last_error is not None else ""
-            parts.append(f"{link.caller_id or link.uri} is {link.state.value}{said}")
+            how = "{node} is {state}" if link.last_error is None else "{node} is {state}: {why}"
+            who, state = link.caller_id or link.uri, say(link.state.value)
+            parts.append(say(how, node=who, state=state, why=link.last_error))
         if self.unfit:
-            parts.append(
-                f"{self.unfit} messages of another revision did not fit, the last error: {self.errors[-1]}"
-            )
-        return "; ".join(parts)
+            unfit = "{count} messages of another revision did not fit, the last error: {error}"
+            parts.append(say(unfit, count=self.unfit, error=self.errors[-1]))
+        return both(*parts)
 
     @property
     def skipped_so_far(self) -> int:

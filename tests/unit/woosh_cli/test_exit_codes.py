@@ -9,8 +9,10 @@ from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, S
 from rosproto.sentence import Sentence, both, say
 from rosproto.transport.xmlrpc_client import XmlRpcClient
 from tests.support.ports import unused_port
+from tools.templates import texts
 from woosh_pure.cli.entry import ADVICE
 from woosh_pure.errors import ChassisError, GoalFailed, MotionRefused
+from woosh_pure.language.table import key_of
 from woosh_pure.outcome import Outcome, OutcomeKind
 
 
@@ -72,7 +74,5 @@ def test_a_name_that_reads_like_advice_stays() -> None:
 @pytest.mark.structure
 def test_every_advice_is_for_a_sentence_that_somebody_says() -> None:
     """A sentence that was reworded would be said to the wrong people."""
-    from tests.support.sentences import literals
-
-    said = literals("rosproto", "woosh_pure", leaving_out="woosh_pure/cli/entry.py")
-    assert [template for template in ADVICE if template not in said] == []
+    said = texts(leaving_out="woosh_pure/cli/entry.py")
+    assert [template for template in ADVICE if key_of(template) not in said] == []

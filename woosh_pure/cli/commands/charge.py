@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_timeout
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
@@ -29,10 +30,12 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
         handle = chassis.charge(args.mark, timeout=args.timeout)
-        outcome = follow(handle, out, f"going to charge at {args.mark}", args.timeout, line)
+        outcome = follow(handle, out, say("going to charge at {mark}", mark=args.mark), args.timeout, line)
         battery = _battery(chassis)
         if battery is not None:
-            out.line(f"battery {battery.percent} %, {battery.charge_status}")
+            out.line(
+                say("battery {percent} %, {charge}", percent=battery.percent, charge=battery.charge_status)
+            )
         return report(outcome, out, battery=battery)
 
 

@@ -39,7 +39,7 @@ def _save(address: str, args: Namespace, out: Output) -> int:
     if not args.unchecked:
         _require_master(uri, args, out)
     path = config.save(config.Profile(address, args.host))
-    out.line(f"{uri} is now the default chassis (in {path})")
+    out.line(say("{uri} is now the default chassis (in {path})", uri=uri, path=path))
     out.result({"chassis": address, "master_uri": uri, "host": args.host, "file": str(path)})
     return 0
 
@@ -52,7 +52,7 @@ def _require_master(uri: str, args: Namespace, out: Output) -> None:
     try:
         hosts = HostNames(names(args))
         with (
-            out.working(f"looking for {uri}"),
+            out.working(say("looking for {uri}", uri=uri)),
             MasterClient(uri, "/woosh_connect", timeout=5.0, hosts=hosts) as master,
         ):
             master.get_pid()
@@ -67,8 +67,8 @@ def _show(out: Output) -> int:
     if profile is None:
         out.line("no chassis is remembered; `woosh connect HOST` does it")
     else:
-        ours = f", our address {profile.host}" if profile.host else ""
-        out.line(f"{profile.chassis}{ours} (in {config.profile_file()})")
+        shown = "{chassis}, our address {host} (in {path})" if profile.host else "{chassis} (in {path})"
+        out.line(say(shown, chassis=profile.chassis, host=profile.host, path=config.profile_file()))
     out.result(
         {
             "chassis": profile.chassis if profile else None,

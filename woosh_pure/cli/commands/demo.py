@@ -6,6 +6,7 @@ import math
 import time
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.connection import connect, follow
 from woosh_pure.cli.output import Output
 
@@ -28,7 +29,13 @@ def run(args: Namespace, out: Output) -> int:
 
     marks = built_in_site().marks
     if args.mark not in marks:
-        raise ValueError(f"mark {args.mark!r} is not in the demo's hall; it has {', '.join(marks)}")
+        raise ValueError(
+            say(
+                "mark {mark!r} is not in the demo's hall; it has {names}",
+                mark=args.mark,
+                names=", ".join(marks),
+            )
+        )
     out.line(
         f"woosh demo: a simulated chassis at {_SPEED:g} times real time; nothing outside this computer moves"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
-from rosproto.cli import counted
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import chosen, names, simulated
 from woosh_pure.cli.output import Output
@@ -32,11 +32,14 @@ def run(args: Namespace, out: Output) -> int:
         found = examine(master_uri_of(address), host=host, listen=args.listen, resolve=names(args))
         for finding in found:
             findings.append(finding)
-            out.line(f"{finding.level.value:8s} {finding.text}")
+            out.line(out.cell(finding.level.value, 8), finding.text)
             if finding.advice:
-                out.line(f"{'':8s} -> {finding.advice}")
+                out.line(out.cell("", 8), "->", finding.advice)
     bad = sum(f.level is Level.PROBLEM for f in findings)
-    out.line(counted(bad, "problem") if bad else "no problem was found")
+    if bad:
+        out.line(say("{count} problem", count=bad) if bad == 1 else say("{count} problems", count=bad))
+    else:
+        out.line("no problem was found")
     out.result(
         {
             "ok": bad == 0,

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.cli import Keys, hurry, is_terminal, open_keys, own, terminal_size
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 from rosproto.text import cut, padded
 from woosh_pure.cli.arguments import add_watchdog, positive
 from woosh_pure.cli.connection import connect, stop_and_tell, watchdog_of
@@ -137,13 +138,15 @@ def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Press | None,
     sent, measured, pose = drive.sending, chassis.measured_velocity.latest, chassis.pose.latest
     stopped = "" if sent.vx or sent.wz or (command and command.moves) else "STOP"
     parts = [
-        f"{stopped or 'drive':5s} speed {teleop.speed:.0%}",
-        f"sent {sent.vx:+.2f} m/s {math.degrees(sent.wz):+4.0f}°/s",
+        f"{out.cell(stopped or 'drive', 5)} {out.say(say('speed {speed:.0%}', speed=teleop.speed))}",
+        say("sent {vx:+.2f} m/s {wz:+4.0f}°/s", vx=sent.vx, wz=math.degrees(sent.wz)),
     ]
     if measured is not None:
-        parts.append(f"measured {measured.vx:+.2f} m/s {math.degrees(measured.wz):+4.0f}°/s")
+        parts.append(
+            say("measured {vx:+.2f} m/s {wz:+4.0f}°/s", vx=measured.vx, wz=math.degrees(measured.wz))
+        )
     if pose is not None:
-        parts.append(f"at {pose.x:.2f} {pose.y:.2f} {pose.yaw_degrees:.0f}°")
+        parts.append(say("at {where}", where=f"{pose.x:.2f} {pose.y:.2f} {pose.yaw_degrees:.0f}°"))
     columns = terminal_size()[0] - 1
     text = padded(cut("  ".join(map(out.say, parts)), columns), columns)
     try:

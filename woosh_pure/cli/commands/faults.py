@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from rosproto.cli import whole
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -40,14 +41,16 @@ def run(args: Namespace, out: Output) -> int:
 
     if args.code is not None:
         if not 0 <= args.code < 1 << 64:
-            raise ValueError(f"--code {args.code}: a status code is a number from 0 to 2^64 - 1")
+            raise ValueError(
+                say("--code {code}: a status code is a number from 0 to 2^64 - 1", code=args.code)
+            )
         _print([decode_status_code(args.code)], args, out)
         return 0
     if args.find is not None:
         wanted = args.find.lower()
         found = [c for c in all_codes() if wanted in f"{c.identifier} {c.english} {c.chinese}".lower()]
         if not found:
-            out.line(f"no code has {args.find!r} in its name or words")
+            out.line(say("no code has {text!r} in its name or words", text=args.find))
         _print(found, args, out)
         return 0 if found else 1
     with connect(args, out) as chassis:
@@ -73,7 +76,7 @@ def _print(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:
 def _print_codes(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:
     colours = {0: "green", 1: "blue", 2: "yellow", 3: "red"}
     for c in codes:
-        level = out.colour(f"{c.level.name.lower():8s}", colours[int(c.level)])
+        level = out.colour(c.level.name.lower(), colours[int(c.level)], 8)
         note = " (derived)" if c.derived else ""
         words = c.chinese if args.chinese or out.language == "zh" else c.english
-        out.line(f"{level} {c.code:012d} {words}{note}  {c.identifier or 'not in the table'}")
+        out.line(level, f"{c.code:012d}", f"{words}{note} ", c.identifier or "not in the table")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import SUPPRESS, ArgumentParser, Namespace
 
 from rosproto.cli import to_float
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, add_timeout, number, pose
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
@@ -30,13 +31,13 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         line = DriveLine(chassis, pose(args.pose) if args.pose else None)
         if args.mark is not None:
-            handle, where = chassis.go_to_mark(args.mark), f"mark {args.mark}"
+            handle, where = chassis.go_to_mark(args.mark), say("mark {name}", name=args.mark)
         else:
             target = pose(args.pose)
-            handle, where = chassis.go_to(target.x, target.y, target.yaw), str(target)  # type: ignore[assignment]
-        outcome = follow(handle, out, f"going to {where}", args.timeout, line)
+            handle, where = chassis.go_to(target.x, target.y, target.yaw), target  # type: ignore[assignment]
+        outcome = follow(handle, out, say("going to {where}", where=where), args.timeout, line)
         here = chassis.pose.latest
-        out.line(f"now at {here or 'a pose that was not heard'}")
+        out.line(say("now at {where}", where=here or say("a pose that was not heard")))
         return report(outcome, out, pose=here)
 
 
@@ -45,6 +46,6 @@ def _several(words: list[str]) -> str:
     try:
         numbers = [to_float(word) for word in words]
     except ValueError:
-        return f"a mark is one word; quote it: woosh goto '{' '.join(words)}'"
-    missing = " DEGREES" if len(numbers) == 2 else ""
-    return f"for a pose write: woosh goto --pose {' '.join(words[:3])}{missing}"
+        return say("a mark is one word; quote it: woosh goto '{words}'", words=" ".join(words))
+    missing = ["DEGREES"] if len(numbers) == 2 else []
+    return say("for a pose write: woosh goto --pose {words}", words=" ".join([*words[:3], *missing]))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from rosproto.cli import near, whole
+from rosproto.cli import hint, whole
+from rosproto.sentence import both, say
 from woosh_pure.cli.arguments import enum_words, word_of
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -48,8 +49,8 @@ def run(args: Namespace, out: Output) -> int:
             )
         args.state = "none"
     if args.state not in words:
-        hint = near(args.state, words)
-        raise ValueError(f"state {args.state!r} is not known{hint}; one of: {', '.join(words)}")
+        unknown = say("state {state!r} is not known", state=args.state)
+        raise ValueError(both(unknown, *hint(args.state, words), say("one of: {names}", names=words)))
     color = _color(args.color)
     with connect(args, out) as chassis, out.working("looking for the light strip"):
         chassis.light(
@@ -72,5 +73,11 @@ def _color(text: str | None) -> int | None:
         return COLOURS[text.lower()]
     digits = text.lstrip("#")
     if len(digits) != 6 or not all(c in "0123456789abcdefABCDEF" for c in digits):
-        raise ValueError(f"--color {text}: expected six hexadecimal digits RRGGBB, or {', '.join(COLOURS)}")
+        raise ValueError(
+            say(
+                "--color {text}: expected six hexadecimal digits RRGGBB, or {names}",
+                text=text,
+                names=", ".join(COLOURS),
+            )
+        )
     return int(digits, 16)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, number, pose, seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -76,7 +77,7 @@ def _show(args: Namespace, out: Output) -> int:
 def _save(args: Namespace, out: Output) -> int:
     target = args.out.with_suffix("") if args.out.suffix in (".yaml", ".pgm", ".png") else args.out
     if not target.parent.is_dir():
-        raise ValueError(f"{target.parent} is no directory; make it first")
+        raise ValueError(say("{parent} is no directory; make it first", parent=target.parent))
     with connect(args, out) as chassis:
         for name in ("pose", "scan", "velocity", "plan", "tf_static"):
             chassis.feed(name).open()  # they come while the map is fetched

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import number, positive
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
@@ -28,5 +29,7 @@ def run(args: Namespace, out: Output) -> int:
         line = DriveLine(chassis)
         verb = chassis.strafe if args.left else chassis.move
         handle = verb(args.metres, speed=args.speed, avoid=not args.no_avoid)
-        outcome = follow(handle, out, f"moving {args.metres:g} m", handle.default_timeout, line)
+        outcome = follow(
+            handle, out, say("moving {metres:g} m", metres=args.metres), handle.default_timeout, line
+        )
         return report(outcome, out)

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -40,7 +41,7 @@ def run(args: Namespace, out: Output) -> int:
                 _wait(chassis, args.wait)
         readiness = readiness_of(chassis)
     answer = readiness.answer.value
-    out.line(f"{verdict(readiness, out)}: {readiness.sentence()}")
+    out.line(say("{head}: {tail}", head=verdict(readiness, out), tail=readiness.sentence()))
     out.result({"ready": as_json(readiness), "answer": answer, "reasons": list(readiness.reasons)})
     return EXIT_CODES[answer]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import number, positive
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
@@ -25,7 +26,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     if abs(args.degrees) > 3600.0:
-        raise ValueError(f"{args.degrees:g}° is more than the 3600° (ten turns) that one step may have")
+        raise ValueError(
+            say(
+                "{degrees:g}° is more than the 3600° (ten turns) that one step may have", degrees=args.degrees
+            )
+        )
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
         handle = chassis.rotate(
@@ -35,5 +40,7 @@ def run(args: Namespace, out: Output) -> int:
             several_turns=True,
             avoid=not args.no_avoid,
         )
-        outcome = follow(handle, out, f"turning {args.degrees:g}°", handle.default_timeout, line)
+        outcome = follow(
+            handle, out, say("turning {degrees:g}°", degrees=args.degrees), handle.default_timeout, line
+        )
         return report(outcome, out)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.cli import counted
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, folder_exists, positive, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -123,7 +124,7 @@ def _draw(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) -> by
     try:
         pose = chassis.pose.wait(args.wait, new=False)
     except RosTimeout as error:
-        raise RosTimeout(f"{error}; leave --map out to draw it around the robot") from error
+        raise RosTimeout(say("{error}; leave --map out to draw it around the robot", error=error)) from error
     with out.working("fetching the map"):
         grid = chassis.get_map()
     return chart_png(grid, out, pose=pose, scan=scan_in_map(chassis, scan, pose))

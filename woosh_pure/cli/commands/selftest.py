@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.output import Output
 
 HELP = "check that everything works on this machine; needs no robot, moves nothing, takes seconds"
@@ -29,14 +30,20 @@ def run(args: Namespace, out: Output) -> int:
     for outcome in run(check for check in CHECKS if not (args.no_ros and check.name == "ros")):
         outcomes.append(outcome)
         mark = {State.FINE: "green", State.FAILED: "red", State.NOT_HERE: "dim"}[outcome.state]
-        word = out.colour(f"{outcome.state.value:8s}", mark)
-        out.line(f"{word}  {outcome.name:12s}  {outcome.seconds:5.2f} s  {outcome.text}")
+        word, name = out.colour(outcome.state.value, mark, 9), out.cell(outcome.name, 13)
+        out.line(word, name, f"{outcome.seconds:5.2f} s ", outcome.text)
     failed = [outcome.name for outcome in outcomes if outcome.state is State.FAILED]
     seconds = time.monotonic() - began
     if failed:
-        out.line(f"this machine is not fine: {', '.join(failed)} failed ({seconds:.1f} s)")
+        out.line(
+            say(
+                "this machine is not fine: {names} failed ({seconds:.1f} s)",
+                names=", ".join(failed),
+                seconds=seconds,
+            )
+        )
     else:
-        out.line(f"this machine is fine ({seconds:.1f} s)")
+        out.line(say("this machine is fine ({seconds:.1f} s)", seconds=seconds))
     out.result(
         {
             "ok": not failed,

@@ -8,13 +8,12 @@ from typing import Any
 
 from rosproto.cli import unguarded
 from rosproto.errors import RosError
+from rosproto.sentence import say
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 
 HELP = "open Python with `chassis` ready"
-_BANNER = """Python with `chassis` ready, connected to {uri}.
-Try: chassis.battery.wait()   chassis.readiness()   chassis.move(0.3).wait()   chassis.stop()
-Leaving (Ctrl-D, Ctrl-Z Enter on Windows) cancels what is still running."""
+_TRY = "Try: chassis.battery.wait()   chassis.readiness()   chassis.move(0.3).wait()   chassis.stop()"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -33,8 +32,12 @@ def run(args: Namespace, out: Output) -> int:
                 if args.code is not None:
                     _execute(args.code, names)
                 else:
-                    lines = _BANNER.format(uri=chassis.master_uri).split("\n")
-                    _interact(names, "\n".join(map(out.say, lines)))
+                    banner = (
+                        say("Python with `chassis` ready, connected to {uri}.", uri=chassis.master_uri),
+                        _TRY,
+                        "Leaving (Ctrl-D, Ctrl-Z Enter on Windows) cancels what is still running.",
+                    )
+                    _interact(names, "\n".join(map(out.say, banner)))
         except SystemExit as leaving:
             return _exit_code(leaving.code)
     return 0
@@ -54,7 +57,7 @@ def _execute(text: str, names: dict[str, Any]) -> None:
     except (RosError, OSError):
         raise
     except Exception as error:
-        raise RosError(f"your code: {type(error).__name__}: {error}") from error
+        raise RosError(say("your code: {name}: {error}", name=type(error).__name__, error=error)) from error
 
 
 def _names(chassis: Any) -> dict[str, Any]:

@@ -9,8 +9,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import cannot_listen, host, hurry, to_float, to_int, whole
+from rosproto.cli import NotANumber, cannot_listen, host, hurry, to_float, to_int, whole
 from rosproto.errors import ConnectionLost
+from rosproto.sentence import led, say
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import port, positive, seconds
 from woosh_pure.cli.output import Output
@@ -155,7 +156,13 @@ def _require_known(version: str) -> None:
     except ValueError:
         return  # "page", or what `firmware` will name
     if newer:
-        raise ValueError(f"--firmware {version}: nothing newer than {CURRENT} is known here")
+        raise ValueError(
+            say(
+                "--firmware {version}: nothing newer than {current} is known here",
+                version=version,
+                current=CURRENT,
+            )
+        )
 
 
 @contextmanager
@@ -177,7 +184,9 @@ def _parse_at(text: str) -> tuple[float, str]:
     except ValueError:
         after = -1.0
     if not equals or after < 0.0 or fault.partition(":")[0] not in names:
-        raise ValueError(f"--at {text}: expected S=FAULT with one of {', '.join(FAULTS)}")
+        raise ValueError(
+            say("--at {text}: expected S=FAULT with one of {names}", text=text, names=", ".join(FAULTS))
+        )
     return after, fault
 
 
@@ -210,5 +219,6 @@ def inject(sim: SimulatedChassis, fault: str) -> None:
         actions[name]()
     except (IndexError, ValueError) as error:
         form = next(form for form in FAULTS if form.partition(":")[0] == name)
-        why = f": {error}" if values and "is not a" not in str(error) else ""
-        raise ValueError(f"--at {fault}: expected {form}{why}") from error
+        wrong = say("--at {fault}: expected {form}", fault=fault, form=form)
+        told = values and not isinstance(error, (IndexError, NotANumber))
+        raise ValueError(led(wrong, str(error)) if told else wrong) from error

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -33,11 +35,12 @@ def run(args: Namespace, out: Output) -> int:
         faults, readiness = chassis.faults, readiness_of(chassis)
         heard = {name: r for name, r in readings.items() if r is not None}
         for name in ("status", "battery", "pose", "velocity", "odometer", "information"):
-            out.line(f"{name:12s} {_line(name, heard.get(name))}")
-        out.line(f"{'faults':12s} {faults.sentence()}")
-        out.line(f"{'ready':12s} {verdict(readiness, out, short=True)}: {readiness.sentence()}")
+            out.line(out.cell(name, 12), _line(name, heard.get(name)))
+        out.line(out.cell("faults", 12), faults.sentence())
+        answer = verdict(readiness, out, short=True)
+        out.line(out.cell("ready", 12), say("{head}: {tail}", head=answer, tail=readiness.sentence()))
         silent = sorted(set(readings) - set(heard))
-        out.line(f"{'silent':12s} {', '.join(silent) or 'none'}")
+        out.line(out.cell("silent", 12), ", ".join(silent) or "none")
         out.result(
             {
                 "master_uri": chassis.master_uri,
@@ -64,15 +67,32 @@ def _document(reading: Reading[Any]) -> dict[str, Any]:
 
 def _line(name: str, reading: Reading[Any] | None) -> str:
     if reading is None:
-        return "not heard yet" + (" (sent on change only)" if name == "status" else "")
+        return "not heard yet (sent on change only)" if name == "status" else "not heard yet"
     v = reading.value
-    text = {
-        "status": lambda: (
-            f"{v.robot_state}, {v.robot_mode}, {v.work_mode} mode; task {v.task_id} {v.task_state}"
+    lines: dict[str, Callable[[], str]] = {
+        "status": lambda: say(
+            "{state}, {mode}, {work} mode; task {id} {task}",
+            state=v.robot_state,
+            mode=v.robot_mode,
+            work=v.work_mode,
+            id=v.task_id,
+            task=v.task_state,
         ),
-        "battery": lambda: f"{v.percent} %, {v.voltage:.1f} V, {v.current:.1f} A, {v.charge_status}",
+        "battery": lambda: say(
+            "{percent} %, {volts:.1f} V, {amperes:.1f} A, {charge}",
+            percent=v.percent,
+            volts=v.voltage,
+            amperes=v.current,
+            charge=v.charge_status,
+        ),
         "velocity": lambda: f"{v.vx:.3f} m/s, {v.wz:.3f} rad/s",
         "odometer": lambda: f"{v:.1f} m",
-        "information": lambda: f"{v.base_type}, hardware {v.hardware_version}, software {v.software_version}",
-    }.get(name, lambda: str(v))()
-    return f"{text}  [{reading.age:.1f} s ago]"
+        "information": lambda: say(
+            "{type}, hardware {hardware}, software {software}",
+            type=v.base_type,
+            hardware=v.hardware_version,
+            software=v.software_version,
+        ),
+    }
+    text = lines.get(name, lambda: str(v))()
+    return say("{text}  [{seconds:.1f} s ago]", text=say(text), seconds=reading.age)

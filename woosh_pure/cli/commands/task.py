@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.cli import whole
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, add_timeout, natural, number, pose, word_of
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
@@ -69,7 +70,7 @@ def run(args: Namespace, out: Output) -> int:
     from woosh_pure.enums import Direction, TaskType
 
     if not args.mark and not args.pose:
-        raise ValueError(f"{args.verb}: give a mark or --pose X Y DEGREES")
+        raise ValueError(say("{verb}: give a mark or --pose X Y DEGREES", verb=args.verb))
     direction = Direction.UNDEFINED
     if args.verb == "carry":
         direction = Direction.LOAD if args.load else Direction.UNLOAD
@@ -84,8 +85,9 @@ def run(args: Namespace, out: Output) -> int:
             custom=args.custom,
             timeout=args.timeout,
         )
-        where = args.mark or str(pose(args.pose[-1]))
-        outcome = follow(handle, out, f"{args.verb} {where} (task {handle.task_id})", args.timeout, line)
+        where = args.mark or pose(args.pose[-1])
+        told = say("{verb} {where} (task {id})", verb=say(args.verb), where=where, id=handle.task_id)
+        outcome = follow(handle, out, told, args.timeout, line)
         return report(outcome, out, task_id=handle.task_id)
 
 
@@ -106,9 +108,10 @@ def _command(chassis: Chassis, args: Namespace, out: Output) -> int:
         task_id = status.task_id
     command = TaskCommand[word_of(args.verb)]
     service = chassis.node.service_client("/exec_task", service_type("woosh_msgs/ExecTask"))
-    with out.working(f"asking to {args.verb}"):
+    with out.working(say("asking to {verb}", verb=args.verb)):
         reply = service.call(task_exect=int(command), task_id=task_id, timeout=10.0)
-    text = reply.message or ("done" if reply.success else "no reason given")
-    out.line(f"{args.verb} task {task_id}: {'' if reply.success else 'REFUSED: '}{text}")
+    text = say(reply.message or ("done" if reply.success else "no reason given"))
+    told = "{verb} task {id}: {answer}" if reply.success else "{verb} task {id}: REFUSED: {answer}"
+    out.line(say(told, verb=args.verb, id=task_id, answer=text))
     out.result({"ok": bool(reply.success), "task_id": task_id, "message": reply.message})
     return 0 if reply.success else 3

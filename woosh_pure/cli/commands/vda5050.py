@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.cli import CommandError, hurry
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_watchdog, corners, number, positive, seconds
 from woosh_pure.cli.connection import chosen, names, reaching, simulated, watchdog_of
 from woosh_pure.cli.output import Output
@@ -158,7 +159,11 @@ def _targets(option: str, given: list[str]) -> dict[str, str]:
         name, equals, target = text.partition("=")
         if not (name and equals and target):
             raise ValueError(
-                f"{option} {text}: expected NAME=python.module:function or NAME='!program argument'"
+                say(
+                    "{option} {text}: expected NAME=python.module:function or NAME='!program argument'",
+                    option=option,
+                    text=text,
+                )
             )
         found[name] = target
     return found

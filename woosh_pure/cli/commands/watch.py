@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from rosproto.cli import Keys, enable_escapes, is_terminal, open_keys, own, shows_unicode, terminal_size
+from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import number, seconds
 from woosh_pure.cli.connection import connect
@@ -38,7 +39,7 @@ def run(args: Namespace, out: Output) -> int:
     whole = not (args.lines or args.json) and enable_escapes(sys.stdout)
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:
-        raise ValueError(f"--rate {rate:g}: expected 0.05 to 30 per second")
+        raise ValueError(say("--rate {rate:g}: expected 0.05 to 30 per second", rate=rate))
     from woosh_pure.cli.screen import Observer  # late: it needs numpy
 
     with connect(args, out) as chassis:

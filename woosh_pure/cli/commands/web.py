@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from rosproto.cli import CommandError, host, hurry
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, port
 from woosh_pure.cli.connection import connect, connect_to, watchdog_of
 from woosh_pure.cli.output import Output
@@ -75,7 +76,11 @@ def run(args: Namespace, out: Output) -> int:
         robots: dict[str, Chassis] = {_first(args, alone=not more): first}
         for name, address in more:
             if name in robots:
-                raise ValueError(f"two robots are called {name}; give names, as --chassis hall2=192.168.1.20")
+                raise ValueError(
+                    say(
+                        "two robots are called {name}; give names, as --chassis hall2=192.168.1.20", name=name
+                    )
+                )
             robots[name] = stack.enter_context(connect_to(address, args.host, args, out, watchdog=watchdog))
         app = web.app(
             robots,
@@ -124,12 +129,16 @@ def _further(args: Namespace) -> list[tuple[str, str]]:
     for text in args.robot:
         name, address = named_host(text)
         if not (name and address):
-            raise ValueError(f"--robot {text}: expected NAME=HOST, such as hall2=192.168.1.20")
+            raise ValueError(say("--robot {text}: expected NAME=HOST, such as hall2=192.168.1.20", text=text))
         more.append((name, address))
     for name, address in more:
         if not address.strip():
             raise ValueError(
-                f"--chassis {name}: an address is missing, such as {name or 'hall2'}=192.168.1.20"
+                say(
+                    "--chassis {name}: an address is missing, such as {example}=192.168.1.20",
+                    name=name,
+                    example=name or "hall2",
+                )
             )
     return [(name or _called(address), address) for name, address in more]
 
@@ -151,7 +160,7 @@ def _marks(args: Namespace, out: Output) -> list[Any]:
 
     if args.marks is not None:
         if not args.marks.exists():
-            raise ValueError(f"--marks {args.marks}: there is no such file")
+            raise ValueError(say("--marks {marks}: there is no such file", marks=args.marks))
         return list(MarkFile(args.marks))
     if args.sim:
         from woosh_pure.sim.site import built_in_site

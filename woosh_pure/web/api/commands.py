@@ -12,6 +12,7 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import FileResponse
 from starlette.concurrency import run_in_threadpool
 
+from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import (
@@ -112,10 +113,17 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
     act = getattr(goal.handle, verb, None)
     if act is None:
         raise Problem(
-            409, f"{goal.handle.description}: this kind of goal cannot be paused; cancel it", "no-pause"
+            409,
+            say(
+                "{description}: this kind of goal cannot be paused; cancel it",
+                description=goal.handle.description,
+            ),
+            "no-pause",
         )
     if goal.done:
-        raise Problem(409, f"{goal.handle.description}: it has ended already", "ended")
+        raise Problem(
+            409, say("{description}: it has ended already", description=goal.handle.description), "ended"
+        )
     act()
     goal.paused = verb == "pause"
     robot.journal.note(client.name, f"{verb} goal {goal.id}")
@@ -243,11 +251,11 @@ def download(recording: str, request: Request) -> FileResponse:
     """Download the bag of a finished recording."""
     found = robot_of(request).recordings.get(recording)
     if found.running:
-        raise Problem(409, f"recording {found.id} still runs; end it first", "recording")
+        raise Problem(409, say("recording {id} still runs; end it first", id=found.id), "recording")
     if found.ended is None:
         found = robot_of(request).recordings.end(recording)
     if not found.path.is_file():
-        raise Problem(404, f"the bag of recording {found.id} is not there any more")
+        raise Problem(404, say("the bag of recording {id} is not there any more", id=found.id))
     return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from fastapi import Path, Request
 
+from rosproto.sentence import say
 from woosh_pure.web.access import Client
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
@@ -72,7 +73,11 @@ def client_of(request: Request) -> Client:
         return Client("", f"program at {address_of(request)}", address_of(request))
     client = context_of(request).clients.by_session(session)
     if client is None:
-        raise Problem(403, f"{SESSION}: this session is over; connect to api/v1/live again", "session")
+        raise Problem(
+            403,
+            say("{session}: this session is over; connect to api/v1/live again", session=SESSION),
+            "session",
+        )
     return client
 
 

@@ -14,6 +14,7 @@ from starlette.types import Receive, Scope, Send
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.numeric import encode_png
+from rosproto.sentence import say
 from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
@@ -121,7 +122,9 @@ def _feed(name: str, request: Request) -> ChassisFeed[Any]:
     row = interface.find(name)
     if row.type in PICTURES:
         raise Problem(
-            415, f"{name} is too large for this; see camera/color.jpg and camera/depth.jpg", "picture"
+            415,
+            say("{name} is too large for this; see camera/color.jpg and camera/depth.jpg", name=name),
+            "picture",
         )
     return robot_of(request).feed(name)
 
@@ -148,7 +151,9 @@ def stream_feed(
     found, context = _feed(feed, request), context_of(request)
     found.open()
     if context.streams >= MOST_STREAMS:
-        raise Problem(429, f"{MOST_STREAMS} streams are open already; close one first")
+        raise Problem(
+            429, say("{most_streams} streams are open already; close one first", most_streams=MOST_STREAMS)
+        )
     return _Events(context, feed, found, rate)
 
 
@@ -263,7 +268,10 @@ def get_costmap_png(request: Request) -> Response:
     if message is None:
         raise Problem(
             504,
-            f"nothing came on {COSTMAP_TOPIC}: this chassis does not publish its costmap there",
+            say(
+                "nothing came on {costmap_topic}: this chassis does not publish its costmap there",
+                costmap_topic=COSTMAP_TOPIC,
+            ),
             "costmap",
         )
     cells = grid_from_message(message).cells

@@ -8,6 +8,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from rosproto.errors import RosError
+from rosproto.sentence import say
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.live.deadman import DeadMan, Verdict
 from woosh_pure.web.live.outgoing import BadMessage, Outgoing
@@ -78,7 +79,7 @@ class Hand:
             if isinstance(to, str) and lease.grant(me, to):
                 self._apply(self._dead_man.end("no lease"))
         else:
-            raise BadMessage(f"op={op!r:.40}: expected ask, give, keep or grant")
+            raise BadMessage(say("op={op!r:.40}: expected ask, give, keep or grant", op=op))
 
     def give(self) -> None:
         """Give control back, after the drive has ended."""

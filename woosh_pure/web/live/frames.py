@@ -20,6 +20,7 @@ import numpy as np
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap_message import grid_from_message
 
@@ -85,7 +86,9 @@ def costmap_frames(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -
         resolution *= step
     height, width = cells.shape
     if not 0 < min(height, width) <= max(height, width) <= 0xFFFF:
-        raise ValueError(f"a costmap of {width} x {height} cells cannot be shown")
+        raise ValueError(
+            say("a costmap of {width} x {height} cells cannot be shown", width=width, height=height)
+        )
     if not all(map(math.isfinite, (resolution, origin.x, origin.y, origin.yaw))):
         raise ValueError("a costmap whose place is no number cannot be shown")
     many = max(1, PART // width)

@@ -14,6 +14,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket
 
+from rosproto.sentence import say
 from woosh_pure.web.live.hub import STATE_PARTS, Hub
 from woosh_pure.web.snapshot import lease_part, text_of
 
@@ -108,7 +109,11 @@ class Outgoing:
         """
         if isinstance(number, bool) or not isinstance(number, int) or not self._acked <= number <= self._sent:
             raise BadMessage(
-                f"n={number!r:.40}: expected the number of frames you have got, {self._sent} at most"
+                say(
+                    "n={number!r:.40}: expected the number of frames you have got, {sent} at most",
+                    number=number,
+                    sent=self._sent,
+                )
             )
         now = time.monotonic()
         for _ in range(number - self._acked):

@@ -15,6 +15,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from rosproto.sentence import say
 from rosproto.text import printable
 from rosproto.version import __version__
 from woosh_pure.stopping.report import StopReport
@@ -105,7 +106,7 @@ class Viewer:
                 return
             text = event.get("text")
             if text is None or len(text) > MOST_TEXT:
-                raise BadMessage(f"expected text of at most {MOST_TEXT} letters")
+                raise BadMessage(say("expected text of at most {most_text} letters", most_text=MOST_TEXT))
             message = _document(text)
             if message.get("t") == "stop":  # also one that is too many
                 self._stop(message.get("n"))
@@ -135,7 +136,7 @@ class Viewer:
             self._outgoing.tell_lease_again()
             self._hub.wake()
         else:
-            raise BadMessage(f"t={kind!r:.40} is no message of this connection")
+            raise BadMessage(say("t={kind!r:.40} is no message of this connection", kind=kind))
 
     def _stop(self, number: object) -> None:
         """Stop for this page, which needs neither the lease nor a confirmation for it."""
@@ -206,7 +207,7 @@ def _document(text: str) -> dict[str, Any]:
 def _control_fields(message: dict[str, Any]) -> tuple[int, float, float, float]:
     seq = message.get("seq")
     if isinstance(seq, bool) or not isinstance(seq, int) or not 0 <= seq < 2**53:
-        raise BadMessage(f"seq={seq!r:.40}: expected a whole number that grows")
+        raise BadMessage(say("seq={seq!r:.40}: expected a whole number that grows", seq=seq))
     return seq, *(_number(message, name) for name in ("at", "vx", "wz"))  # type: ignore[return-value]
 
 
@@ -214,5 +215,5 @@ def _number(message: dict[str, Any], name: str) -> float:
     value = message.get(name, 0.0)
     good = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e15
     if not good or not math.isfinite(value):
-        raise BadMessage(f"{name}={value!r:.40}: expected a finite number")
+        raise BadMessage(say("{name}={value!r:.40}: expected a finite number", name=name, value=value))
     return float(value)
