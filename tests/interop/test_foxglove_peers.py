@@ -22,6 +22,7 @@ from rosproto.gateway.foxglove import Foxglove
 from rosproto.node import Node
 from tests.interop.topic_samples import TYPES, sample
 from tests.support import ros, web_peers
+from tests.support.victim import eventually
 from tests.unit.gateway.test_websocket_server import certificate
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.foxglove import ChassisTopics
@@ -106,9 +107,7 @@ class JsViewer:
         """The next line of that kind that begins so; those before it are left out."""
         end = time.monotonic() + seconds
         while True:
-            lines = self.process.output.split("\n")[:-1]
-            while self._seen < len(lines):
-                line = lines[self._seen]
+            for line in self.process.lines_after(self._seen, max(0.0, end - time.monotonic())):
                 self._seen += 1
                 if not line.startswith("["):
                     raise AssertionError(f"the client says: {line}")
@@ -118,7 +117,7 @@ class JsViewer:
                 if values[0] == kind and values[1 : 1 + len(more)] == list(more):
                     return values[1 + len(more) :]
             assert time.monotonic() < end, f"no {kind} {more}: {self.process.output[-2000:]}"
-            time.sleep(0.02)
+            assert self.process.running, f"the client ended: {self.process.output[-2000:]}"
 
 
 @contextmanager
@@ -226,18 +225,11 @@ def test_a_roscpp_robot(any_master: str, roscpp_peer: Path, type_name: str) -> N
         publisher = node.publisher("/in", type_name)
         publisher.wait_for_connection(60)
         with viewer(server, "/out") as client:
-            end = time.monotonic() + 60
-            while not any(one.subscriptions for one in server.clients):
-                assert time.monotonic() < end
-                time.sleep(0.02)
-            received = None
-            while received is None:
-                publisher.publish(message)
-                try:
-                    (received,) = client.next("message", "/out", seconds=1.0)
-                except AssertionError:
-                    if time.monotonic() > end:
-                        raise
+            eventually(
+                lambda: any(link.topic == "/out" and link.connected for link in gateway.stats().links), 60
+            )
+            publisher.publish(message)  # once: a picture is megabytes of JSON, and its pieces are no messages
+            (received,) = client.next("message", "/out", seconds=60.0)
         assert same(received, message), (received, message)
 
 

@@ -155,6 +155,12 @@ class RosProcess:
         """Whether it has not ended yet."""
         return self.process.poll() is None
 
+    def lines_after(self, number: int, timeout: float) -> list[str]:
+        """The lines behind the first so many; waits for one, until the program ends or the time is over."""
+        with self._changed:
+            self._changed.wait_for(lambda: len(self._lines) > number or self._ended, timeout)
+            return self._lines[number:]
+
     def wait_for(self, pattern: str, timeout: float = 60.0) -> re.Match[str]:
         """Wait until the output contains a regular expression.
 
