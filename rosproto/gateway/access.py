@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from fnmatch import translate
 from typing import Literal
 
-__all__ = ["Access", "Kind", "Refusal"]
-
 Kind = Literal["topic", "service", "parameter", "action", "node"]
 
 _PREFIXES: dict[str, Kind] = {
@@ -54,6 +52,16 @@ class Refusal:
 
     def __str__(self) -> str:
         return self.text
+
+
+class Refused(Exception):
+    """What a client asked for is not done; the text is the sentence for it."""
+
+
+def insist(refusal: Refusal | None) -> None:
+    """Raise `Refused` for a verdict that says no."""
+    if refusal is not None:
+        raise Refused(refusal.text)
 
 
 class Access:

@@ -10,8 +10,6 @@ from rosproto.gateway.chunks import ChunkedMessage
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.outbox import Outbox
 
-__all__ = ["Channel", "Late", "Payload", "Session"]
-
 Payload = str | bytes | ChunkedMessage
 """One message of a WebSocket: text or binary, whole or in chunks."""
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-__all__ = ["CHUNK_SIZE", "ChunkedMessage", "chunked", "cut"]
-
 CHUNK_SIZE = 512 << 10
 """Bytes or characters handled at a time; other work runs in between."""
 
@@ -40,10 +38,14 @@ class ChunkedMessage:
         return f"<ChunkedMessage: {len(self)} in {len(self.chunks)}>"
 
 
-def cut(data: bytes | memoryview) -> Iterator[memoryview]:
-    """The chunks of bytes, without copying them."""
+def framed(head: bytes, data: bytes | memoryview) -> bytes | ChunkedMessage:
+    """Bytes behind a head: joined where they are short, else in chunks, which are not copied."""
+    if len(data) <= CHUNK_SIZE // 8:
+        return head + data
     view = memoryview(data)
-    return (view[at : at + CHUNK_SIZE] for at in range(0, len(view), CHUNK_SIZE))
+    parts: list[bytes | memoryview] = [head]
+    parts += (view[at : at + CHUNK_SIZE] for at in range(0, len(view), CHUNK_SIZE))
+    return ChunkedMessage(parts)
 
 
 def chunked(texts: Iterable[str]) -> ChunkedMessage:

@@ -15,8 +15,6 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["JsonError", "JsonReader", "is_short"]
-
 SHORT = 16 << 10
 SHORT_VALUES = 2000
 """A text of so many characters and values is decoded in two milliseconds at most."""

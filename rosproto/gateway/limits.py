@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["READER_BYTES", "GatewayLimits"]
-
 READER_BYTES = 64 << 10
 """Bytes of a message where nothing may be written: what could not be carried out is not read."""
 

@@ -13,8 +13,6 @@ from rosproto.gateway.taps import Receiver
 from rosproto.logs import get_logger
 from rosproto.time import Time
 
-__all__ = ["LocalTopic"]
-
 _log = get_logger("rosproto.gateway")
 
 

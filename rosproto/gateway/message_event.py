@@ -11,8 +11,6 @@ from rosproto.errors import RosError
 from rosproto.node.revisions.topic_types import TopicType, learn_type
 from rosproto.time import Time
 
-__all__ = ["MessageEvent", "TopicDescription"]
-
 T = TypeVar("T")
 
 

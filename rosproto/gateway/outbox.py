@@ -15,8 +15,6 @@ from typing import Generic, TypeVar
 
 from rosproto.gateway.limits import GatewayLimits
 
-__all__ = ["Outbox"]
-
 T = TypeVar("T")
 Key = object
 

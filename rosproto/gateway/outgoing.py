@@ -20,8 +20,6 @@ from rosproto.gateway.channel import Channel, Late, Payload
 from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
 from rosproto.logs import PeerLog
 
-__all__ = ["Outgoing", "closed_error"]
-
 SHORT = 16 << 10  # bytes of a message that is written without its client's task
 TURN = 64  # messages written to one client before others have their turn
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from rosproto.node import Node, Publisher
     from rosproto.watchdog import Watchdog
 
-__all__ = ["Publication", "Publications"]
-
 _log = get_logger("rosproto.gateway")
 
 LINGER = 2.0  # seconds; the zeros take half of one

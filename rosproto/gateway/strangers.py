@@ -16,8 +16,6 @@ from urllib.parse import parse_qs, urlsplit
 
 from rosproto.transport.address import is_loopback
 
-__all__ = ["Strangers", "Verdict", "require_token_off_loopback"]
-
 _SHOWN = 200  # characters of a client's text in a sentence
 
 

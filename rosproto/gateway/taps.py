@@ -21,8 +21,6 @@ from rosproto.time import Time
 if TYPE_CHECKING:
     from rosproto.node import Node, Subscriber
 
-__all__ = ["MessageEvent", "Receiver", "Tap", "Taps", "TopicDescription"]
-
 _log = get_logger("rosproto.gateway")
 
 MOST_LATCHED = 100  # publishers of one topic whose last message is kept

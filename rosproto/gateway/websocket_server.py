@@ -30,8 +30,6 @@ from rosproto.gateway.strangers import Strangers, Verdict, require_token_off_loo
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
-__all__ = ["WebSocketServer", "need_websockets"]
-
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 READ_BUFFER = 64 << 10
 """Bytes that the system takes from a client ahead of us: what a reset leaves to be read, at most."""

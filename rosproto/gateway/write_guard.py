@@ -26,8 +26,6 @@ from rosproto.logs import get_logger
 if TYPE_CHECKING:
     from rosproto.watchdog import Watch
 
-__all__ = ["VELOCITY_TYPES", "DriveTable", "Publishes", "WriteGuard", "is_velocity", "moves"]
-
 _log = get_logger("rosproto.gateway")
 
 VELOCITY_TYPES = frozenset(

@@ -20,7 +20,7 @@ from rosproto.gateway.rosbridge.operations import (
 )
 from rosproto.gateway.rosbridge.png import PngError, pack, unpack
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.values import from_arguments, from_values, to_json
+from rosproto.gateway.values import from_arguments, from_values, to_json
 from rosproto.time import Time
 
 LIMITS = GatewayLimits(message_bytes=1 << 13, nesting=20, text_length=100)

@@ -17,7 +17,7 @@ from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge import cbor, png
 from rosproto.gateway.rosbridge.operations import Payload
 from rosproto.gateway.rosbridge.protocol import Protocol, publish_text
-from rosproto.gateway.rosbridge.values import to_json, to_values
+from rosproto.gateway.values import to_json, to_values
 from tests.support import ros
 from tests.support.extras import needs
 from tests.support.web_peers import npm_module

@@ -20,7 +20,7 @@ from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.plain_values import from_plain
 from rosproto.errors import CodecError
 from rosproto.gateway.rosbridge import cbor, png
-from rosproto.gateway.rosbridge.values import from_values, to_json, to_values
+from rosproto.gateway.values import from_values, to_json, to_values
 from rosproto.time import Time
 from tests.interop.genpy_build import write_definitions
 from tests.interop.rosbridge_oracle import NOW

@@ -19,7 +19,7 @@ from rosproto.errors import CodecError
 from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge.operations import OPERATIONS, Reply
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.values import from_values, to_json, to_values
+from rosproto.gateway.values import from_values, to_json, to_values
 from tests.property.codec_strategies import cases
 
 COMMON = settings(deadline=None, max_examples=100, suppress_health_check=[HealthCheck.too_slow])

@@ -11,7 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from urllib.parse import unquote
 
-__all__ = ["Assets"]
+from rosproto.gateway.chunks import ChunkedMessage, framed
+from rosproto.gateway.foxglove.messages import FetchAsset, asset_failure, asset_head
 
 SCHEME = "package://"
 KINDS = frozenset(
@@ -19,6 +20,23 @@ KINDS = frozenset(
     " .png .jpg .jpeg .tif .tiff .webp .bmp .tga".split()
 )
 MOST_BYTES = 32 << 20
+
+
+class AssetAnswer:
+    """A file for a viewer, read when it is its turn to be sent; see `channel.Late`."""
+
+    quick = False
+
+    def __init__(self, assets: Assets, asked: FetchAsset) -> None:
+        self._assets = assets
+        self._asked = asked
+
+    def payloads(self) -> tuple[bytes | ChunkedMessage, ...]:
+        try:
+            data = self._assets.fetch(self._asked.uri)
+        except (OSError, ValueError) as problem:
+            return (asset_failure(self._asked.request, str(problem)),)
+        return (framed(asset_head(self._asked.request), data),)
 
 
 class Assets:

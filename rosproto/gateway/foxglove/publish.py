@@ -6,48 +6,48 @@ use JSON for what a person typed or steered, also where they have no definition 
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-from typing import TYPE_CHECKING
+import threading
+from collections import Counter
+from collections.abc import Callable, Hashable
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from rosproto.codec import Message, decode, define, message_class
-from rosproto.errors import CodecError, DefinitionError, LocalProtocolError
-from rosproto.gateway.access import Access
-from rosproto.gateway.foxglove.messages import ENCODINGS, SCHEMA_ENCODING, ClientChannel
-from rosproto.gateway.json_text import JsonError, JsonReader
+from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RosError
+from rosproto.gateway.access import Access, Refused
+from rosproto.gateway.channel import Channel
+from rosproto.gateway.foxglove.messages import (
+    ENCODINGS,
+    SCHEMA_ENCODING,
+    Advertise,
+    ClientChannel,
+    Publish,
+    Unadvertise,
+)
+from rosproto.gateway.json_text import JsonError, JsonReader, is_short
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publication, Publications
-from rosproto.gateway.rosbridge.actions import definition_name
-from rosproto.gateway.rosbridge.values import from_values
+from rosproto.gateway.values import definition_name, from_values
+from rosproto.gateway.write_guard import is_velocity
 
 if TYPE_CHECKING:
     from rosproto.node import Node
-
-
-class Refused(Exception):
-    """A client's request is refused; the text is the sentence that it gets."""
 
 
 class NotOpen(Refused):
     """No pattern opens the topic. Told when the client publishes: viewers advertise unasked."""
 
 
-class Advert:
-    """A topic that one client publishes on one of its channels. Close it at the end.
+class Advert(NamedTuple):
+    """A topic that one client publishes on one of its channels.
 
-    Args:
-        publication: The node's.
+    Attributes:
+        publication: The node's; closed at the end.
         encoding: One of `ENCODINGS`.
     """
 
-    __slots__ = ("encoding", "publication")
-
-    def __init__(self, publication: Publication, encoding: str) -> None:
-        self.publication = publication
-        self.encoding = encoding
-
-    def close(self) -> None:
-        """Stop publishing it."""
-        self.publication.close()
+    publication: Publication
+    encoding: str
 
 
 class ClientTopics:
@@ -59,6 +59,10 @@ class ClientTopics:
         limits: Bounds.
         publications: The node's publishers for clients.
         json: Reads what comes as JSON.
+
+    Attributes:
+        refusals: What was not allowed.
+        most: Channels of one client.
     """
 
     def __init__(
@@ -74,6 +78,8 @@ class ClientTopics:
         self._limits = limits
         self._publications = publications
         self._json = json
+        self.refusals = 0
+        self.most = limits.advertised_per_client
 
     def advertise(self, client: Hashable, channel: ClientChannel) -> Advert:
         """Open a topic that a client wants to publish. Asks the master.
@@ -156,3 +162,132 @@ class ClientTopics:
         except CodecError as problem:
             raise Refused(f"a message for {topic} is not published: {problem}") from None
         publication.publish(message)
+
+
+class Viewer(Protocol):
+    """What is needed here of a session: it stands for the client where zeros follow what that drove."""
+
+    channel: Channel
+
+    def __hash__(self) -> int: ...
+    def status(self, text: str) -> None: ...
+
+
+class Publishing:
+    """The topics that one client publishes, in the order in which it asks. Only `publish` may wait.
+
+    Args:
+        topics: Those of all clients.
+        viewer: Its session.
+        queue: Has something done that may wait for the robot, after all that was queued before.
+
+    Attributes:
+        published: Messages so far.
+    """
+
+    def __init__(
+        self, topics: ClientTopics, viewer: Viewer, queue: Callable[[Callable[[], None]], None]
+    ) -> None:
+        self.published = 0
+        self._topics = topics
+        self._viewer = viewer
+        self._queue = queue
+        self._lock = threading.Lock()
+        self._adverts: dict[int, Advert | str] = {}  # a text: why nothing is published there
+        self._behind: Counter[int] = Counter()  # what is queued of each channel
+        self._closed = False
+
+    def advertise(self, asked: Advertise) -> None:
+        """It begins to publish on channels."""
+        for channel in asked.channels:
+            self._put_behind(channel.id, partial(self._advertise, channel))
+
+    def unadvertise(self, asked: Unadvertise) -> None:
+        """It does not publish there any more."""
+        for id in asked.channels:
+            self._put_behind(id, partial(self._unadvertise, id))
+
+    def publish_at_once(self, asked: Publish) -> bool:
+        """Publish a message if that takes no time, or queue it if its channel is; False: call `publish`."""
+        with self._lock:
+            behind = asked.channel in self._behind
+        if behind:
+            self._put_behind(asked.channel, partial(self.publish, asked))
+        elif is_short(asked.data):
+            self.publish(asked)
+        else:
+            return False
+        return True
+
+    def _put_behind(self, channel: int, work: Callable[[], None]) -> None:
+        """Queue something about a channel: what comes for it later waits for that."""
+
+        def do() -> None:
+            try:
+                work()
+            finally:
+                with self._lock:
+                    self._behind[channel] -= 1
+                    if not self._behind[channel]:
+                        del self._behind[channel]
+
+        with self._lock:
+            self._behind[channel] += 1
+        self._queue(do)
+
+    def _advertise(self, channel: ClientChannel) -> None:
+        opened: Advert | str
+        try:
+            if channel.id in self._adverts:
+                raise Refused(f"channel {channel.id} is advertised already")
+            if len(self._adverts) >= self._topics.most:
+                raise Refused(f"{self._topics.most} topics are published: no more for this client")
+            opened = self._topics.advertise(self._viewer, channel)
+        except NotOpen as problem:
+            opened = str(problem)
+        except (Refused, RosError) as problem:
+            self._topics.refusals += 1
+            self._viewer.status(str(problem))
+            return
+        with self._lock:
+            closed = self._closed
+            if not closed:
+                self._adverts[channel.id] = opened
+        if closed and isinstance(opened, Advert):
+            opened.publication.close()
+
+    def _unadvertise(self, id: int) -> None:
+        with self._lock:
+            advert = self._adverts.pop(id, None)
+        if isinstance(advert, Advert):
+            advert.publication.close()
+
+    def publish(self, asked: Publish) -> None:
+        """Publish a message; tells the client what is wrong with it."""
+        with self._lock:
+            advert = self._adverts.get(asked.channel)
+        way = self._viewer.channel
+        if self._closed or way.lost:
+            return
+        if advert is None:
+            self._viewer.status(f"nothing is published: channel {asked.channel} is not advertised")
+        elif isinstance(advert, str):
+            self._topics.refusals += 1
+            self._viewer.status(advert)
+        elif not (way.gone and is_velocity(advert.publication.type_name)):
+            # A velocity of one who has gone meanwhile is not published: nobody drives any more.
+            try:
+                self._topics.publish(advert, asked.data)
+                self.published += 1
+            except (Refused, RosError) as problem:
+                self._viewer.status(str(problem))
+
+    def close(self) -> None:
+        """Publish nothing any more."""
+        with self._lock:
+            self._closed = True
+            adverts = list(self._adverts.values())
+            self._adverts.clear()
+        for advert in adverts:
+            if isinstance(advert, Advert):
+                advert.publication.close()

@@ -52,7 +52,6 @@ class Robot:
 
     Attributes:
         run: Stands for this run of the master.
-        refusals: Writes that were not allowed.
     """
 
     def __init__(
@@ -68,7 +67,6 @@ class Robot:
     ) -> None:
         self.node, self.name, self.access, self.limits, self.assets = node, name, access, limits, assets
         self.run = uuid.uuid4().hex
-        self.refusals = 0
         self.pool = Pool(name="foxglove work")
         self.json = JsonReader(limits.message_values, limits.nesting)
         self.calls = CallCount(CALLS, "all clients")
@@ -83,6 +81,8 @@ class Robot:
         self._lock = threading.Lock()
         self._sessions: set[Session] = set()
         self._clock_tap: Tap | None = None
+        self._telling_time = threading.Lock()
+        self._simulated_now = 0
         self._closed = False
         self._watch = GraphWatch(
             node,
@@ -112,11 +112,14 @@ class Robot:
             self._watch.next_view(FIRST_VIEW_SECONDS)
         if self._watch.problem is not None:
             session.status(_outdated(self._watch.problem), Level.ERROR, MASTER_STATUS)
-        if self.node.clock.simulated and self.node.clock.now_nsec():
-            session.tell_time(self.node.clock.now_nsec())
+        if self.node.clock.simulated:
+            self._follow_clock()
+            with self._telling_time:
+                now = self._simulated_now or self.node.clock.now_nsec()
+                if now:
+                    session.tell_time(now)
         session.show(self.view)
         self.pool.spawn(self._ask_services)
-        self._follow_clock()
 
     def gone(self, session: Session) -> None:
         """A session has ended."""
@@ -125,6 +128,7 @@ class Robot:
             tap, self._clock_tap = (self._clock_tap, None) if not self._sessions else (None, self._clock_tap)
         if tap is not None:
             tap.close()
+            self._simulated_now = 0
 
     # -- the graph ------------------------------------------------------------------------------------------
 
@@ -184,9 +188,7 @@ class Robot:
         return self.taps.open(topic, receiver) if local is None else local.open(receiver)
 
     def _follow_clock(self) -> None:
-        """With simulated time, follow /clock for all sessions."""
-        if not self.node.clock.simulated:
-            return
+        """Follow /clock for all sessions."""
         with self._lock:
             if self._clock_tap is not None or not self._sessions:
                 return
@@ -194,6 +196,13 @@ class Robot:
                 self._clock_tap = self.taps.open("/clock", _ClockReceiver(self))
             except RosError as problem:
                 _log.warning("! foxglove: simulated time cannot be followed: %s", problem)
+
+    def tell_time(self, nanoseconds: int) -> None:
+        """Tell all viewers the simulated time."""
+        with self._telling_time:
+            self._simulated_now = nanoseconds
+            for session in self.sessions:
+                session.tell_time(nanoseconds)
 
     def capabilities(self) -> Sequence[str]:
         """What the server tells viewers that it can do."""
@@ -227,6 +236,4 @@ class _ClockReceiver:
     def offer(self, event: MessageEvent) -> None:
         if event.type_name == "rosgraph_msgs/Clock":
             seconds = event.message.clock
-            now = seconds.secs * 1_000_000_000 + seconds.nsecs
-            for session in self._robot.sessions:
-                session.tell_time(now)
+            self._robot.tell_time(seconds.secs * 1_000_000_000 + seconds.nsecs)

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.watchdog import Watchdog
 
-__all__ = ["ClientFacts", "Foxglove", "FoxgloveStats"]
-
 _log = get_logger("rosproto.gateway")
 
 
@@ -179,7 +177,7 @@ class Foxglove:
             accepted=server.accepted,
             refused=sum(server.refused.values()),
             stalled=server.stalled,
-            refusals=robot.refusals,
+            refusals=robot.client_topics.refusals,
             topics=robot.taps.topics,
             zeros=robot.guard.zeros,
         )

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import decode, encode, service_class
 from rosproto.errors import CodecError, RosError
-from rosproto.gateway.access import Access
+from rosproto.gateway.access import Access, Refused, insist
 from rosproto.gateway.foxglove.graph import GraphView
 from rosproto.gateway.foxglove.messages import ROS1, Call
 from rosproto.gateway.foxglove.offers import OfferedService
-from rosproto.gateway.foxglove.publish import Refused
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
 from rosproto.node.services import probe as service_probe
@@ -140,9 +139,7 @@ def call(service: OfferedService, asked: Call, node: Node, access: Access, limit
         RosError: There is no answer.
     """
     kind = service.kind
-    refusal = access.may_write("service", service.name, kind._type)
-    if refusal is not None:
-        raise Refused(refusal.text)
+    insist(access.may_write("service", service.name, kind._type))
     if asked.encoding != ROS1:
         raise Refused(f"the request comes as {asked.encoding[:40]!r}, not {ROS1}")
     try:

@@ -10,37 +10,37 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import RosError
+from rosproto.gateway.access import Refused
 from rosproto.gateway.channel import Channel
-from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage, cut
+from rosproto.gateway.chunks import framed
 from rosproto.gateway.foxglove import messages
+from rosproto.gateway.foxglove.assets import AssetAnswer
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
-from rosproto.gateway.foxglove.messages import ClientChannel, Level
+from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.offers import OfferedChannel, OfferedService
 from rosproto.gateway.foxglove.parameters import FollowedParameters
-from rosproto.gateway.foxglove.publish import Advert, NotOpen, Refused
+from rosproto.gateway.foxglove.publish import Publishing
 from rosproto.gateway.foxglove.services import CallCount, call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.limits import READER_BYTES
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
-from rosproto.gateway.write_guard import is_velocity
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
     from rosproto.aio.pool import Pool
-    from rosproto.gateway.foxglove.assets import Assets
     from rosproto.gateway.foxglove.robot import Robot
 
 _log = get_logger("rosproto.gateway")
 
 TOLD_AGAIN = 5.0  # seconds for which the same text is not told again
 MOST_WAITING = 8  # requests of a client that wait for the robot, before its next message is read
-ASSET_SIZE = 64 << 10  # bytes for which a file counts while it waits to be sent: it is read only then
+ASSET_SIZE = 64 << 10  # bytes for which a file counts while it waits to be read and sent
 
 
 class Session:
@@ -52,23 +52,20 @@ class Session:
 
     Attributes:
         since: When it came, seconds since 1970.
-        published: Messages that it has published.
     """
 
     def __init__(self, robot: Robot, channel: Channel) -> None:
         self.channel = channel
         self.since = time.time()
-        self.published = 0
         self._robot = robot
         self._closed = False
         self._lock = threading.RLock()
         self._told: dict[str, float] = {}
         self._queue = _Queue(robot.pool)
+        self._publishing = Publishing(robot.client_topics, self, self._queue.put)
         self._channels: dict[str, OfferedChannel] = {}
         self._services: dict[str, OfferedService] = {}
         self._subscriptions: dict[int, _Subscription] = {}
-        self._adverts: dict[int, Advert | str] = {}  # a text: why it may not be published
-        self._behind: Counter[int] = Counter()  # what waits in the queue for a channel of the viewer's
         self._calls = CallCount(robot.limits.calls_per_client, "this client")
         self._graph: ConnectionGraph | None = None  # as it was told; None while it is not wanted
         self._followed = FollowedParameters(
@@ -99,6 +96,11 @@ class Session:
         """Messages that were not sent because it did not read, by topic."""
         return {key: count for key, count in self.channel.outbox.dropped.items() if isinstance(key, str)}
 
+    @property
+    def published(self) -> int:
+        """Messages that it has published."""
+        return self._publishing.published
+
     def _send(self, *payloads: str | bytes) -> None:
         self.channel.answer(payloads)
 
@@ -124,17 +126,17 @@ class Session:
             self.status(str(problem), Level.ERROR)
             return
         if isinstance(asked, messages.Publish):
-            await self._received_message(asked)
+            if self._publishing.publish_at_once(asked):
+                return
+            await robot.pool.run(partial(self._publishing.publish, asked))
         elif isinstance(asked, messages.Call):
             self._call(asked)
         elif isinstance(asked, messages.FetchAsset):
             self._fetch(asked)
         elif isinstance(asked, messages.Advertise):
-            for channel in asked.channels:
-                self._put_behind(channel.id, partial(self._advertise, channel))
+            self._publishing.advertise(asked)
         elif isinstance(asked, messages.Unadvertise):
-            for id in asked.channels:
-                self._put_behind(id, partial(self._unadvertise, id))
+            self._publishing.unadvertise(asked)
         else:
             self._queue.put(partial(self._perform[type(asked)], asked))
         if self._queue.full:
@@ -289,81 +291,6 @@ class Session:
         for tap in leaving:
             tap.close()
 
-    # -- topics that it publishes ---------------------------------------------------------------------------
-
-    def _put_behind(self, channel: int, work: Callable[[], None]) -> None:
-        """Queue something about a channel: what comes for it later waits for that."""
-
-        def do() -> None:
-            try:
-                work()
-            finally:
-                with self._lock:
-                    self._behind[channel] -= 1
-                    if not self._behind[channel]:
-                        del self._behind[channel]
-
-        with self._lock:
-            self._behind[channel] += 1
-        self._queue.put(do)
-
-    def _advertise(self, channel: ClientChannel) -> None:
-        robot = self._robot
-        most = robot.limits.advertised_per_client
-        opened: Advert | str
-        try:
-            if channel.id in self._adverts:
-                raise Refused(f"channel {channel.id} is advertised already")
-            if len(self._adverts) >= most:
-                raise Refused(f"{most} topics are published: no more for this client")
-            opened = robot.client_topics.advertise(self, channel)
-        except NotOpen as problem:
-            opened = str(problem)
-        except (Refused, RosError) as problem:
-            robot.refusals += 1
-            self.status(str(problem))
-            return
-        with self._lock:
-            closed = self._closed
-            if not closed:
-                self._adverts[channel.id] = opened
-        if closed and isinstance(opened, Advert):
-            opened.close()
-
-    def _unadvertise(self, id: int) -> None:
-        with self._lock:
-            advert = self._adverts.pop(id, None)
-        if isinstance(advert, Advert):
-            advert.close()
-
-    async def _received_message(self, asked: messages.Publish) -> None:
-        with self._lock:
-            behind = asked.channel in self._behind
-        if behind:
-            self._put_behind(asked.channel, partial(self._publish, asked))
-        elif is_short(asked.data):
-            self._publish(asked)
-        else:
-            await self._robot.pool.run(partial(self._publish, asked))
-
-    def _publish(self, asked: messages.Publish) -> None:
-        with self._lock:
-            advert = self._adverts.get(asked.channel)
-        if self._closed or self.channel.lost:
-            return
-        if advert is None:
-            self.status(f"nothing is published: channel {asked.channel} is not advertised", Level.ERROR)
-        elif isinstance(advert, str):
-            self._robot.refusals += 1
-            self.status(advert)
-        elif not (self.channel.gone and is_velocity(advert.publication.type_name)):
-            # A velocity of one who has gone meanwhile is not published: nobody drives any more.
-            try:
-                self._robot.client_topics.publish(advert, asked.data)
-                self.published += 1
-            except (Refused, RosError) as problem:
-                self.status(str(problem))
-
     # -- what it asks for -----------------------------------------------------------------------------------
 
     def _call(self, asked: messages.Call) -> None:
@@ -406,7 +333,7 @@ class Session:
         if not assets:
             self._send(messages.asset_failure(asked.request, "no files are given here (--assets)"))
         else:
-            self.channel.answer_late(ASSET_SIZE, _Asset(assets, asked))
+            self.channel.answer_late(ASSET_SIZE, AssetAnswer(assets, asked))
 
     def _get_parameters(self, asked: messages.GetParameters) -> None:
         try:
@@ -421,7 +348,7 @@ class Session:
         for name, value in asked.parameters[: robot.limits.subscriptions_per_client]:
             problem = robot.parameters.set(name, value)
             if problem is not None:
-                robot.refusals += 1
+                robot.client_topics.refusals += 1
                 self.status(problem)
         if asked.id is not None:  # the values that hold now
             names = [name for name, _ in asked.parameters]
@@ -449,13 +376,9 @@ class Session:
             self._closed = True
             for id in tuple(self._subscriptions):
                 self._end_subscription(id)
-            adverts = list(self._adverts.values())
-            self._adverts.clear()
         self._robot.publications.guard.gone(self)
         self._queue.close()
-        for advert in adverts:
-            if isinstance(advert, Advert):
-                advert.close()
+        self._publishing.close()
         self._leave()
         self._followed.close()
         self._robot.gone(self)
@@ -504,32 +427,7 @@ class _Subscription:
                 return  # the viewer would misread it; the channel that replaces this one sends it
             self._same = description
         head = messages.message_head(self._id, event.stamp.to_nsec())
-        self._viewer.offer(self.topic, len(event.data), _framed(head, event.data))
-
-
-def _framed(head: bytes, data: bytes | memoryview) -> bytes | ChunkedMessage:
-    """A binary message: copied where it is short, else in chunks of the bytes as they are."""
-    if len(data) <= CHUNK_SIZE // 8:
-        return head + data
-    chunks: tuple[bytes | memoryview, ...] = (head, *cut(data))
-    return ChunkedMessage(chunks)
-
-
-class _Asset:
-    """A file, read when it is its turn to be sent; see `channel.Late`."""
-
-    quick = False
-
-    def __init__(self, assets: Assets, asked: messages.FetchAsset) -> None:
-        self._assets = assets
-        self._asked = asked
-
-    def payloads(self) -> tuple[bytes | ChunkedMessage, ...]:
-        try:
-            data = self._assets.fetch(self._asked.uri)
-        except (OSError, ValueError) as problem:
-            return (messages.asset_failure(self._asked.request, str(problem)),)
-        return (_framed(messages.asset_head(self._asked.request), data),)
+        self._viewer.offer(self.topic, len(event.data), framed(head, event.data))
 
 
 class _Queue:

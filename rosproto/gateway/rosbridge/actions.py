@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from rosproto.gateway.values import definition_name
 from rosproto.protocol.goal_status import GoalStatus
-
-__all__ = ["ActionStatus", "action_status", "action_type", "definition_name"]
 
 
 class ActionStatus(IntEnum):
@@ -45,18 +44,6 @@ def action_status(status: int) -> ActionStatus:
         return _OF_GOAL[GoalStatus(status)]
     except ValueError:
         return ActionStatus.UNKNOWN
-
-
-def definition_name(name: str) -> str:
-    """The name of a message or service type in ROS 1's form, also from ROS 2's `std_msgs/msg/String`.
-
-    Extra slashes are removed, as in rosbridge. Anything else is returned unchanged, and looking it up then
-    reports the error.
-    """
-    parts = [part for part in name.split("/") if part]
-    if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):
-        del parts[1]
-    return "/".join(parts) if len(parts) == 2 else name
 
 
 def action_type(name: str) -> str:

@@ -11,8 +11,6 @@ from rosproto.gateway.rosbridge.operations import Id, Payload
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.status import Level
 
-__all__ = ["Answers"]
-
 
 class Answers:
     """The answers to one client; from any thread.

@@ -17,16 +17,7 @@ from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
 from rosproto.errors import RosError
 from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
-from rosproto.gateway.rosbridge.writer import Writer
-
-__all__ = [
-    "MissingLibrary",
-    "dumps",
-    "publish_cbor",
-    "publish_cbor_raw",
-    "publish_cbor_raw_chunks",
-    "to_cbor",
-]
+from rosproto.gateway.json_writer import Writer
 
 TAGS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, "f": 85, "d": 86}
 """RFC 8746's numbers for arrays of these struct codes, little-endian. Octets are a byte string."""

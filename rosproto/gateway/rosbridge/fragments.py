@@ -9,8 +9,6 @@ from __future__ import annotations
 import json
 from typing import Any
 
-__all__ = ["FragmentError", "Reassembly", "cut"]
-
 MOST_SENT = 4096
 """The most fragments we send for one message: a client that asks for tiny pieces gets longer ones."""
 MOST_RECEIVED = 1 << 16

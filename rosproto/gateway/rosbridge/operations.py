@@ -20,39 +20,6 @@ from rosproto.gateway.rosbridge.actions import ActionStatus
 from rosproto.gateway.rosbridge.status import Level, level_named
 from rosproto.text import printable
 
-__all__ = [
-    "OPERATIONS",
-    "RECEIVED_PARTS",
-    "ActionFeedback",
-    "ActionResult",
-    "Advertise",
-    "AdvertiseAction",
-    "AdvertiseService",
-    "Auth",
-    "CallService",
-    "CancelActionGoal",
-    "Close",
-    "Compression",
-    "Effect",
-    "FieldError",
-    "Id",
-    "Payload",
-    "Publish",
-    "Reply",
-    "Rest",
-    "SendActionGoal",
-    "ServiceResponse",
-    "SetLevel",
-    "Subscribe",
-    "Unadvertise",
-    "UnadvertiseAction",
-    "UnadvertiseService",
-    "Unsubscribe",
-    "op_of",
-    "read_id",
-    "read_operation",
-]
-
 LARGEST = 2**31 - 1
 """Of every whole number: sizes, rates and counts beyond it mean nothing."""
 _SHOWN = 60  # characters of a wrong value in a sentence

@@ -11,8 +11,6 @@ from math import isqrt
 
 from rosproto.gateway.chunks import ChunkedMessage
 
-__all__ = ["PngError", "pack", "publish_png", "unpack"]
-
 MOST_BYTES = 256 << 10
 """Of a text that a client sends this way: undoing a picture's filters takes up to a microsecond for three."""
 MOST_ROWS = 4096

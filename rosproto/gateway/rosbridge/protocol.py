@@ -40,8 +40,6 @@ from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
 from rosproto.gateway.rosbridge.status import Level, is_wanted
 from rosproto.text import printable
 
-__all__ = ["Protocol", "WireLimits", "publish_chunks", "publish_text"]
-
 TOO_BIG = 1009
 """The WebSocket close code for a message that is too long."""
 

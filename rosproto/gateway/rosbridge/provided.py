@@ -13,6 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import CodecError, RosError, ServiceError
+from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.rosbridge.actions import ActionStatus, action_type
 from rosproto.gateway.rosbridge.answers import Answers
 from rosproto.gateway.rosbridge.operations import (
@@ -24,15 +25,13 @@ from rosproto.gateway.rosbridge.operations import (
     UnadvertiseAction,
     UnadvertiseService,
 )
-from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
+from rosproto.gateway.rosbridge.shared import Shared
 from rosproto.gateway.rosbridge.tf_on_demand import is_tf_name
-from rosproto.gateway.rosbridge.values import from_values, to_json
+from rosproto.gateway.values import from_values, to_json
 
 if TYPE_CHECKING:
     from rosproto.action import ActionServer, ServerGoal
     from rosproto.node import ServiceServer
-
-__all__ = ["GONE", "ClientProvided", "ProvidedActions", "ProvidedServices", "Request"]
 
 Server = TypeVar("Server")
 Answer = TypeVar("Answer")

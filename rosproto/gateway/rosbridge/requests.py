@@ -13,13 +13,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
+from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.rosbridge.actions import action_status, action_type
 from rosproto.gateway.rosbridge.answers import Answers
 from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, Id, SendActionGoal
 from rosproto.gateway.rosbridge.rosapi import RosapiError
-from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
+from rosproto.gateway.rosbridge.shared import Shared
 from rosproto.gateway.rosbridge.tf_on_demand import ACTION_TYPE, is_tf_name
-from rosproto.gateway.rosbridge.values import from_arguments, to_json
+from rosproto.gateway.values import from_arguments, to_json
 from rosproto.node.services.client import Cancellation
 from rosproto.node.services.probe import probe
 from rosproto.transport.deadline import Deadline
@@ -27,8 +28,6 @@ from rosproto.transport.deadline import Deadline
 if TYPE_CHECKING:
     from rosproto.action import ActionClient
     from rosproto.action.goal_handle import GoalHandle
-
-__all__ = ["Calls", "Goals"]
 
 CANCEL_ALL = "/_action/cancel_goal"
 """Behind an action's name: ROS 2's service that cancels its goals."""

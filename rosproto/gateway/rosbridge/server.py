@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.watchdog import Watchdog
 
-__all__ = ["Rosbridge", "RosbridgeClient", "RosbridgeStats"]
-
 
 @dataclass(frozen=True, slots=True)
 class RosbridgeClient:

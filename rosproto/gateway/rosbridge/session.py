@@ -17,28 +17,32 @@ from typing import Any
 
 from rosproto.codec import Message
 from rosproto.errors import RosError
+from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.channel import Channel
 from rosproto.gateway.limits import READER_BYTES
 from rosproto.gateway.publications import Publication
 from rosproto.gateway.rosbridge import operations
-from rosproto.gateway.rosbridge.actions import definition_name
 from rosproto.gateway.rosbridge.answers import Answers
-from rosproto.gateway.rosbridge.authentication import Authentication
 from rosproto.gateway.rosbridge.operations import Effect, Id, Payload, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.provided import ProvidedActions, ProvidedServices
 from rosproto.gateway.rosbridge.requests import Calls, Goals
-from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
+from rosproto.gateway.rosbridge.shared import Shared
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
-from rosproto.gateway.rosbridge.values import from_values
+from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.write_guard import is_velocity
 from rosproto.logs import PeerLog
-
-__all__ = ["RosbridgeSession"]
+from rosproto.time import Time
 
 STRANGER = 4 << 10  # bytes of a message of one who has not authenticated
 MOST_PAUSE = 0.1  # seconds, after a long message was read
 NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
+AUTHENTICATE = "authenticate"
+AUTHENTICATION = "rosauth/Authentication"
+NOT_CHECKED = (
+    "credentials of rosauth are not checked here (--authenticate); who connects shows a token, as ?token=..."
+    " in the URL or as Authorization: Bearer ..."
+)
 
 
 class RosbridgeSession:
@@ -60,7 +64,7 @@ class RosbridgeSession:
         self._subscriptions: dict[str, TopicSubscription] = {}
         self._publications: dict[str, Publication] = {}
         self._advertised: dict[str, set[Id]] = {}
-        self._authentication = Authentication(shared, required=shared.authenticate)
+        self._authentication = _Authentication(shared, required=shared.authenticate)
         if shared.authenticate:
             channel.later(shared.limits.handshake_seconds, self._authentication_timed_out)
         self._calls = Calls(shared, self._answers)
@@ -287,3 +291,55 @@ class RosbridgeSession:
         self._calls.close()
         self._publications.clear()
         self._subscriptions.clear()
+
+
+class _Authentication:
+    """Whether one client may be served yet: with credentials of rosauth, after a service has accepted them.
+
+    As in rosbridge_suite with its parameter ~authenticate, the first message of a client must be an `auth`,
+    and its fields go to the service `authenticate` (rosauth/Authentication). Unlike there, the connection
+    also ends when the service cannot be asked, and when no credentials come in time.
+
+    Args:
+        shared: Calls the service.
+        required: Whether credentials are asked for at all.
+
+    Attributes:
+        begun: Credentials have come.
+        done: The client is served.
+    """
+
+    def __init__(self, shared: Shared, *, required: bool) -> None:
+        self._shared = shared
+        self._required = required
+        self.begun = False
+        self.done = not required
+
+    def check(self, asked: operations.Auth) -> None:
+        """Ask the service about credentials; waits for its answer.
+
+        Raises:
+            Refused: They are not accepted, or nothing asks for them.
+            RosError: The service cannot be called.
+        """
+        self.begun = True
+        if self.done:
+            raise Refused("the client has authenticated already" if self._required else NOT_CHECKED)
+        service: Any = self._shared.service_class(AUTHENTICATION)
+        try:
+            request = service.Request(
+                mac=asked.mac,
+                client=asked.client,
+                dest=asked.dest,
+                rand=asked.rand,
+                t=Time(asked.t),
+                level=asked.level,
+                end=Time(asked.end),
+            )
+        except (TypeError, ValueError, OverflowError) as problem:
+            raise Refused(f"t and end are times in seconds: {problem}") from None
+        seconds = self._shared.limits.call_seconds
+        with self._shared.waiting(), self._shared.node.service_client(AUTHENTICATE, service) as client:
+            if not client.call(request, timeout=seconds).authenticated:
+                raise Refused("the credentials are not accepted")
+        self.done = True

@@ -11,33 +11,21 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.aio.pool import Pool
 from rosproto.codec import Message, message_class, service_class
-from rosproto.gateway.access import Access, Refusal
+from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publications
-from rosproto.gateway.rosbridge.actions import definition_name
 from rosproto.gateway.taps import Taps
+from rosproto.gateway.values import definition_name
 
 if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.rosapi import Rosapi
     from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
     from rosproto.node import Node
 
-__all__ = ["Refused", "Shared", "insist"]
-
 CALLS = 256  # service calls and goals of all clients; each takes a thread
 LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it has ended
 LONG_MESSAGES = 2  # of all clients that are read and carried out at a time
-
-
-class Refused(Exception):
-    """What a client asked for is not done; the text is the sentence for it."""
-
-
-def insist(refusal: Refusal | None) -> None:
-    """Raise `Refused` for a verdict that says no."""
-    if refusal is not None:
-        raise Refused(refusal.text)
 
 
 @dataclass

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["LEVELS", "Level", "is_wanted", "level_named"]
-
 Level = Literal["none", "error", "warning", "info"]
 
 LEVELS: tuple[Level, ...] = ("none", "error", "warning", "info")

@@ -23,12 +23,10 @@ from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publ
 from rosproto.gateway.rosbridge.operations import Compression, Id, Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
-from rosproto.gateway.rosbridge.values import to_json, to_json_parts
+from rosproto.gateway.values import to_json, to_json_parts
 
 if TYPE_CHECKING:
     from rosproto.gateway.taps import Tap
-
-__all__ = ["Settings", "Throttle", "TopicSubscription", "combined", "encoded"]
 
 QUICK_BYTES = 16 << 10
 """A message of so many bytes is encoded in less time than handing it to a thread is worth."""

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.tf_republisher import TfRepublisher
     from rosproto.node import Node
 
-__all__ = ["ACTION", "ACTION_TYPE", "SERVICE", "TfOnDemand", "is_tf_name"]
-
 ACTION = "/tf2_web_republisher"
 SERVICE = "/republish_tfs"
 ACTION_TYPE = "tf2_web_republisher/TFSubscriptionAction"

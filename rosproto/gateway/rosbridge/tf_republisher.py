@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.tf import Transform
 
-__all__ = ["TfRepublisher"]
-
 MOST_GOALS = 64
 MOST_TOPICS = 64
 LEAST_PATIENCE, MOST_PATIENCE = 1.0, 60.0  # seconds that a topic stays without a subscriber

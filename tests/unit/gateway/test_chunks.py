@@ -13,7 +13,7 @@ from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage, chunked
 from rosproto.gateway.rosbridge import png
 from rosproto.gateway.rosbridge.cbor import publish_cbor_raw, publish_cbor_raw_chunks
 from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
-from rosproto.gateway.rosbridge.values import to_json, to_json_parts
+from rosproto.gateway.values import to_json, to_json_parts
 from rosproto.time import Time
 
 LONG = define(

@@ -304,7 +304,9 @@ PUBLISHES = {
     ("publications.py", "Publication.publish"): 2,  # to the two above
     ("rosbridge/session.py", "RosbridgeSession._publish"): 1,  # a `Publication`
     ("foxglove/publish.py", "ClientTopics.publish"): 1,  # a `Publication`
-    ("foxglove/session.py", "Session._publish"): 1,  # to the one above
+    ("foxglove/publish.py", "Publishing.publish_at_once"): 2,  # to the one below
+    ("foxglove/publish.py", "Publishing.publish"): 1,  # to the one above
+    ("foxglove/session.py", "Session.received"): 1,  # to the one above
     ("rosbridge/answers.py", "Answers.cut"): 1,  # the protocol's: text for a client
     ("rosbridge/requests.py", "Calls._cancel_all"): 1,  # a goal's id
     ("rosbridge/tf_republisher.py", "TfRepublisher._serve_topic"): 1,  # transforms

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from rosproto.node.services.server import ServiceServer
     from rosproto.time import Time
 
-__all__ = ["ProvidedRosapi", "Rosapi", "RosapiError", "provide"]
-
 NAMESPACE = "/rosapi"
 CALL_SECONDS = 10.0
 MOST_TEXT = 1 << 20  # characters of one field: a robot_description may be set

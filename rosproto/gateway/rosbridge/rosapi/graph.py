@@ -22,16 +22,6 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.node.graph.master_client import SystemState
 
-__all__ = [
-    "ACTION_PARTS",
-    "Asked",
-    "RosapiError",
-    "ServiceTypes",
-    "Visible",
-    "VisibleGraph",
-    "action_servers",
-]
-
 
 class RosapiError(RosError):
     """A call of /rosapi that is refused or cannot be answered; its text is a sentence for the client."""

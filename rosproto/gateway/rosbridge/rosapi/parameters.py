@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.rosapi.graph import Visible
     from rosproto.node import Node
 
-__all__ = ["VisibleParameters"]
-
 _HIDDEN = object()
 MOST_NESTING = 32  # of a value that a client sets
 

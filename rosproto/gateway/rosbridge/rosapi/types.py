@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.rosapi.graph import Visible
     from rosproto.node import Node
 
-__all__ = ["MOST_TYPES", "Definitions", "type_details"]
-
 MOST_TYPES = 300  # in one answer, and the greatest depth: definitions learned from robots cannot be trusted
 _TIMES = ("time", "duration")
 _EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}

@@ -13,7 +13,7 @@ import pytest
 from rosproto.codec import decode, encode, message_class
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.rosbridge.cbor import MissingLibrary, dumps, publish_cbor, publish_cbor_raw, to_cbor
-from rosproto.gateway.rosbridge.values import from_values
+from rosproto.gateway.values import from_values
 from tests.unit.gateway.rosbridge.test_values import EVERYTHING, VALUES
 
 cbor2 = pytest.importorskip("cbor2", reason='the extra bridge is not installed: pip install ".[bridge]"')

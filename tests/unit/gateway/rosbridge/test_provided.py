@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from rosproto.gateway.access import Refused
 from rosproto.gateway.rosbridge.provided import GONE, ClientProvided, Request
-from rosproto.gateway.rosbridge.shared import Refused
 
 
 @pytest.fixture

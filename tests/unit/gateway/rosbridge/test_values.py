@@ -12,8 +12,8 @@ import pytest
 
 from rosproto.codec import decode, define, encode, message_class, service_class
 from rosproto.errors import CodecError
-from rosproto.gateway.rosbridge.json_writer import PIECE
-from rosproto.gateway.rosbridge.values import from_arguments, from_values, to_json, to_values
+from rosproto.gateway.json_writer import PIECE
+from rosproto.gateway.values import from_arguments, from_values, to_json, to_values
 from rosproto.msg import bundled
 from rosproto.time import Time
 

@@ -17,13 +17,11 @@ from weakref import WeakKeyDictionary
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.errors import CodecError
-from rosproto.gateway.rosbridge.json_writer import JsonWriter, in_parts
+from rosproto.gateway.json_writer import JsonWriter, in_parts
 from rosproto.time import Time
 
 if TYPE_CHECKING:
     from rosproto.codec.message import Message
-
-__all__ = ["from_arguments", "from_values", "to_json", "to_json_parts", "to_values"]
 
 _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
 _SINGLE = struct.Struct("<f")
@@ -277,3 +275,15 @@ def _shown(value: Any) -> str:
     if isinstance(value, int) and value.bit_length() > 64:
         return "a number of more than 64 bits"
     return json.dumps(value)
+
+
+def definition_name(name: str) -> str:
+    """The name of a message or service type in ROS 1's form, also from ROS 2's `std_msgs/msg/String`.
+
+    Extra slashes are removed, as in rosbridge. Anything else is returned unchanged, and looking it up then
+    reports the error.
+    """
+    parts = [part for part in name.split("/") if part]
+    if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):
+        del parts[1]
+    return "/".join(parts) if len(parts) == 2 else name
