@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
 from rosproto.cli import finite as number
 from rosproto.sentence import say
+from woosh_pure.cli.output import Output
+from woosh_pure.geometry import Pose2D, normalize_angle
 
 if TYPE_CHECKING:
-    from woosh_pure.cli.output import Output
     from woosh_pure.feed.feed import Feed
-    from woosh_pure.geometry import Pose2D
 
 __all__ = [
     "POSE",
@@ -83,7 +83,6 @@ def each_chassis(args: argparse.Namespace) -> list[tuple[str, str]]:
 
 def pose(values: Sequence[float]) -> Pose2D:
     """A pose in the map, from metres, metres and degrees."""
-    from woosh_pure.geometry import Pose2D, normalize_angle
 
     x, y, degrees = values
     return Pose2D(x, y, normalize_angle(math.radians(degrees)))

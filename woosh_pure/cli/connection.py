@@ -12,16 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.cli import Progress, hurry, is_terminal, signals_ignored
 from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.msg import environment_paths
 from rosproto.sentence import both, say, sentence_of
 from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
+from woosh_pure.errors import ChassisError, MotionRefused
+from woosh_pure.outcome import Outcome
 
 if TYPE_CHECKING:
     from rosproto.watchdog import Watchdog
     from woosh_pure.chassis import Chassis
     from woosh_pure.cli.drive_line import DriveLine
     from woosh_pure.motion.goal import GoalHandle
-    from woosh_pure.outcome import Outcome
 
 
 _LIVE, _PLAIN = 0.25, 2.0
@@ -100,7 +102,6 @@ def connect_to(
     watchdog: Watchdog | None = None,
 ) -> Iterator[Chassis]:
     """A chassis at an address, with what else the common options say."""
-    from rosproto.msg import environment_paths
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:
@@ -126,7 +127,6 @@ def connect_to(
             stop_and_tell(chassis, out)
             if isinstance(error, BrokenPipeError):
                 # A motion is not followed by a command that nobody listens to.
-                from woosh_pure.errors import ChassisError
 
                 raise ChassisError("nobody reads the output any more: the motion was stopped") from error
             raise
@@ -162,7 +162,6 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
 
     if chassis.under_way or core_of(chassis).running.just_let_go:
         return True
-    from woosh_pure.errors import MotionRefused  # late: --help does not load the chassis
 
     outcome = getattr(error, "outcome", None)
     if outcome is not None:

@@ -11,10 +11,10 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.sentence import Sentence, say
+from woosh_pure.geometry import Pose2D
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.geometry import Pose2D
 
 
 _WINDOW = 4.0

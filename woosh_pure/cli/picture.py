@@ -15,12 +15,11 @@ from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.marks import MarkFile, UserMark
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PIL.Image import Image
-
-    from woosh_pure.maps.marks import UserMark
 
 
 Color = tuple[int, int, int]
@@ -47,7 +46,6 @@ def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) ->
         what: `pose`, `scan`, `path`: see `chart_of`.
     """
     from rosproto.numeric import encode_png
-    from woosh_pure.maps.marks import MarkFile
 
     try:
         pixels, notes = chart_of(grid, marks=MarkFile(config.mark_file()) if marks else (), **what)

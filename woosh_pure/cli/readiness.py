@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
+from woosh_pure.cli.output import Output
+from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.cli.output import Output
-    from woosh_pure.reasons import Readiness
 
 
 _STEADY = 1.0  # seconds within which the measured velocity comes, also over a slow network
@@ -59,7 +59,6 @@ def as_json(readiness: Readiness) -> bool | None:
 
 def readiness_of(chassis: Chassis) -> Readiness:
     """`Chassis.readiness()`, but no without a chassis: scripts take "nothing known against it" for a yes."""
-    from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
     found = chassis.readiness()
     if not is_there(chassis):

@@ -15,18 +15,18 @@ import numpy as np
 
 from rosproto.errors import RosError
 from rosproto.text import cut, printable, width
+from woosh_pure.faults.codes import StatusCode
+from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.readings import known_path, scan_in_map
+from woosh_pure.reasons import Readiness
+from woosh_pure.values.state import Battery, RobotStatus
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from woosh_pure.chassis import Chassis
-    from woosh_pure.faults.codes import StatusCode
-    from woosh_pure.geometry import Pose2D, Velocity
-    from woosh_pure.maps.gridmap import GridMap
-    from woosh_pure.reasons import Readiness
-    from woosh_pure.values.state import Battery, RobotStatus
 
 _PANEL = 34
 _NARROW = 72

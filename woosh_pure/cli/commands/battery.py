@@ -12,7 +12,7 @@ HELP = "show charge, voltage, current, temperature and health of the battery"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add_wait(parser)
     parser.add_argument(
         "--below", type=number, metavar="PERCENT", help="exit code 1 when it holds less than this"
@@ -20,7 +20,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis:
         b = wait_for(chassis.battery, args, out)
     colour = "red" if b.percent < 20 else "yellow" if b.percent < 40 else "green"

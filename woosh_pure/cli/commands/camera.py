@@ -5,20 +5,17 @@ from __future__ import annotations
 import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
-
-if TYPE_CHECKING:
-    from woosh_pure.values.state import Image
+from woosh_pure.values.state import Image
 
 HELP = "take a picture, in colour or of depth, and save it"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add_wait(parser)
     parser.add_argument(
         "--depth", action="store_true", help="the depth image: near is bright, not measured is black"
@@ -37,7 +34,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.millimetres and not args.depth:
         raise ValueError("--millimetres is about the depth image: give --depth too")
     with connect(args, out) as chassis:

@@ -11,22 +11,22 @@ from woosh_pure.cli.arguments import add_timeout
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
 from woosh_pure.cli.output import Output
+from woosh_pure.values.state import Battery
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.values.state import Battery
 
 HELP = "drive to a charger and charge"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("mark", help="name of the charger's mark, as on the chassis's map")
     add_timeout(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
         handle = chassis.charge(args.mark, timeout=args.timeout)

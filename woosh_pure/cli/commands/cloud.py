@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
 
 from rosproto.cli import counted
 from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
-
-if TYPE_CHECKING:
-    from woosh_pure.values.state import PointCloud
+from woosh_pure.values.state import PointCloud
 
 HELP = "take a point cloud of the depth camera, as a PLY file"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add_wait(parser)
     parser.add_argument("--obstacles", action="store_true", help="only obstacles, the ground removed")
     parser.add_argument("--ply", type=folder_exists, metavar="FILE", help="where to write it (binary PLY, m)")
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis:
         cloud = wait_for(chassis.obstacle_points if args.obstacles else chassis.points, args, out)
     points = cloud.points

@@ -7,17 +7,19 @@ from argparse import ArgumentParser, Namespace
 from rosproto.cli import add_completion_arguments, answer_completion
 from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
+from woosh_pure.enums import LedState
+from woosh_pure.maps.marks import MarkFile
 
 HELP = "print what a shell needs to complete this command (bash, zsh, fish, powershell)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add_completion_arguments(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     from woosh_pure.cli.entry import parser_for
 
     return answer_completion("woosh", args, parser_for, {"mark": _marks, "state": _states, "color": _colours})
@@ -25,7 +27,6 @@ def run(args: Namespace, out: Output) -> int:
 
 def _states() -> list[str]:
     from woosh_pure.cli.arguments import enum_words
-    from woosh_pure.enums import LedState
 
     return enum_words(LedState)
 
@@ -38,6 +39,5 @@ def _colours() -> list[str]:
 
 def _marks() -> list[str]:
     """Of the user's list; without one there is nothing to offer, since the chassis cannot list them."""
-    from woosh_pure.maps.marks import MarkFile
 
     return MarkFile(config.mark_file()).names

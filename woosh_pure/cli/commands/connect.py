@@ -13,7 +13,7 @@ HELP = "remember a chassis, so that the other commands need no address"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("address", nargs="?", metavar="HOST", help="host or master URI, e.g. 169.254.128.2")
     parser.add_argument("--show", action="store_true", help="show what is remembered")
     parser.add_argument("--forget", action="store_true", help="forget it")
@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     address = args.address or args.master or args.chassis
     if sum((bool(address), args.show, args.forget)) != 1:
         raise ValueError("give the address of a chassis, or --show, or --forget")

@@ -16,14 +16,14 @@ HELP = "let obstacles enter the costmaps or not, or forget those seen so far"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "setting", choices=("on", "off", "clear"), help="off: obstacles are no longer noticed"
     )
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis, out.working("asking the navigation"):
         if args.setting == "clear":
             chassis.clear_costmaps()

@@ -15,12 +15,12 @@ _SPEED = 2.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("--mark", default="A1", help="mark to drive to (default A1)")
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.master or args.chassis:
         raise ValueError("the demo drives only its own simulated chassis; leave --master and --chassis out")
     args.sim = True

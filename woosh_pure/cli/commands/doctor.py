@@ -14,14 +14,14 @@ HELP = "say in plain words why it does not work; moves nothing"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--listen", type=seconds, default=3.0, metavar="S", help="seconds to listen (default 3)"
     )
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     from woosh_pure.connection.address import master_uri_of
     from woosh_pure.doctor.examination import Level, examine
 

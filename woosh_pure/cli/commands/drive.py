@@ -38,7 +38,7 @@ _KEYS = "arrows or WASD: drive   + -: faster, slower (stops)   q, Esc: end   any
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("--linear", type=positive, metavar="M/S", help="full speed (0.2, or the limit)")
     parser.add_argument(
         "--angular", type=positive, metavar="DEG/S", help="full turning speed (25, or the limit)"
@@ -63,7 +63,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.json:
         raise ValueError("--json: there is nothing to print for programs; use Chassis.velocity in Python")
     if not (is_terminal(sys.stdin) and is_terminal(sys.stdout)):

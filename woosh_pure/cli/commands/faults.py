@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from rosproto.cli import whole
 from rosproto.sentence import say
@@ -14,15 +13,13 @@ from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.cli.readiness import is_there, nobody_there
 from woosh_pure.errors import ChassisError
-
-if TYPE_CHECKING:
-    from woosh_pure.faults.codes import StatusCode
+from woosh_pure.faults.codes import StatusCode, all_codes, decode_status_code
 
 HELP = "show active faults, or what a status code means (exit code 1: there are faults; 5: not known)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--listen",
         type=seconds,
@@ -36,8 +33,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
-    from woosh_pure.faults.codes import all_codes, decode_status_code
+    """See `Command`."""
 
     if args.code is not None:
         if not 0 <= args.code < 1 << 64:

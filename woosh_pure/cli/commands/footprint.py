@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
 
 from woosh_pure.cli.arguments import corners, number
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
-
-if TYPE_CHECKING:
-    from woosh_pure.geometry import Footprint
+from woosh_pure.geometry import Footprint
 
 HELP = "tell the navigation the robot's outline, for example with a load on it"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     shape = parser.add_mutually_exclusive_group(required=True)
     shape.add_argument("--rectangle", nargs=2, type=number, metavar=("LENGTH", "WIDTH"), help="m")
     shape.add_argument("--circle", type=number, metavar="RADIUS", help="m")
@@ -32,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     shape = _shape(args)
     with connect(args, out) as chassis, out.working("looking for the navigation"):
         outline = chassis.set_footprint(
@@ -47,7 +44,6 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _shape(args: Namespace) -> Footprint:
-    from woosh_pure.geometry import Footprint
 
     if args.rectangle:
         return Footprint.rectangle(*args.rectangle)

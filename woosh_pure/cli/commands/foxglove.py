@@ -7,7 +7,6 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rosproto.cli import (
     add_server_options,
@@ -21,15 +20,14 @@ from rosproto.cli import (
 from woosh_pure.cli import config
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
-
-if TYPE_CHECKING:
-    from woosh_pure.maps.marks import UserMark
+from woosh_pure.interface.table import driving_patterns
+from woosh_pure.maps.marks import MarkFile, UserMark
 
 HELP = "show the chassis live in Foxglove and Lichtblick; read only unless you open something"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--layout",
         type=Path,
@@ -47,10 +45,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     from rosproto.gateway import Foxglove
     from woosh_pure.foxglove import ChassisTopics, write_layout
-    from woosh_pure.interface.table import driving_patterns
 
     if args.layout_only and args.layout is None:
         raise ValueError("--layout-only needs --layout FILE")
@@ -90,7 +87,6 @@ class _Marks:
         self._looked = 0.0
 
     def __call__(self) -> Sequence[UserMark]:
-        from woosh_pure.maps.marks import MarkFile
 
         now = time.monotonic()
         if now - self._looked >= 1.0:

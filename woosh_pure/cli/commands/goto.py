@@ -15,7 +15,7 @@ HELP = "drive to a mark, or to a pose in the map"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("mark", nargs="?", help="name of the mark, as on the chassis's map")
     parser.add_argument("more", nargs="*", help=SUPPRESS)  # to say what was meant by it
     parser.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees")
@@ -23,7 +23,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.more:
         raise ValueError(_several([args.mark, *args.more]))
     if (args.mark is None) == (args.pose is None):

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import math
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
 
 from woosh_pure.cli.arguments import add_wait, count, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
-
-if TYPE_CHECKING:
-    from woosh_pure.values.state import Imu
+from woosh_pure.geometry import yaw_from_quaternion
+from woosh_pure.values.state import Imu
 
 HELP = "show turning rates, accelerations and orientation"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add_wait(parser)
     parser.add_argument("-n", "--count", type=count, default=1, metavar="N", help="number of readings (1)")
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis:
         for index in range(args.count):
             imu = wait_for(chassis.imu, args, out) if index == 0 else chassis.imu.wait(args.wait)
@@ -33,7 +31,6 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _show(imu: Imu, out: Output) -> None:
-    from woosh_pure.geometry import yaw_from_quaternion
 
     w, a = imu.angular_velocity, imu.linear_acceleration
     yaw = "none" if imu.orientation is None else f"{math.degrees(yaw_from_quaternion(*imu.orientation)):.1f}°"

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosproto.msg import environment_paths, learned_paths, revisions_folder
 from woosh_pure.cli.arguments import count, positive
 from woosh_pure.cli.connection import chosen, names, reaching, simulated
 from woosh_pure.cli.output import Output
@@ -28,7 +29,7 @@ _WORDS = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("--dry-run", action="store_true", help="write nothing")
     parser.add_argument("--all", action="store_true", help="list also what does not differ")
     parser.add_argument("--timeout", type=positive, default=30.0, metavar="S", help="in all (default 30)")
@@ -39,9 +40,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     from rosproto import Node
-    from rosproto.msg import environment_paths, learned_paths, revisions_folder
     from woosh_pure.connection.address import master_uri_of
     from woosh_pure.firmware.learn import Knowledge, judge
     from woosh_pure.firmware.survey import survey

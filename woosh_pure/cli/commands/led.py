@@ -9,6 +9,7 @@ from rosproto.sentence import both, say
 from woosh_pure.cli.arguments import enum_words, word_of
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+from woosh_pure.enums import LedState
 
 COLOURS = {
     "red": 0xFF0000, "orange": 0xFF8000, "yellow": 0xFFFF00, "green": 0x00FF00,
@@ -18,7 +19,7 @@ HELP = "set the light strips: a named state, or a colour"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("state", nargs="?", help="a state of the strip, see --list; none: nothing of its own")
     parser.add_argument(
         "--color", metavar="COLOUR", help=f"three hexadecimal bytes, ff8000, or {', '.join(COLOURS)}"
@@ -33,8 +34,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
-    from woosh_pure.enums import LedState
+    """See `Command`."""
 
     words = enum_words(LedState)
     if args.list:

@@ -13,7 +13,7 @@ HELP = "show, start or stop the localisation, or tell it where the robot is"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     show = verbs.add_parser("show", help="where it believes to be, and how sure it is")
     add_wait(show)
@@ -26,7 +26,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis:
         if args.verb == "show":
             estimate = wait_for(chassis.localization, args, out)

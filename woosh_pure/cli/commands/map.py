@@ -12,17 +12,17 @@ from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, number, pose, seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import GridMap
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.geometry import Pose2D
-    from woosh_pure.maps.gridmap import GridMap
 
 HELP = "save the map (PGM, YAML, and a PNG with robot, path and scan), or set another one"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     verbs.add_parser("show", help="size and resolution of the current map")
     save = verbs.add_parser("save", help="write OUT.yaml and OUT.pgm for map_server, and OUT.png to look at")
@@ -41,7 +41,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     return {"show": _show, "save": _save, "set": _set}[args.verb](args, out)
 
 
@@ -126,7 +126,6 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
 
 
 def _set(args: Namespace, out: Output) -> int:
-    from woosh_pure.maps.gridmap import GridMap
 
     grid = GridMap.load(args.file)
     with connect(args, out) as chassis, out.working("sending the map"):

@@ -10,12 +10,13 @@ from woosh_pure.cli import config
 from woosh_pure.cli.arguments import POSE, add_wait, number, pose, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+from woosh_pure.maps.marks import MarkFile
 
 HELP = "keep your own list of marks (the chassis cannot list them), for completion and notes"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("--file", type=Path, help="the list (default: beside the saved chassis)")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     verbs.add_parser("list", help="show the list")
@@ -31,8 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
-    from woosh_pure.maps.marks import MarkFile
+    """See `Command`."""
 
     marks = MarkFile(args.file or config.mark_file())
     if args.verb == "add":

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from woosh_pure.cli.arguments import natural, positive, seconds, word_of
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+from woosh_pure.enums import NavDirection, NavigationMode
 
 MODES = ("fuzzy-avoidance", "precise-avoidance", "stop-and-wait", "wait-then-avoid")
 DIRECTIONS = ("chassis-decides", "forward", "backward", "along-path")
@@ -14,7 +15,7 @@ HELP = "set what the navigation does about obstacles, and how fast it drives"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("mode", choices=MODES, help="what to do about an obstacle")
     parser.add_argument(
         "--waiting-timeout",
@@ -38,8 +39,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
-    from woosh_pure.enums import NavDirection, NavigationMode
+    """See `Command`."""
 
     mode = NavigationMode[word_of(args.mode)]
     with connect(args, out) as chassis, out.working("asking the navigation"):

@@ -14,7 +14,7 @@ HELP = "move straight by metres (negative: backward), or sideways"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("metres", type=number, help="at most 10")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="M/S", help="default: the chassis's 0.2"
@@ -24,7 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
         verb = chassis.strafe if args.left else chassis.move

@@ -14,7 +14,7 @@ HELP = "plan a path without driving it (exit code 1: there is no way)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add_pose(parser)
     parser.add_argument(
         "--start", nargs=3, type=number, metavar=POSE, help="from here (default: where the robot is)"
@@ -26,7 +26,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     file = None
     with connect(args, out) as chassis:
         start = pose(args.start) if args.start else None

@@ -20,7 +20,7 @@ HELP = "say whether it would move now, and why not (exit code 3: not ready; 5: n
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--listen", type=seconds, default=1.0, metavar="S", help="seconds to listen before judging (1)"
     )
@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     from rosproto.transport import Deadline
 
     with connect(args, out) as chassis:

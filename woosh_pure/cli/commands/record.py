@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from woosh_pure.cli.connection import chosen, names, simulated
 from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
+from woosh_pure.interface.table import find
 
 if TYPE_CHECKING:
     from rosproto.recording import Recorder
@@ -18,7 +19,7 @@ HELP = "record what the chassis says and is told into a bag, until interrupted; 
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     from rosproto.cli import add_output_options
 
     parser.add_argument("topics", nargs="*", metavar="TOPIC", help="more topics, beside those of the chassis")
@@ -31,7 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     from rosproto import Node
     from rosproto.cli import follow_recording, interrupt_on_signals, recorder_options
     from rosproto.recording import Recorder
@@ -56,7 +57,6 @@ def run(args: Namespace, out: Output) -> int:
 def _tell(recorder: Recorder, out: Output) -> int:
     """What is in the bags; 1 when one is damaged, or no pose or no battery is in them: hardly the chassis."""
     from rosproto.bag import open_bag
-    from woosh_pure.interface.table import find
 
     counts: dict[str, int] = {}
     files: list[dict[str, Any]] = []

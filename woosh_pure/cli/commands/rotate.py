@@ -15,7 +15,7 @@ HELP = "turn in place by degrees (positive: to the left)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("degrees", type=number, help="at most 3600")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
@@ -24,7 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if abs(args.degrees) > 3600.0:
         raise ValueError(
             say(

@@ -11,12 +11,12 @@ HELP = "let the chassis speak (where it has a voice)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("text", nargs="+", help="what to say")
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     text = " ".join(args.text)
     if not text.strip():
         raise ValueError("the text is empty; give the words to say")

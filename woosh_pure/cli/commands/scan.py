@@ -12,13 +12,14 @@ from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, folder_exists, positive, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+from woosh_pure.geometry import Pose2D
+from woosh_pure.values.state import LaserScan
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from woosh_pure.chassis import Chassis
-    from woosh_pure.values.state import LaserScan
 
 HELP = "show the lidar scan: the nearest thing, how far it is free on each side, or a picture"
 WIDTH = 0.7
@@ -26,7 +27,7 @@ WIDTH = 0.7
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add_wait(parser)
     parser.add_argument(
         "--png", type=folder_exists, metavar="FILE", help="draw it, from above, x to the right"
@@ -38,7 +39,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.map and not args.png:
         raise ValueError("--map draws the scan into the map: give --png FILE too")
     from woosh_pure.readings import scan_in_base
@@ -115,7 +116,6 @@ def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
 
 def _draw(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) -> bytes:
     from woosh_pure.cli.picture import blank_around, chart_png
-    from woosh_pure.geometry import Pose2D
     from woosh_pure.readings import scan_in_base, scan_in_map
 
     if not args.map:

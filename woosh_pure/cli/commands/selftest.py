@@ -12,14 +12,14 @@ HELP = "check that everything works on this machine; needs no robot, moves nothi
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--no-ros", action="store_true", help="do not look for a real ROS on this machine, and start nothing"
     )
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.master or args.chassis:
         raise ValueError("the self-test is about this machine alone; for a chassis: woosh doctor")
     from rosproto.selftest import State, run

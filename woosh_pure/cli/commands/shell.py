@@ -17,12 +17,12 @@ _TRY = "Try: chassis.battery.wait()   chassis.readiness()   chassis.move(0.3).wa
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("-c", dest="code", metavar="CODE", help="run this instead of asking for input")
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.json:
         raise ValueError("--json: the shell prints what you print; use json.dumps inside")
     with connect(args, out) as chassis:

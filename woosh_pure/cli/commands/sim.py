@@ -15,6 +15,7 @@ from rosproto.sentence import led, say
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import port, positive, seconds
 from woosh_pure.cli.output import Output
+from woosh_pure.enums import RobotMode
 from woosh_pure.errors import ChassisError
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ HELP = "run a simulated chassis until interrupted"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument("--port", type=port, default=11311, help="port of its own master (11311; 0: any)")
     parser.add_argument(
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address to be reached at"
@@ -101,7 +102,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     hurry()
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits
@@ -192,7 +193,6 @@ def _parse_at(text: str) -> tuple[float, str]:
 
 def inject(sim: SimulatedChassis, fault: str) -> None:
     """Let a fault of `FAULTS` happen."""
-    from woosh_pure.enums import RobotMode
 
     name, *values = fault.split(":")
     actions: dict[str, Callable[[], object]] = {

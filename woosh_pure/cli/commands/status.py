@@ -19,14 +19,14 @@ HELP = "show battery, pose, state, faults and whether it would move"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--wait", type=seconds, default=2.0, metavar="S", help="seconds to listen (default 2)"
     )
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     with connect(args, out) as chassis:
         faults = chassis.faults
         chassis.readiness()  # begins to listen to what only it needs

@@ -12,7 +12,7 @@ HELP = "stop: zero velocity and cancel everything, whoever started it (no emerge
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--end-drivers",
         action="store_true",
@@ -22,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     from dataclasses import asdict
 
     with connect(args, out) as chassis:

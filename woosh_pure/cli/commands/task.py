@@ -11,6 +11,8 @@ from woosh_pure.cli.arguments import POSE, add_timeout, natural, number, pose, w
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
 from woosh_pure.cli.output import Output
+from woosh_pure.enums import Direction, TaskCommand, TaskType
+from woosh_pure.errors import ChassisError
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -31,7 +33,7 @@ _COMMANDS = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for kind, text in _KINDS.items():
         _add_kind(verbs.add_parser(kind, help=text, description=text), carry=kind == "carry")
@@ -63,11 +65,10 @@ def _add_kind(parser: ArgumentParser, *, carry: bool) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     if args.verb in _COMMANDS:
         with connect(args, out) as chassis:
             return _command(chassis, args, out)
-    from woosh_pure.enums import Direction, TaskType
 
     if not args.mark and not args.pose:
         raise ValueError(say("{verb}: give a mark or --pose X Y DEGREES", verb=args.verb))
@@ -93,8 +94,6 @@ def run(args: Namespace, out: Output) -> int:
 
 def _command(chassis: Chassis, args: Namespace, out: Output) -> int:
     from rosproto.errors import RosTimeout
-    from woosh_pure.enums import TaskCommand
-    from woosh_pure.errors import ChassisError
     from woosh_pure.values.rostypes import service_type
 
     task_id = args.id

@@ -22,7 +22,7 @@ HELP = "put the chassis under a fleet manager, by VDA 5050 over MQTT"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     add = parser.add_argument
     add("--broker", metavar="URL", help="mqtt://HOST:PORT, or mqtts:// for TLS")
     add("--manufacturer", default="Woosh", help="part of the topics (Woosh)")
@@ -79,7 +79,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     hurry()
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis

@@ -24,7 +24,7 @@ HELP = "watch pose, map, scan, battery, task, faults and rates live"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
     )
@@ -35,7 +35,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     whole = not (args.lines or args.json) and enable_escapes(sys.stdout)
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:

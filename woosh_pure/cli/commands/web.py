@@ -14,6 +14,7 @@ from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, port
 from woosh_pure.cli.connection import connect, connect_to, watchdog_of
 from woosh_pure.cli.output import Output
+from woosh_pure.maps.marks import MarkFile
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -22,7 +23,7 @@ HELP = "show the robot in a browser, on a phone too, and open a REST door for an
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """See `registry`."""
+    """See `Command`."""
     parser.add_argument(
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)"
     )
@@ -59,7 +60,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace, out: Output) -> int:
-    """See `registry`."""
+    """See `Command`."""
     hurry()
     from woosh_pure import web
     from woosh_pure.web.extra import require
@@ -155,7 +156,6 @@ def _called(address: str) -> str:
 def _marks(args: Namespace, out: Output) -> list[Any]:
     """Of the file, of the simulated hall, or of the user's own list."""
     from woosh_pure.cli import config
-    from woosh_pure.maps.marks import MarkFile
     from woosh_pure.web.maps import WebMark
 
     if args.marks is not None:
