@@ -5,19 +5,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
+from woosh_pure.chassis import Chassis
 from woosh_pure.errors import GoalFailed
 from woosh_pure.fleet.actions.task import Handler, Task, end_is_known
+from woosh_pure.fleet.facts import Load
 from woosh_pure.fleet.order.events import Begin
-from woosh_pure.fleet.state import Load
-
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-
-__all__ = ["ActionRunner"]
 
 _log = get_logger("woosh_pure.fleet.action_runner")
 

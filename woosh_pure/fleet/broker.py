@@ -7,8 +7,6 @@ import ssl
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
-__all__ = ["Broker", "load_certificates", "tls_context"]
-
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Broker:

@@ -14,8 +14,6 @@ from rosproto.files import read_text
 from woosh_pure.fleet.broker import Broker
 from woosh_pure.geometry import Footprint
 
-__all__ = ["MOST_VEHICLES", "VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]
-
 VERSIONS = ("2.0.0", "2.1.0")
 MOST_VEHICLES = 25
 """Whole chassis of one process: see `link.py` for why."""

@@ -17,21 +17,17 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from woosh_pure.chassis import Chassis
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
 from woosh_pure.fleet.actions.task import end_is_known
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.limits import AgvPosition
-
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-
-__all__ = ["Driver"]
 
 _log = get_logger("woosh_pure.fleet.driver")
 _MODE_SECONDS = 5.0

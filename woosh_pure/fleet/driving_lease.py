@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-
-__all__ = ["DrivingLease"]
+from woosh_pure.chassis import Chassis
 
 _LEASE_SECONDS = 60.0
 _RENEW_SECONDS = _LEASE_SECONDS / 3.0

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from rosproto.errors import RosError
+from woosh_pure.chassis import Chassis
 from woosh_pure.fleet.actions.abilities import abilities_of
 from woosh_pure.fleet.actions.log_report import Journal
 from woosh_pure.fleet.actions.map_store import MapStore
-from woosh_pure.fleet.actions.task import Handler
-from woosh_pure.fleet.actions.triggers import Triggers
+from woosh_pure.fleet.actions.task import Handler, Triggers
 from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.facts import Facts, MapEntry
 from woosh_pure.fleet.order.limits import Limits
-from woosh_pure.fleet.state import Facts, MapEntry
 from woosh_pure.fleet.store import Store
-
-__all__ = ["Equipment", "equipment_of"]
+from woosh_pure.geometry import Footprint
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,3 +74,34 @@ def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[s
     return Equipment(
         limits, {name: handler for name, (_, handler) in found.items()}, facts, triggers, journal, maps
     )
+
+
+_OUTLINES = ("/move_base/global_costmap", "/move_base/local_costmap")
+
+
+def outline_of(chassis: Chassis) -> tuple[tuple[float, float], ...]:
+    """The outline that the navigation of a chassis has as its parameter, in m in base_link.
+
+    By costmap_2d's own names: `footprint`, a list of corners or its text, or `robot_radius`; empty where
+    there is none.
+    """
+    for space in _OUTLINES:
+        try:
+            corners = _parameter(chassis, f"{space}/footprint")
+            if isinstance(corners, str):
+                corners = json.loads(corners.replace("(", "[").replace(")", "]"))
+            if corners:
+                return Footprint.from_points(corners).points
+            radius = _parameter(chassis, f"{space}/robot_radius")
+            if radius:
+                return Footprint.circle(float(radius)).points
+        except (RosError, ValueError, TypeError):
+            continue
+    return ()
+
+
+def _parameter(chassis: Chassis, name: str) -> Any:
+    try:
+        return chassis.node.params[name]
+    except KeyError:
+        return None

@@ -24,8 +24,6 @@ from typing import NamedTuple
 from woosh_pure.fleet.messages.elements import InstantActions, Order
 from woosh_pure.fleet.order.events import Event, MalformedMessage
 
-__all__ = ["MOST_MESSAGES", "ROOM", "Inbox", "Lane", "Left", "Message", "lane_of"]
-
 
 class Lane(Enum):
     """Where a message waits; the value says in words what waits there."""

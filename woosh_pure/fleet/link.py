@@ -41,8 +41,6 @@ from rosproto.transport import Backoff
 from woosh_pure.fleet.broker import Broker, load_certificates, tls_context
 from woosh_pure.fleet.messages.schema import MOST_BYTES
 
-__all__ = ["MOST_WAITING", "BrokerConnection", "paho"]
-
 _log = get_logger("woosh_pure.fleet.link")
 MOST_WAITING = 200
 """Messages of one vehicle that wait for a broker which does not read."""

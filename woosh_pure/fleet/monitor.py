@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import RosError
+from woosh_pure.chassis import Chassis
 from woosh_pure.enums import RobotMode
+from woosh_pure.fleet.facts import Facts
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.limits import AgvPosition
-from woosh_pure.fleet.state import Facts
+from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.reasons import ReasonKey
-
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-    from woosh_pure.geometry import Pose2D, Velocity
-    from woosh_pure.values import Parameters
-
-__all__ = ["SILENT_AFTER", "STILL", "ChassisMonitor"]
+from woosh_pure.values import Parameters
 
 _SEVERE = 3  # level of a fault
 SILENT_AFTER = 1.5

@@ -16,8 +16,6 @@ from typing import Any
 from rosproto.logs import get_logger
 from woosh_pure.errors import ChassisError
 
-__all__ = ["Store", "StoreInUse", "default_folder"]
-
 _log = get_logger("woosh_pure.fleet.store")
 _WRITE = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 

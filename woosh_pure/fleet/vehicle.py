@@ -15,38 +15,31 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import Any
 
 from rosproto.logs import get_logger
 from rosproto.version import __version__
+from woosh_pure.chassis import Chassis
 from woosh_pure.fleet.action_runner import ActionRunner
 from woosh_pure.fleet.broker import Broker
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
 from woosh_pure.fleet.driving_lease import DrivingLease
-from woosh_pure.fleet.equipment import equipment_of
+from woosh_pure.fleet.equipment import equipment_of, outline_of
 from woosh_pure.fleet.inbox import Inbox, Lane, Left, Message
 from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.elements import Order
-from woosh_pure.fleet.messages.header import check_header
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
-from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.messages.schema import Invalid, check_header
 from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
 from woosh_pure.fleet.order.limits import AgvPosition, within_deviation
 from woosh_pure.fleet.order.state import OrderState
-from woosh_pure.fleet.outline import outline_of
 from woosh_pure.fleet.publisher import Publisher
 from woosh_pure.fleet.store import Store, StoreInUse
-
-if TYPE_CHECKING:
-    from types import TracebackType
-
-    from woosh_pure.chassis import Chassis
-
-__all__ = ["Vehicle"]
 
 _log = get_logger("woosh_pure.fleet.vehicle")
 STATE_EVERY = 25.0

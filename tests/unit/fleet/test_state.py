@@ -8,14 +8,13 @@ from dataclasses import replace
 import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
-from woosh_pure.fleet.factsheet import Body, factsheet_message
-from woosh_pure.fleet.messages.header import Headers
+from woosh_pure.fleet.facts import Facts, Load, MapEntry
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.monitor import operating_mode
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.events import ProblemChanged
 from woosh_pure.fleet.order.limits import AgvPosition
-from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
+from woosh_pure.fleet.publisher import Body, Headers, factsheet_message, state_message, visualization_message
 
 HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)
 

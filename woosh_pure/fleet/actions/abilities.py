@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from woosh_pure.enums import Direction
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.actions.custom import handler_of
-from woosh_pure.fleet.actions.map_actions import map_actions
+from woosh_pure.fleet.actions.map_archive import fetch, unpack
 from woosh_pure.fleet.actions.map_store import MapStore
-from woosh_pure.fleet.actions.predefined import MOVING, PARAMETERS, SCOPES, predefined
-from woosh_pure.fleet.actions.task import Handler, Task
-from woosh_pure.fleet.actions.triggers import Triggers, waiting_for
+from woosh_pure.fleet.actions.task import Handler, Task, Triggers, handler_of
 from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.facts import Load, MapEntry
 from woosh_pure.fleet.order.actions import BUILT_IN, Ability, Parameter, Scope
-from woosh_pure.fleet.state import Load, MapEntry
 from woosh_pure.geometry import Pose2D
-
-if TYPE_CHECKING:
-    pass
-
-__all__ = ["abilities_of"]
 
 _EVERYWHERE = (Scope.INSTANT, Scope.NODE, Scope.EDGE)
 _CHARGE_SECONDS = 600.0
@@ -156,3 +148,108 @@ def _carrying(direction: Direction) -> Handler:
         return text
 
     return carry
+
+
+# -- what chapter 6.8.1 says of the predefined actions -------------------------------------------------------
+#
+# An action of the user's with one of these names is declared in the factsheet as the standard has it.
+
+_NODE, _EDGE, _INSTANT = Scope.NODE, Scope.EDGE, Scope.INSTANT
+SCOPES: dict[str, tuple[Scope, ...]] = {
+    "startCharging": (_INSTANT, _NODE), "stopCharging": (_INSTANT, _NODE), "initPosition": (_INSTANT, _NODE),
+    "enableMap": (_INSTANT, _NODE), "downloadMap": (_INSTANT,), "deleteMap": (_INSTANT,),
+    "logReport": (_INSTANT,), "pick": (_NODE, _EDGE), "drop": (_NODE, _EDGE), "detectObject": (_NODE, _EDGE),
+    "finePositioning": (_NODE, _EDGE), "waitForTrigger": (_NODE,),
+}  # fmt: skip
+_MAP = (Parameter("mapId"), Parameter("mapVersion"))
+_LOAD = (
+    Parameter("lhd", optional=True), Parameter("stationName", optional=True),
+    Parameter("loadId", optional=True), Parameter("height", "FLOAT", optional=True),
+    Parameter("depth", "FLOAT", optional=True), Parameter("side", optional=True),
+)  # fmt: skip
+PARAMETERS: dict[str, tuple[Parameter, ...]] = {
+    "initPosition": (
+        Parameter("x", "FLOAT"), Parameter("y", "FLOAT"), Parameter("theta", "FLOAT"), Parameter("mapId"),
+        Parameter("lastNodeId", optional=True),
+    ),
+    "enableMap": _MAP, "deleteMap": _MAP,
+    "downloadMap": (
+        *_MAP, Parameter("mapDownloadLink", description="http(s), a ZIP of a map_server YAML and picture"),
+        Parameter("mapHash", optional=True, description="MD5, SHA-1, SHA-256 or SHA-512, hexadecimal"),
+    ),
+    "logReport": (Parameter("reason"),),
+    "pick": (Parameter("stationType"), Parameter("loadType"), *_LOAD),
+    "drop": (Parameter("stationType", optional=True), Parameter("loadType", optional=True), *_LOAD),
+    "detectObject": (Parameter("objectType", optional=True),),
+    "finePositioning": (Parameter("stationType", optional=True), Parameter("stationName", optional=True)),
+    "waitForTrigger": (Parameter("triggerType"),),
+}  # fmt: skip
+MOVING = frozenset(("startCharging", "stopCharging", "pick", "drop", "finePositioning"))
+"""Those that move the robot, unless a function says otherwise."""
+
+
+def predefined(name: str, **given: Any) -> Ability:
+    """An ability of the standard's, with the scopes and parameters that it has there."""
+    return Ability(name, SCOPES[name], PARAMETERS.get(name, ()), moves=name in MOVING, **given)
+
+
+# -- downloadMap, enableMap, deleteMap (6.7, 6.8.1) ----------------------------------------------------------
+
+_POSE_SECONDS = 10.0
+
+
+def map_actions(maps: MapStore) -> dict[str, tuple[Ability, Handler]]:
+    """The three actions, on a vehicle's maps."""
+
+    def download(task: Task) -> str:
+        given = {key: str(value) for key, value in task.parameters.items()}
+        name, version = given["mapId"], given["mapVersion"]
+        if maps.find(name, version) is not None:
+            raise ChassisError(f"map {name} {version} is on the vehicle already; delete it first")
+        data = fetch(given["mapDownloadLink"], task.cancelled.is_set, given.get("mapHash", ""))
+        grid = unpack(data)
+        maps.add(name, version, grid)
+        return f"{grid.width} x {grid.height} cells of {grid.resolution:g} m"
+
+    def enable(task: Task) -> str:
+        name, version = str(task.parameters["mapId"]), str(task.parameters["mapVersion"])
+        if maps.find(name, version) is None:
+            raise ChassisError(f"map {name} {version} is not on the vehicle; download it first")
+        if name == maps.active:
+            maps.use(task.chassis, name, version, task.chassis.pose.wait(_POSE_SECONDS, new=False))
+        maps.enable(name, version)
+        return "in use" if name == maps.active else "enabled; initPosition takes the robot there"
+
+    def delete(task: Task) -> str:
+        maps.delete(str(task.parameters["mapId"]), str(task.parameters["mapVersion"]))
+        return ""
+
+    return {
+        "downloadMap": (
+            predefined("downloadMap", description="Fetches a map; it is DISABLED at first."),
+            download,
+        ),
+        "enableMap": (predefined("enableMap", still=True, description="Uses this version of a map."), enable),
+        "deleteMap": (predefined("deleteMap", description="Deletes a map that is DISABLED."), delete),
+    }
+
+
+# -- waitForTrigger ------------------------------------------------------------------------------------------
+
+
+def waiting_for(given: Mapping[str, str], triggers: Triggers) -> tuple[Ability, Handler]:
+    """The ability, for types of triggers and what each waits for; "" waits for `Vehicle.trigger`."""
+    loaded = {name: handler_of(name, target) if target else None for name, target in given.items()}
+    kinds = Parameter("triggerType", choices=tuple(loaded))
+    text = f"waits for one of: {', '.join(loaded)}"
+    ability = Ability("waitForTrigger", SCOPES["waitForTrigger"], (kinds,), description=text)
+
+    def wait(task: Task) -> str | None:
+        name = str(task.parameters["triggerType"])
+        handler = loaded[name]
+        if handler is not None:
+            return handler(task)
+        triggers.wait(name, task)
+        return None
+
+    return ability, wait

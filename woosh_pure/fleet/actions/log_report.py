@@ -10,9 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.text import printable
-from woosh_pure.fleet.messages.header import timestamp
-
-__all__ = ["Journal"]
+from woosh_pure.fleet.messages.schema import timestamp
 
 MOST_LINES = 500
 MOST_REPORTS = 50

@@ -9,16 +9,11 @@ import hashlib
 import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError
-
-if TYPE_CHECKING:
-    from woosh_pure.maps.gridmap import GridMap
-
-__all__ = ["fetch", "unpack"]
+from woosh_pure.maps.gridmap import GridMap
 
 MOST_DOWNLOAD = 64_000_000
 """Bytes of a file that is downloaded."""

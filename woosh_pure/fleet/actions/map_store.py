@@ -15,16 +15,12 @@ import os
 import threading
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.logs import get_logger
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.state import MapEntry
-
-if TYPE_CHECKING:
-    from woosh_pure.maps.gridmap import GridMap
-
-__all__ = ["MapStore"]
+from woosh_pure.fleet.facts import MapEntry
+from woosh_pure.maps.gridmap import GridMap
 
 _log = get_logger("woosh_pure.fleet.actions.map_store")
 MOST_MAPS = 50

@@ -28,8 +28,6 @@ from woosh_pure.fleet.messages.schema import (
     require,
 )
 
-__all__ = ["parse", "read_edge", "read_instant_actions", "read_node", "read_order"]
-
 
 def parse(payload: bytes | str) -> dict[str, Any]:
     """A message's JSON object; anything else is `Invalid`."""

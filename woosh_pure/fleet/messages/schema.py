@@ -1,4 +1,5 @@
-"""The fields of the messages that a fleet manager sends: a table of our own, and the check by it. Pure.
+"""The fields of the messages that a fleet manager sends: a table of our own, and the check by it; the header
+and the time of every message. Pure.
 
 The tables name each field of chapters 6.6.6 and 6.9 with the kind of its value; `!` marks those that are
 required. Fields that no table names are ignored, as the standard's schemas do. Versions 2.0 and 2.1 differ
@@ -9,11 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from datetime import datetime, timezone
 from typing import Any
 
 from rosproto.text import printable
-
-__all__ = ["Invalid", "check", "require"]
 
 MOST_BYTES = 1_000_000
 """Of one message; told in the factsheet as `msgLen`."""
@@ -150,3 +150,28 @@ _WORDS = {
     "position": "a position",
     "parameters": "a list of parameters",
 }
+
+
+def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, serial: str) -> None:
+    """Require that a message is for this vehicle, in a version that it speaks.
+
+    Args:
+        data: The message.
+        version: Of the protocol; messages may be of any version with the same first number.
+        manufacturer, serial: Who this vehicle is.
+
+    Raises:
+        Invalid: It is for another vehicle, or of another major version; the path names the field.
+    """
+    check(data, HEADER, "")
+    major = version.partition(".")[0]
+    given = data["version"]
+    require(given.partition(".")[0] == major, "version", f"a version {major}", given)
+    for key, ours in (("manufacturer", manufacturer), ("serialNumber", serial)):
+        require(data[key] == ours, key, f"{ours}: this vehicle", data[key])
+
+
+def timestamp(seconds: float) -> str:
+    """Seconds since 1970 as the standard writes them: ISO 8601, UTC, with hundredths and a Z."""
+    moment = datetime.fromtimestamp(seconds, timezone.utc)
+    return moment.strftime("%Y-%m-%dT%H:%M:%S.") + f"{moment.microsecond // 10000:02d}Z"

@@ -17,8 +17,7 @@ import pytest
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.actions.abilities import abilities_of
 from woosh_pure.fleet.actions.log_report import Journal
-from woosh_pure.fleet.actions.task import Task
-from woosh_pure.fleet.actions.triggers import Triggers
+from woosh_pure.fleet.actions.task import Task, Triggers
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.actions import Scope, objection

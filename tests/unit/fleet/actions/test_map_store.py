@@ -22,8 +22,8 @@ from woosh_pure.fleet.actions.map_archive import fetch, unpack
 from woosh_pure.fleet.actions.map_store import MapStore
 from woosh_pure.fleet.actions.task import Handler, Task
 from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.facts import MapEntry
 from woosh_pure.fleet.messages.elements import Action
-from woosh_pure.fleet.state import MapEntry
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps import GridMap
 

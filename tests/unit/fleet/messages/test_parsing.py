@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fleet import action, instant, order_json
-from woosh_pure.fleet.messages.header import Headers, check_header, timestamp
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
-from woosh_pure.fleet.messages.schema import MOST_BYTES, Invalid
+from woosh_pure.fleet.messages.schema import MOST_BYTES, Invalid, check_header, timestamp
+from woosh_pure.fleet.publisher import Headers
 
 
 def changed(path: str, value: Any) -> dict[str, Any]:
