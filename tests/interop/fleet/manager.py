@@ -34,38 +34,37 @@ def build(order_id: str, way: str, *, actions: dict[str, list[Action]] | None = 
 
 async def main() -> None:
     config = MasterConfig(broker_url=os.environ["BROKER"], validate_messages=True)
-    async with MasterClient(config) as master:
-        seen: dict[str, object] = {}
+    master = MasterClient(config)
+    seen: dict[str, object] = {}
 
-        def on_state(state, key) -> None:
-            told = {
-                "order": state.order_id, "update": state.order_update_id, "last": state.last_node_id,
-                "ahead": [node.node_id for node in state.node_states], "paused": state.paused,
-                "actions": {each.action_id: str(each.action_status.value) for each in state.action_states},
-                "errors": [error.error_type for error in state.errors],
-            }  # fmt: skip
-            if told != seen.get("state"):
-                seen["state"] = told
-                say(event="state", **told)
+    def on_state(state, key) -> None:
+        told = {
+            "order": state.order_id, "update": state.order_update_id, "last": state.last_node_id,
+            "ahead": [node.node_id for node in state.node_states], "paused": state.paused,
+            "actions": {each.action_id: str(each.action_status.value) for each in state.action_states},
+            "errors": [error.error_type for error in state.errors],
+        }  # fmt: skip
+        if told != seen.get("state"):
+            seen["state"] = told
+            say(event="state", **told)
 
-        master.on_state(on_state)
-        master.on_error(
-            lambda event: say(event="complaint", kind=str(event.error_type), text=str(event.error))
-        )
-        master.on_connection(lambda c, key: say(event="connection", state=str(c.connection_state.value)))
-        master.on_factsheet(
-            lambda sheet, key: say(event="factsheet", series=sheet.type_specification.series_name)
-        )
+    master.on_state(on_state)  # before it connects: what is retained comes at once
+    master.on_error(lambda event: say(event="complaint", kind=str(event.error_type), text=str(event.error)))
+    master.on_connection(lambda c, key: say(event="connection", state=str(c.connection_state.value)))
+    master.on_factsheet(
+        lambda sheet, key: say(event="factsheet", series=sheet.type_specification.series_name)
+    )
 
-        async def until(what: str, accept, seconds: float = 30.0) -> None:
-            for _ in range(int(seconds / 0.05)):
-                state = seen.get("state")
-                if state is not None and accept(state):
-                    return
-                await asyncio.sleep(0.05)
-            say(event="failed", waiting_for=what, state=seen.get("state"))
-            raise SystemExit(1)
+    async def until(what: str, accept, seconds: float = 30.0) -> None:
+        for _ in range(int(seconds / 0.05)):
+            state = seen.get("state")
+            if state is not None and accept(state):
+                return
+            await asyncio.sleep(0.05)
+        say(event="failed", waiting_for=what, state=seen.get("state"))
+        raise SystemExit(1)
 
+    async with master:
         await until("a state", lambda s: True)
         await master.request_factsheet(VEHICLE)
         actions = {"n1": [act("a1"), act("a2", blocking=BlockingType.SOFT)], "n3": [act("a3")]}
