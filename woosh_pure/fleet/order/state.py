@@ -128,9 +128,9 @@ class OrderState:
 
     @property
     def shown(self) -> tuple[object, ...]:
-        """What others are told: when it differs, a state is published."""
+        """What others are told beside that: when it differs, too, a state is published."""
         return (
-            self.kept, self.problems.standing, self.held, self.mode, self.driving, self.position is None,
+            self.problems.standing, self.held, self.mode, self.driving, self.position is None,
         )  # fmt: skip
 
     # -- its actions -----------------------------------------------------------------------------------------
@@ -166,17 +166,20 @@ class OrderState:
     # -- whether it may drive --------------------------------------------------------------------------------
 
     @property
-    def holds(self) -> frozenset[Hold]:
+    def holds(self) -> set[Hold]:
         """What keeps the vehicle from something now."""
-        next_one = self.nodes[0] if self.nodes else None
-        follows = {
-            Hold.TOO_FAST: bool(self.too_fast),
-            Hold.MODE: not self.in_control,
-            Hold.PLACE: self.position is None and next_one is not None and next_one.position is not None,
-            Hold.MAP: self.is_on_other_map,
-            Hold.NOT_KNOWN: self.motion in (Motion.UNKNOWN, Motion.STOPPING),
-        }
-        return self.set_holds | {hold for hold, holds in follows.items() if holds}
+        found = set(self.set_holds)
+        if self.too_fast:
+            found.add(Hold.TOO_FAST)
+        if not self.in_control:
+            found.add(Hold.MODE)
+        if self.position is None and self.nodes and self.nodes[0].position is not None:
+            found.add(Hold.PLACE)
+        if self.is_on_other_map:
+            found.add(Hold.MAP)
+        if self.motion in (Motion.UNKNOWN, Motion.STOPPING):
+            found.add(Hold.NOT_KNOWN)
+        return found
 
     def bars(self, what: Barred) -> bool:
         """Whether a hold keeps the vehicle from something."""

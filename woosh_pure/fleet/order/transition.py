@@ -57,12 +57,14 @@ class Transition:
     def result(self) -> tuple[OrderState, list[Effect]]:
         """The state after the event, and its effects in their order: what stops, `Write`, `Tell`, the
         rest."""
+        before, state = self._before, self.state
         effects: list[Effect] = [each for each in self._asked if stops(each)]
-        if self.state.kept != self._before.kept:
+        writes = state is not before and state.kept != before.kept
+        if writes:
             effects.append(Write())
-        if self._told or self.state.shown != self._before.shown:
+        if writes or self._told or (state is not before and state.shown != before.shown):
             effects.append(Tell())
-        return self.state, effects + [each for each in self._asked if not stops(each)]
+        return state, effects + [each for each in self._asked if not stops(each)]
 
     def ask(self, effect: Effect) -> None:
         """Ask for an effect."""
