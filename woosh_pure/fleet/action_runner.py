@@ -12,7 +12,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.errors import GoalFailed
 from woosh_pure.fleet.actions.task import Handler, Task, end_is_known
 from woosh_pure.fleet.facts import Load
-from woosh_pure.fleet.order.events import Begin
+from woosh_pure.fleet.order.events import ActionEnded, Begin
 
 _log = get_logger("woosh_pure.fleet.action_runner")
 
@@ -23,8 +23,7 @@ class ActionRunner:
     Args:
         chassis: The chassis.
         handlers: What each action type does.
-        ended: Called with the action's id, whether it ended well, its result, and whether it is known that
-            the chassis has ended what it was asked for; in the action's thread.
+        report: Called with an `ActionEnded` for each action, in the action's thread.
 
     Attributes:
         loads: The loads on the vehicle, as pick and drop have told.
@@ -34,9 +33,9 @@ class ActionRunner:
         self,
         chassis: Chassis,
         handlers: Mapping[str, Handler],
-        ended: Callable[[str, bool, str, bool], object],
+        report: Callable[[ActionEnded], object],
     ) -> None:
-        self._chassis, self._handlers, self._ended = chassis, handlers, ended
+        self._chassis, self._handlers, self._report = chassis, handlers, report
         self.loads: list[Load] = []
         self._tasks: dict[str, Task] = {}
         self._workers: set[threading.Thread] = set()
@@ -64,7 +63,7 @@ class ActionRunner:
                 known = end_is_known(error.outcome)
             if not isinstance(error, (RosError, ValueError, OSError)):
                 _log.exception("! the action %s has failed", action.type)
-        self._ended(action.id, ok, text, known)
+        self._report(ActionEnded(action.id, ok, text, known))
 
     def forget(self, action_id: str) -> None:
         """An action has ended."""

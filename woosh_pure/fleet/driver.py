@@ -26,7 +26,7 @@ from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
 from woosh_pure.fleet.actions.task import end_is_known
 from woosh_pure.fleet.messages.elements import Edge, Node
-from woosh_pure.fleet.order.events import Drive
+from woosh_pure.fleet.order.events import Drive, DriveEnded, StopEnded
 from woosh_pure.fleet.order.limits import AgvPosition
 
 _log = get_logger("woosh_pure.fleet.driver")
@@ -43,9 +43,8 @@ class Driver:
 
     Args:
         chassis: The chassis.
-        ended: Called with token, whether it arrived, why not, and whether its end is known; in a thread of
-            the drive's.
-        stopped: Called with whether the robot stands when `stop_all` has ended; likewise.
+        report: Called with a `DriveEnded` for each drive and a `StopEnded` for each `stop_all`, in a thread
+            of the drive's.
         place: Where the vehicle is now.
         marks: Whether a node without a position is a mark.
     """
@@ -53,13 +52,12 @@ class Driver:
     def __init__(
         self,
         chassis: Chassis,
-        ended: Callable[[int, bool, str, bool], object],
-        stopped: Callable[[bool], object],
+        report: Callable[[DriveEnded | StopEnded], object],
         place: Callable[[], AgvPosition | None],
         *,
         marks: bool = False,
     ) -> None:
-        self._chassis, self._ended, self._stopped = chassis, ended, stopped
+        self._chassis, self._tell = chassis, report
         self._place, self._marks = place, marks
         self._lock = threading.Lock()
         self._sending = threading.Lock()  # one goal after the other: an older one must not replace a newer
@@ -121,7 +119,7 @@ class Driver:
             _log.warning("! how something that moves the robot ended is not known: %s", report.sentence())
         except RosError as error:
             _log.warning("! the robot was not stopped: %s", error)
-        self._stopped(standing)
+        self._tell(StopEnded(standing))
 
     def _unwanted(self, token: int) -> bool:
         return self._closed or token != self._newest or token == self._halted
@@ -132,7 +130,7 @@ class Driver:
                 self._open.discard(token)
             else:
                 return  # its end was reported
-        self._ended(token, arrived, text, known)
+        self._tell(DriveEnded(token, arrived, text, known))
 
     def _work(self, effect: Drive) -> None:
         token = effect.token

@@ -88,10 +88,8 @@ class Vehicle:
         self._publisher = Publisher(config, broker, self._on_message, self._on_connected, self._journal)
         self._mqtt = self._publisher.connection
         self._monitor = ChassisMonitor(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
-        self._driver = Driver(
-            chassis, self._on_drive_ended, self._on_stopped, lambda: self.facts.position, marks=config.marks
-        )
-        self._actions = ActionRunner(chassis, equipment.handlers, self._on_action_ended)
+        self._driver = Driver(chassis, self._inbox.report, lambda: self.facts.position, marks=config.marks)
+        self._actions = ActionRunner(chassis, equipment.handlers, self._inbox.report)
         self._lease = DrivingLease(chassis, config.serial, self._due)
         self._do: dict[type, Callable[[Any], object]] = {
             events.Halt: lambda effect: self._driver.halt(effect.token),
@@ -256,15 +254,6 @@ class Vehicle:
 
     def _on_described(self) -> None:
         self._inbox.flag("described")
-
-    def _on_drive_ended(self, token: int, arrived: bool, text: str, known: bool) -> None:
-        self._inbox.report(events.DriveEnded(token, arrived, text, known))
-
-    def _on_stopped(self, standing: bool) -> None:
-        self._inbox.report(events.StopEnded(standing))
-
-    def _on_action_ended(self, action_id: str, ok: bool, text: str, known: bool) -> None:
-        self._inbox.report(events.ActionEnded(action_id, ok, text, known))
 
     # -- the one thread --------------------------------------------------------------------------------------
 

@@ -93,14 +93,14 @@ def watch(vehicle: Any, chassis: Any, serial: str, log: list[dict[str, Any]], *,
             return go_to(*given, **options)
 
         chassis.go_to = begin
-    ended = vehicle._driver._ended
+    tell = vehicle._driver._tell
 
-    def over(token: int, arrived: bool, text: str, known: bool) -> None:
-        if arrived and len(order.state.nodes) == 1:
+    def over(end: Any) -> None:
+        if getattr(end, "arrived", False) and len(order.state.nodes) == 1:
             note("arrival")
-        ended(token, arrived, text, known)
+        tell(end)
 
-    vehicle._driver._ended = over
+    vehicle._driver._tell = over
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from woosh_pure.enums import NavDirection
 from woosh_pure.errors import MotionRefused
 from woosh_pure.fleet.driver import Driver
 from woosh_pure.fleet.messages.elements import Edge, Node, NodePosition
-from woosh_pure.fleet.order.events import Drive
+from woosh_pure.fleet.order.events import Drive, DriveEnded
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 
 NODE = Node("b", 2, True, NodePosition(2.0, 0.0, 0.0, "hall"))
@@ -71,8 +71,8 @@ class Hands:
 
     def __init__(self) -> None:
         self.robot = Robot()
-        self.ended: queue.SimpleQueue[tuple[int, bool, str, bool]] = queue.SimpleQueue()
-        self.driver = Driver(self.robot, lambda *end: self.ended.put(end), lambda _: None, lambda: None)  # type: ignore[arg-type]
+        self.ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.driver = Driver(self.robot, self.ended.put, lambda: None)  # type: ignore[arg-type]
         self.token = 0
 
     def drive(self, **options: Any) -> Goal:
@@ -85,8 +85,9 @@ class Hands:
 
     def end(self) -> tuple[int, bool, bool]:
         """Token, whether it arrived, whether that is known."""
-        token, arrived, _, known = self.ended.get(timeout=10.0)
-        return token, arrived, known
+        end = self.ended.get(timeout=10.0)
+        assert isinstance(end, DriveEnded)
+        return end.token, end.arrived, end.known
 
 
 @pytest.fixture
