@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
+from rosproto.cli import count, folder_exists, natural, port, positive, seconds, to_float
 from rosproto.cli import finite as number
 from rosproto.sentence import say
 from woosh_pure.cli.output import Output
@@ -154,5 +154,5 @@ def word_of(name: str) -> str:
 def write(path: Path, data: bytes, out: Output) -> str:
     """Write a file and say so; its name."""
     path.write_bytes(data)
-    out.line(f"wrote {path} ({counted(len(data), 'byte')})")
+    out.line(say("wrote {path} ({size})", path=path, size=counted(len(data), "byte")))
     return str(path)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rosproto.sentence import say
 from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
@@ -82,7 +83,7 @@ def chart_of(
         name = mark.name
         if not (name.isascii() and name.isprintable()):
             name = f"#{len(notes) + 1}"
-            notes.append(f"{name} in the picture: {mark.name}")
+            notes.append(say("{number} in the picture: {name}", number=name, name=mark.name))
         picture.mark(name, mark.pose)
     picture.line([(each.x, each.y) for each in path], PATH)
     if scan is not None:

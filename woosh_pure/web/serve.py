@@ -69,7 +69,7 @@ class Listener(socket.socket):
                     bind=bind,
                     port=port,
                     error=error.strerror or error,
-                    advice=advice,
+                    advice=say(advice),
                 ),
             ) from error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, number, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -24,16 +25,30 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         b = wait_for(chassis.battery, args, out)
     colour = "red" if b.percent < 20 else "yellow" if b.percent < 40 else "green"
-    out.line(f"{'charge':12s} {out.colour(f'{b.percent} %', colour)}, {b.charge_status} ({b.charge_mode})")
-    out.line(
-        f"{'voltage':12s} {b.voltage:.2f} V, cells {b.cell_voltage_min:.2f} to {b.cell_voltage_max:.2f} V"
-    )
-    out.line(f"{'current':12s} {b.current:.2f} A")
-    out.line(f"{'temperature':12s} {b.temperature_min} to {b.temperature_max} °C")
-    out.line(
-        f"{'capacity':12s} {b.capacity_remaining:.1f} of {b.capacity_full:.1f} Ah"
-        f" (designed {b.capacity_design:.1f} Ah)"
-    )
-    out.line(f"{'cycles':12s} {b.charge_cycles} charged, {b.battery_cycles} of the battery")
+    charge = out.colour(f"{b.percent} %", colour)
+    rows = {
+        "charge": say(
+            "{charge}, {status} ({mode})", charge=charge, status=b.charge_status, mode=b.charge_mode
+        ),
+        "voltage": say(
+            "{volts:.2f} V, cells {lowest:.2f} to {highest:.2f} V",
+            volts=b.voltage,
+            lowest=b.cell_voltage_min,
+            highest=b.cell_voltage_max,
+        ),
+        "current": f"{b.current:.2f} A",
+        "temperature": say("{lowest} to {highest} °C", lowest=b.temperature_min, highest=b.temperature_max),
+        "capacity": say(
+            "{left:.1f} of {full:.1f} Ah (designed {designed:.1f} Ah)",
+            left=b.capacity_remaining,
+            full=b.capacity_full,
+            designed=b.capacity_design,
+        ),
+        "cycles": say(
+            "{charged} charged, {own} of the battery", charged=b.charge_cycles, own=b.battery_cycles
+        ),
+    }
+    for name, text in rows.items():
+        out.line(out.cell(name, 12), text)
     out.result(b)
     return 1 if args.below is not None and b.percent < args.below else 0

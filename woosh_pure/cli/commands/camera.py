@@ -6,6 +6,7 @@ import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -41,7 +42,7 @@ def run(args: Namespace, out: Output) -> int:
         image = wait_for(chassis.depth if args.depth else chassis.camera, args, out)
     height, width = image.pixels.shape[:2]
     facts = {"width": width, "height": height, "encoding": image.encoding, "frame": image.frame}
-    out.line(f"{width} x {height} {image.encoding} in {image.frame}")
+    out.line(say("{width} x {height} {encoding} in {frame}", **facts))
     if args.depth:
         import numpy as np
 
@@ -49,7 +50,11 @@ def run(args: Namespace, out: Output) -> int:
         seen = metres[np.isfinite(metres) & (metres > 0.0)]
         facts["nearest"] = nearest = float(seen.min()) if seen.size else None
         facts["farthest"] = farthest = float(seen.max()) if seen.size else None
-        out.line("nothing measured" if nearest is None else f"from {nearest:.2f} m to {farthest:.2f} m")
+        out.line(
+            "nothing measured"
+            if nearest is None
+            else say("from {nearest:.2f} m to {farthest:.2f} m", nearest=nearest, farthest=farthest)
+        )
     if not args.no_file:
         file = args.png or _free_name("depth" if args.depth else "camera")
         facts["file"] = write(file, image_png(image, millimetres=args.millimetres), out)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from rosproto.cli import counted
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -25,11 +26,11 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         cloud = wait_for(chassis.obstacle_points if args.obstacles else chassis.points, args, out)
     points = cloud.points
-    out.line(f"{counted(len(points), 'point')} in {cloud.frame}")
+    out.line(say("{points} in {frame}", points=counted(len(points), "point"), frame=cloud.frame))
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (None, None)
     if low is not None and high is not None:
         for axis, a, b in zip("xyz", low, high, strict=True):
-            out.line(f"  {axis} {a:+.3f} to {b:+.3f} m")
+            out.line(" ", say("{axis} {lowest:+.3f} to {highest:+.3f} m", axis=axis, lowest=a, highest=b))
     file = write(args.ply, ply(cloud), out) if args.ply else None
     out.result({"points": len(points), "frame": cloud.frame, "low": low, "high": high, "file": file})
     return 0

@@ -37,36 +37,66 @@ def run(args: Namespace, out: Output) -> int:
             )
         )
     out.line(
-        f"woosh demo: a simulated chassis at {_SPEED:g} times real time; nothing outside this computer moves"
+        say(
+            "woosh demo: a simulated chassis at {speed:g} times real time; nothing outside this "
+            "computer moves",
+            speed=_SPEED,
+        )
     )
     with connect(args, out, sim_speed=_SPEED) as chassis:
         battery, start = chassis.battery.wait(), chassis.pose.wait()
-        out.line(f"battery {battery.percent} %, {battery.voltage:.1f} V; pose {start}")
+        out.line(
+            say(
+                "battery {percent} %, {volts:.1f} V; pose {pose}",
+                percent=battery.percent,
+                volts=battery.voltage,
+                pose=start,
+            )
+        )
 
         follow(chassis.move(0.5, speed=0.3), out, "moving 0.5 m forward", 20.0)
         chassis.measured_velocity.wait_for(lambda v: v.is_standing())
         moved = chassis.pose.wait()
         way = start.distance_to(moved)
-        out.line(f"  asked 0.500 m, measured {way:.3f} m")
+        out.line(" ", say("asked 0.500 m, measured {way:.3f} m", way=way))
 
         follow(chassis.rotate(90, degrees=True, speed=0.8), out, "rotating 90° to the left", 20.0)
         chassis.measured_velocity.wait_for(lambda v: v.is_standing())
         turned = chassis.pose.wait()
         angle = math.degrees(moved.angle_to(turned))
-        out.line(f"  asked 90.0°, measured {angle:.1f}°")
+        out.line(" ", say("asked 90.0°, measured {angle:.1f}°", angle=angle))
 
         target = marks[args.mark].pose
         handle = chassis.go_to_mark(args.mark)
-        outcome = follow(handle, out, f"going to mark {args.mark} ({target})", 60.0)
+        outcome = follow(
+            handle, out, say("going to mark {mark} ({target})", mark=args.mark, target=target), 60.0
+        )
         end = chassis.pose.wait()
         off, off_angle = end.distance_to(target), math.degrees(end.angle_to(target))
-        out.line(f"  {outcome.sentence()}")
-        out.line(f"ended at {end}: {off * 1000:.0f} mm and {off_angle:.1f}° from the mark")
+        out.line(" ", outcome.sentence())
+        out.line(
+            say(
+                "ended at {end}: {millimetres:.0f} mm and {degrees:.1f}° from the mark",
+                end=end,
+                millimetres=off * 1000,
+                degrees=off_angle,
+            )
+        )
         battery = chassis.battery.wait()
-        out.line(f"battery {battery.percent} %; travelled {chassis.odometer.wait():.2f} m")
+        out.line(
+            say(
+                "battery {percent} %; travelled {metres:.2f} m",
+                percent=battery.percent,
+                metres=chassis.odometer.wait(),
+            )
+        )
         good = abs(way - 0.5) < 0.05 and abs(angle - 90.0) < 5.0 and off < 0.1 and abs(off_angle) < 5.0
         seconds = time.monotonic() - began
-        out.line(f"{'done' if good else 'FAILED: measured is too far from asked'} in {seconds:.1f} s")
+        out.line(
+            say("done in {seconds:.1f} s", seconds=seconds)
+            if good
+            else say("FAILED: measured is too far from asked in {seconds:.1f} s", seconds=seconds)
+        )
         out.result(
             {
                 "ok": good,

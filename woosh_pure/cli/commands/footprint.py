@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import corners, number
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -36,8 +37,13 @@ def run(args: Namespace, out: Output) -> int:
             shape, padding=args.padding, local=not args.global_, global_=not args.local
         )
     out.line(
-        f"outline of {len(outline.points)} corners: inner radius {outline.inscribed_radius:.3f} m, "
-        f"outer {outline.circumscribed_radius:.3f} m"
+        say(
+            "outline of {count} corners: inner radius {inscribed_radius:.3f} m, outer "
+            "{circumscribed_radius:.3f} m",
+            count=len(outline.points),
+            inscribed_radius=outline.inscribed_radius,
+            circumscribed_radius=outline.circumscribed_radius,
+        )
     )
     out.result({"points": outline.points, "local": not args.global_, "global": not args.local})
     return 0

@@ -17,6 +17,7 @@ from rosproto.cli import (
     serving,
     until_interrupted,
 )
+from rosproto.sentence import say
 from woosh_pure.cli import config
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -52,7 +53,12 @@ def run(args: Namespace, out: Output) -> int:
     if args.layout_only and args.layout is None:
         raise ValueError("--layout-only needs --layout FILE")
     if args.layout is not None:
-        out.line(f"layout: {write_layout(args.layout)} (in the viewer: Layouts, Import from file)")
+        out.line(
+            say(
+                "layout: {path} (in the viewer: Layouts, Import from file)",
+                path=write_layout(args.layout),
+            )
+        )
     if args.layout_only:
         out.result({"layout": str(args.layout)})
         return 0

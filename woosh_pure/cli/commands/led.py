@@ -61,7 +61,8 @@ def run(args: Namespace, out: Output) -> int:
             urgency=args.urgency,
             abnormal=args.abnormal,
         )
-    out.line(f"{args.strip} strip: {args.state}" + ("" if color is None else f", colour {color:06x}"))
+    shown = "{strip} strip: {state}" if color is None else "{strip} strip: {state}, colour {color:06x}"
+    out.line(say(shown, strip=args.strip, state=args.state, color=color))
     out.result({"strip": args.strip, "state": args.state, "color": color, "module": args.module})
     return 0
 

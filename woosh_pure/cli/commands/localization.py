@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_pose, add_wait, number, pose, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -32,7 +33,8 @@ def run(args: Namespace, out: Output) -> int:
             estimate = wait_for(chassis.localization, args, out)
             sigma = [math.sqrt(max(0.0, estimate.covariance[i, i])) for i in (0, 1, 5)]
             out.line(str(estimate.pose))
-            out.line(f"1 sigma: {sigma[0]:.3f} m, {sigma[1]:.3f} m, {math.degrees(sigma[2]):.1f}°")
+            deviation = "1 sigma: {x:.3f} m, {y:.3f} m, {yaw:.1f}°"
+            out.line(say(deviation, x=sigma[0], y=sigma[1], yaw=math.degrees(sigma[2])))
             out.result({"pose": estimate.pose, "deviation": sigma})
         elif args.verb == "pose":
             if not (args.deviation > 0.0 and args.yaw_deviation > 0.0):
@@ -44,11 +46,11 @@ def run(args: Namespace, out: Output) -> int:
                     position_deviation=args.deviation,
                     yaw_deviation=math.radians(args.yaw_deviation),
                 )
-            out.line(f"told: {where}")
+            out.line(say("told: {where}", where=where))
             out.result({"told": where})
         else:
             with out.working("asking the localisation"):
                 chassis.start_localization(args.verb == "start")
-            out.line(f"localisation: {args.verb}")
+            out.line(say("localisation: {verb}", verb=args.verb))
             out.result({"done": args.verb})
     return 0

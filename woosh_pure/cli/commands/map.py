@@ -105,7 +105,7 @@ def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
             scan = scan_in_map(chassis, chassis.scan.wait(listen, new=False), pose)
             path = _path(chassis, listen, out)
     except RosTimeout as error:
-        out.line(f"not in the picture: {error}")
+        out.line(say("not in the picture: {error}", error=error))
     return chart_png(grid, out, pose=pose, scan=scan, path=path)
 
 
@@ -120,7 +120,7 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
         try:
             chassis.feed("plan").wait(listen, new=False)
         except RosTimeout as error:
-            out.line(f"the path is not in the picture, although the robot moves: {error}")
+            out.line(say("the path is not in the picture, although the robot moves: {error}", error=error))
             return ()
     return known_path(chassis)
 

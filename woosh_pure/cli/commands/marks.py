@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from rosproto.sentence import say
 from rosproto.text import padded, width
 from woosh_pure.cli import config
 from woosh_pure.cli.arguments import POSE, add_wait, number, pose, wait_for
@@ -42,17 +43,24 @@ def run(args: Namespace, out: Output) -> int:
                 where = wait_for(chassis.pose, args, out)
         mark = marks.put(args.name, where, args.note)
         marks.save()
-        out.line(f"{mark.name}: {mark.pose or 'no pose'} (in {marks.path})")
+        out.line(
+            say(
+                "{name}: {pose} (in {path})",
+                name=mark.name,
+                pose=mark.pose or say("no pose"),
+                path=marks.path,
+            )
+        )
     elif args.verb == "remove":
         marks.remove(args.mark)
         marks.save()
-        out.line(f"removed {args.mark}")
+        out.line(say("removed {name}", name=args.mark))
     else:
         column = max((width(mark.name) for mark in marks), default=0)
         for mark in marks:
             name = padded(mark.name, max(12, column))
             out.line(f"{name} {mark.pose or 'no pose'}  {mark.note}".rstrip())
         if not len(marks):
-            out.line(f"no marks in {marks.path}; add one with `woosh marks add NAME --here`")
+            out.line(say("no marks in {path}; add one with `woosh marks add NAME --here`", path=marks.path))
     out.result(sorted(marks, key=lambda m: m.name))
     return 0

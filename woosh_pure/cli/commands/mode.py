@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import natural, positive, seconds, word_of
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -53,6 +54,6 @@ def run(args: Namespace, out: Output) -> int:
             direction=NavDirection[word_of(args.direction)],
             timeout=args.timeout,
         )
-    out.line(f"navigation mode: {args.mode}")
+    out.line(say("navigation mode: {mode}", mode=args.mode))
     out.result({"mode": args.mode})
     return 0

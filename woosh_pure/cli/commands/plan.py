@@ -6,6 +6,7 @@ import itertools
 from argparse import ArgumentParser, Namespace
 
 from rosproto.cli import counted
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, add_pose, folder_exists, number, pose, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -40,8 +41,12 @@ def run(args: Namespace, out: Output) -> int:
             picture = chart_png(grid, out, pose=start or chassis.pose.latest, path=path)
             file = write(args.png, picture, out)
     length = sum(a.distance_to(b) for a, b in itertools.pairwise(path))
-    out.line(f"{counted(len(path), 'point')}, {length:.2f} m" if path else "there is no way")
+    out.line(
+        say("{points}, {metres:.2f} m", points=counted(len(path), "point"), metres=length)
+        if path
+        else "there is no way"
+    )
     for point in path if len(path) <= 20 else (*path[:10], *path[-10:]):
-        out.line(f"  {point}")
+        out.line(" ", str(point))
     out.result({"ok": bool(path), "length": length, "path": path, "file": file})
     return 0 if path else 1

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosproto.sentence import say
 from woosh_pure.cli.connection import chosen, names, simulated
 from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
@@ -72,9 +73,9 @@ def _tell(recorder: Recorder, out: Output) -> int:
     rows = [find(feed) for feed in ALWAYS]
     silent = [row.name for row in rows if not any(name in counts for name in (row.name, *row.aliases))]
     if silent:
-        out.line(f"nothing was heard on {' and '.join(silent)}; try `woosh doctor`")
+        out.line(say("nothing was heard on {names}; try `woosh doctor`", names=" and ".join(silent)))
     for problem in damage:
-        out.line(f"damaged, messages may be missing: {problem}")
+        out.line(say("damaged, messages may be missing: {problem}", problem=problem))
     out.result(
         {"files": files, "topics": counts, "dropped": recorder.dropped, "silent": silent, "damage": damage}
     )

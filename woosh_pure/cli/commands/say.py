@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from rosproto import sentence
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 
@@ -22,6 +23,6 @@ def run(args: Namespace, out: Output) -> int:
         raise ValueError("the text is empty; give the words to say")
     with connect(args, out) as chassis, out.working("speaking"):
         chassis.say(text)
-    out.line(f"said: {text}")
+    out.line(sentence.say("said: {text}", text=text))
     out.result({"said": text})
     return 0

@@ -55,12 +55,17 @@ def run(args: Namespace, out: Output) -> int:
         )
         if nearest is not None:
             out.line(
-                f"nearest {nearest[0]:.2f} m from the robot's middle, at {nearest[1]:.0f}° "
-                f"({_word(nearest[1])})"
+                say(
+                    "nearest {metres:.2f} m from the robot's middle, at {degrees:.0f}° ({side})",
+                    metres=nearest[0],
+                    degrees=nearest[1],
+                    side=say(_word(nearest[1])),
+                )
             )
-        out.line(f"free in a lane of {args.width:g} m, from the robot's middle:")
+        out.line(say("free in a lane of {width:g} m, from the robot's middle:", width=args.width))
         for name, distance in ways.items():
-            out.line(f"  {name:8s} {'nothing in the way' if math.isinf(distance) else f'{distance:.2f} m'}")
+            free = "nothing in the way" if math.isinf(distance) else f"{distance:.2f} m"
+            out.line(" ", out.cell(name, 8), free)
         file = write(args.png, _draw(chassis, scan, args, out), out) if args.png else None
     out.result(
         {

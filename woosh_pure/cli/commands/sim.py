@@ -128,22 +128,28 @@ def run(args: Namespace, out: Output) -> int:
         firmware=args.firmware,
     )
     with _listening(sim):
-        out.line(f"simulated chassis at {sim.master_uri}, {args.speed:g} times real time; Ctrl-C ends it")
+        out.line(
+            say(
+                "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it",
+                uri=sim.master_uri,
+                speed=args.speed,
+            )
+        )
         if args.firmware != "1.1.4":
-            out.line(f"its messages are those of firmware {args.firmware}")
-        out.line(f"marks: {', '.join(sim.world.site.marks) or 'none'}")
-        out.line(f"try:   woosh --master {sim.master_uri} status")
+            out.line(say("its messages are those of firmware {firmware}", firmware=args.firmware))
+        out.line(say("marks: {names}", names=list(sim.world.site.marks) or say("none")))
+        out.line(say("try:   woosh --master {uri} status", uri=sim.master_uri))
         out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks)})
         deadline, began = Deadline(args.seconds), time.monotonic()
         while not deadline.expired:
             while schedule and time.monotonic() - began >= schedule[0][0]:
                 _, text = schedule.pop(0)
-                out.line(f"now: {text}")
+                out.line(say("now: {fault}", fault=text))
                 inject(sim, text)
             time.sleep(0.05)
         for at, text in schedule:  # a busy computer comes late to what was due before the end
             if args.seconds is not None and at <= args.seconds:
-                out.line(f"now: {text}")
+                out.line(say("now: {fault}", fault=text))
                 inject(sim, text)
     return 0
 

@@ -108,7 +108,14 @@ def run(args: Namespace, out: Output) -> int:
                 )
             store = Store(folder, vehicle.manufacturer, vehicle.serial)
             stack.enter_context(Vehicle(chassis, vehicle, config.broker, store))
-            out.line(f"{vehicle.prefix}: {chassis.master_uri} under {config.broker.url}; Ctrl-C ends it")
+            out.line(
+                say(
+                    "{vehicle}: {uri} under {broker}; Ctrl-C ends it",
+                    vehicle=vehicle.prefix,
+                    uri=chassis.master_uri,
+                    broker=config.broker.url,
+                )
+            )
         out.result({"vehicles": [each.prefix for each in config.vehicles], "broker": config.broker.url})
         deadline = Deadline(args.seconds)
         while not deadline.expired:

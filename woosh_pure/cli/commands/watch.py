@@ -88,23 +88,26 @@ def _by_line(observer: Observer, out: Output, period: float, deadline: Deadline)
     while not deadline.expired:
         time.sleep(period)
         scene = observer.look()
-        out.line(_line(scene))
+        out.line("  ".join(map(out.say, _line(scene))))
         out.record(_document(scene))
 
 
-def _line(scene: Scene) -> str:
+def _line(scene: Scene) -> list[str]:
     v, b, s = scene.velocity, scene.battery, scene.status
     parts = [
         time.strftime("%H:%M:%S"),
         str(scene.pose or "pose not heard"),
         "velocity not heard" if v is None else f"{v.vx:+.2f} m/s {v.wz:+.2f} rad/s",
         "battery not heard" if b is None else f"{b.percent} %",
-        "state not heard" if s is None else f"{s.robot_state}, task {s.task_id} {s.task_state}",
+        "state not heard"
+        if s is None
+        else say("{state}, task {id} {task}", state=s.robot_state, id=s.task_id, task=s.task_state),
     ]
-    parts += [f"nearest {scene.nearest:.2f} m"] if scene.nearest is not None else []
+    if scene.nearest is not None:
+        parts.append(say("nearest {metres:.2f} m", metres=scene.nearest))
     if scene.silence is not None:
-        parts.insert(1, f"SILENT for {scene.silence:.0f} s, before that:")
-    return "  ".join(parts + [str(fault) for fault in scene.faults])
+        parts.insert(1, say("SILENT for {seconds:.0f} s, before that:", seconds=scene.silence))
+    return [*parts, *(str(fault) for fault in scene.faults)]
 
 
 def _document(scene: Scene) -> dict[str, object]:

@@ -102,8 +102,8 @@ def run(args: Namespace, out: Output) -> int:
             raise CommandError(error.strerror or str(error)) from error
         stack.enter_context(server)
         page = server.url + (f"#token={args.token}" if args.token else "")
-        out.line(f"the page: {page}")
-        out.line(f"for programs: {server.url}api/v1/status, {server.url}openapi.json")
+        out.line(say("the page: {page}", page=page))
+        out.line(say("for programs: {url}api/v1/status, {url}openapi.json", url=server.url))
         if args.allow_driving:
             out.line("a page may drive PAST the obstacle avoidance: a person must watch all the time")
         out.record({"url": server.url, "port": server.port, "robots": list(robots)})
@@ -169,7 +169,7 @@ def _marks(args: Namespace, out: Output) -> list[Any]:
     try:
         return list(MarkFile(config.mark_file()))
     except (OSError, ValueError) as error:
-        out.line(f"no marks: {error}")
+        out.line(say("no marks: {error}", error=error))
         return []
 
 
