@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from enum import Enum
+from string import Formatter
 from typing import Any
 
 from rosproto.text import printable
@@ -24,9 +26,10 @@ class Sentence(str):
 
     Attributes:
         template: With `{name}` for each value, as `str.format` has it.
-        values: What is filled in. A `Sentence`, an error, a member of an enum, what has a `Sentence` as its
-            text, and a list of these are translated themselves; every other value is data, and the same in
-            each language. A value that knows its own translation has `said(language)`.
+        values: What is filled in: a `Sentence` (also of an error, or of what has one as its text), a member
+            of an enum, and a list of these are translated themselves; every other value is data, and the same
+            in each language. A value that knows its own translation has `said(language)`. Of other objects
+            only what is shown is kept.
     """
 
     __slots__ = ("template", "values")
@@ -37,7 +40,7 @@ class Sentence(str):
         return self
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _made, (self.template, dict(self.values))
+        return _restored, ("".join(self), self.template, dict(self.values))
 
     def mapped(self, templates: Mapping[str, str]) -> Sentence:
         """With other templates here and inside, where the mapping has them; the values stay."""
@@ -63,9 +66,12 @@ def say(template: str, /, **values: Any) -> Sentence:
 
 
 def _made(template: str, values: Mapping[str, Any]) -> Sentence:
-    sentence = Sentence(
-        template.format_map({n: _listed(v) for n, v in values.items()}) if values else template
-    )
+    text = template.format_map({n: _listed(v) for n, v in values.items()}) if values else template
+    return _restored(text, template, {n: _kept(v, n, template) for n, v in values.items()})
+
+
+def _restored(text: str, template: str, values: Mapping[str, Any]) -> Sentence:
+    sentence = Sentence(text)
     sentence.template = template
     sentence.values = values
     return sentence
@@ -73,6 +79,37 @@ def _made(template: str, values: Mapping[str, Any]) -> Sentence:
 
 def _listed(value: Any) -> Any:
     return ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
+
+
+class _Shown(str):
+    """What a template shows of an object, whatever it asks for."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return "".join(self)
+
+    def __format__(self, spec: str) -> str:
+        return "".join(self)
+
+
+def _kept(value: Any, name: str, template: str) -> Any:
+    """What a sentence keeps of a value: no object that may change, hold much, or not be copied."""
+    if isinstance(value, (list, tuple)):
+        return [_kept(each, "", "") for each in value]
+    if isinstance(value, BaseException):
+        return say(sentence_of(value))
+    if value is None or isinstance(value, (str, int, float, Enum)) or hasattr(value, "said"):
+        return value
+    text = str(value)
+    if isinstance(text, Sentence):
+        return text
+    if hasattr(value, "__float__"):  # numpy's numbers have formats, too
+        return value
+    for _, place, spec, how in Formatter().parse(template):
+        if place == name:
+            return _Shown(f"{{{'!' + how if how else ''}{':' + spec if spec else ''}}}".format(value))
+    return text
 
 
 def both(first: str, *more: str) -> Sentence:

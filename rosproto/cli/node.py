@@ -256,7 +256,7 @@ def _kill(arguments: argparse.Namespace) -> int:
                     node.shutdown("user request")
                 killed.append(name)
             except RosError as error:
-                failed[name] = str(error).removeprefix(f"{name}: ")
+                failed[name] = str(error)
     if arguments.json:
         print_json({"killed": killed, "failed": failed})
         return 1 if failed else 0

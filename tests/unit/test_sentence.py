@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import pickle
+import threading
 
 import pytest
 
@@ -98,3 +99,54 @@ def test_an_error_as_a_value_is_what_it_says() -> None:
 def test_a_place_without_a_value_is_a_mistake_of_the_program() -> None:
     with pytest.raises(KeyError):
         say("{topic} {seconds}", topic="/odom")
+
+
+class Held:
+    """Cannot be copied, and changes."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.name = "a"
+
+    def __repr__(self) -> str:
+        return f"<Held {self.name}>"
+
+
+class Speaking:
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+
+    def __str__(self) -> str:
+        return say("mark {name}", name="A1")
+
+
+def test_of_an_object_only_what_is_shown_is_kept() -> None:
+    """An error is copied to other processes, and outlives what it is about."""
+    held, names = Held(), ["a"]
+    error = RosError(say("{held!r}: {names}, {what}", held=held, names=names, what=Speaking()))
+    held.name, text = "b", str(error)
+    names.append("b")
+    assert text == "<Held a>: a, mark A1"
+    for again in (error, copy.deepcopy(error), pickle.loads(pickle.dumps(error))):
+        said = sentence_of(again)
+        assert isinstance(said, Sentence)
+        assert said == text
+        assert said.values["names"] == ["a"]
+        assert said.values["what"].template == "mark {name}"
+        assert "{!r}".format(said.values["held"]) == "<Held a>"
+
+
+def test_an_error_is_not_kept_with_its_frames() -> None:
+    try:
+        raise RosError(say("mark {name}", name="A1"))
+    except RosError as error:
+        told = say("not sent: {error}", error=error)
+    assert told == "not sent: mark A1"
+    assert type(told.values["error"]) is Sentence
+
+
+def test_numbers_of_numpy_keep_their_formats() -> None:
+    np = pytest.importorskip("numpy")
+    told = say("{metres:.2f} m", metres=np.float32(1.5))
+    assert told == "1.50 m"
+    assert told.mapped({"{metres:.2f} m": "{metres:.1f} m"}) == "1.5 m"

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import count, folder_exists, natural, port, positive, seconds, to_float
+from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
 from rosproto.cli import finite as number
 from rosproto.sentence import say
 from woosh_pure.cli.output import Output

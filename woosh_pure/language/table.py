@@ -22,7 +22,7 @@ from importlib import resources
 from string import Formatter
 from typing import Any, NamedTuple
 
-from rosproto.sentence import Sentence, sentence_of
+from rosproto.sentence import Sentence
 
 __all__ = ["Row", "Words", "forms_of", "key_of", "read_table", "words_for"]
 
@@ -106,19 +106,15 @@ class Words:
             form: How its template has it: `{:.2f}`.
         """
         if isinstance(value, (list, tuple)):
-            sentences = any(isinstance(each, (Sentence, BaseException)) for each in value)
+            sentences = any(isinstance(each, Sentence) for each in value)
             said = [self._value(each, "{}") for each in value]
             if not sentences:
                 return ", ".join(said)
             return functools.reduce(lambda a, b: self._fill(_LISTED, {"first": a, "second": b}), said)
-        if isinstance(value, BaseException):
-            return self.say(sentence_of(value))
-        if isinstance(value, Enum):
+        if isinstance(value, (Sentence, Enum)) and form == "{}":
             return self.say(str(value))
         if said_in := getattr(value, "said", None):
             return str(said_in(self._language))
-        if form == "{}" and isinstance(text := str(value), Sentence):
-            return self.say(text)
         return form.format(value)
 
 
