@@ -3,22 +3,102 @@
 A tool that wants the log of the whole graph (rqt_console, rosbag record, `rostopic echo /rosout_agg`)
 subscribes one topic of one node instead of one of each. Messages are passed on as they came, not decoded.
 
-Source: wiki.ros.org/rosout; ros_comm tools/rosout/rosout.cpp. Debian's always writes a file, too; ours when
-it is given one (`rosout_log`).
+Debian's always writes a file, too; ours when it is given one (`rosout_log`): one line for each record of the
+graph, older files numbered.
+
+    12.000000345 WARN /planner [plan.cpp:42(plan)] [topics: /rosout, /plan] no way to the goal
+
+Further lines of a text are indented, which Debian's are not: else a node could forge another's record.
+
+Source: wiki.ros.org/rosout; ros_comm tools/rosout/rosout.cpp (format, sizes).
 """
 
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterable
-from typing import Any
+from typing import IO, Any
 
 from rosproto.codec import decode, message_class
 from rosproto.errors import CodecError
 from rosproto.logs import get_logger
 from rosproto.node.node import Node
-from rosproto.node.rosout.log_file import RosoutLog
-from rosproto.node.rosout.loggers import Loggers
+from rosproto.node.rosout import Loggers
+from rosproto.text import printable
+
+_log = get_logger("rosproto.node")
+
+MOST_BYTES = 100 << 20  # of one file
+MOST_OLD_FILES = 10
+_LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
+
+_LINES = "\n\t"  # a message may have several
+_INDENT = "    "  # of those after the first, which Debian's begins as they come: nobody forges a record
+_BYTES = "".join(map(chr, range(0xDC80, 0xDD00)))  # what is not UTF-8 is written as it came
+
+
+class RosoutLog:
+    """Appends to one file; used by one thread.
+
+    A disk that is full or gone costs the records, not the program: it is reported once, and tried again with
+    the next record.
+
+    Args:
+        path: The file; those before it are `<path>.1` (the youngest) to `<path>.10`.
+        most_bytes: Size at which the next file is begun.
+
+    Raises:
+        OSError: It cannot be opened.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], *, most_bytes: int = MOST_BYTES) -> None:
+        self.path = os.fspath(path)
+        self._most_bytes = most_bytes
+        self._failing = False
+        self._file: IO[str] | None = self._open()
+        self._write(f"\n\n{time.time():.9f}  Node Startup\n")
+
+    def add(self, record: Any) -> None:
+        """Write one rosgraph_msgs/Log."""
+        sec, nanosec = record.header.stamp.secs, record.header.stamp.nsecs
+        level = _LEVELS.get(record.level, str(record.level))
+        place = f"{record.file}:{record.line}({record.function})"
+        topics = ", ".join(record.topics)
+        head = printable(f"{level} {record.name} [{place}] [topics: {topics}]", keep=_BYTES)
+        text = printable(record.msg, keep=_BYTES + _LINES).replace("\n", "\n" + _INDENT)
+        self._write(f"{sec}.{nanosec:09d} {head} {text}\n")
+
+    def close(self) -> None:
+        """Close the file. May be called again."""
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def _open(self) -> IO[str]:
+        return open(self.path, "a", encoding="utf-8", errors="surrogateescape", newline="\n", buffering=1)
+
+    def _write(self, text: str) -> None:
+        try:
+            if self._file is None:
+                self._file = self._open()
+            self._file.write(text)
+            if self._file.tell() > self._most_bytes:
+                self._begin_next()
+            self._failing = False
+        except OSError as error:
+            if not self._failing:
+                _log.warning("! %s: not written: %s; trying again", self.path, error)
+            self._failing = True
+
+    def _begin_next(self) -> None:
+        self.close()
+        for number in range(MOST_OLD_FILES - 1, -1, -1):
+            older = f"{self.path}.{number}" if number else self.path
+            if os.path.exists(older):
+                os.replace(older, f"{self.path}.{number + 1}")
+        self._file = self._open()
+
 
 __all__ = ["RosoutAggregator"]
 

@@ -170,7 +170,7 @@ def test_the_watch_itself_sees_a_wrong_import(tmp_path: Path) -> None:
 
 
 NODE = {name: path for name, path in MODULES if name.startswith("rosproto.node")}
-GROUND_ROOMS = {"graph", "revisions", "time"}
+GROUND_ROOMS = {"graph", "revisions"}
 """Rooms of rosproto.node that know none of the others."""
 
 
@@ -209,7 +209,7 @@ NODE_IMPORTS = {module: imports_within(module, NODE) for module in NODE}
 
 
 def room(module: str) -> str:
-    """ "graph" of rosproto.node.graph.watchdog; the module itself for what stands in no room."""
+    """ "graph" of rosproto.node.graph.master_monitor; the module itself for what stands in no room."""
     parts = module.split(".")
     return parts[2] if len(parts) > 3 else module
 
@@ -241,7 +241,7 @@ def test_nothing_below_the_node_names_it(module: str) -> None:
 
 @pytest.mark.parametrize("module", sorted(name for name in NODE if room(name) in GROUND_ROOMS))
 def test_the_ground_rooms_of_the_node_know_no_other(module: str) -> None:
-    """The graph, definitions and time are what topics, services and parameters stand on."""
+    """The graph and definitions are what topics, services and parameters stand on."""
     above = {name for name in NODE_IMPORTS[module] if name != room(name)} - {module}
     assert {room(name) for name in above} <= GROUND_ROOMS
 

@@ -10,8 +10,8 @@ from rosproto.aio.opening import Opening
 from rosproto.aio.pool import Pool
 
 if TYPE_CHECKING:
-    from rosproto.node.params.parameters import Parameters as ThreadedParameters
-    from rosproto.node.params.parameters import ParameterSubscription as ThreadedSubscription
+    from rosproto.node.parameters import Parameters as ThreadedParameters
+    from rosproto.node.parameters import ParameterSubscription as ThreadedSubscription
 
 _REQUIRED = object()
 

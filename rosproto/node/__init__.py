@@ -5,6 +5,7 @@ Start with `Node`.
 
 from __future__ import annotations
 
+from rosproto.node.clock import NodeClock, Rate, Timer, TimerEvent
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.graph.slave_client import NodeClient
@@ -13,7 +14,7 @@ from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.node import Node
 from rosproto.node.options import host_names
 from rosproto.node.outgoing.publisher import Publisher
-from rosproto.node.params.parameters import Parameters, UnknownParameter
+from rosproto.node.parameters import Parameters, UnknownParameter
 from rosproto.node.revisions.revisions import NoRevisions, Unfit, revised_type
 from rosproto.node.revisions.topic_probe import probe_topic
 from rosproto.node.revisions.topic_types import TopicType
@@ -23,7 +24,6 @@ from rosproto.node.services.prepared import PreparedCall
 from rosproto.node.services.probe import probe as probe_service
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.stats import LinkStats, NodeStats
-from rosproto.node.time.clock import NodeClock, Rate, Timer, TimerEvent
 
 __all__ = [
     "Cancellation",

@@ -5,6 +5,11 @@ rospy and roscpp take a node off the master then, and so is it here. The first n
 `atexit`, which closes what is still open in the process that opened it, within `EXIT_SECONDS` in all. A
 process that is killed, or ends by `os._exit` (as children of multiprocessing do), leaves its nodes on the
 master; `rosproto node cleanup` takes them off.
+
+A node belongs to the process that opened it: in a fork of that process it is closed, and says why. None of
+its threads lives there and its connections are its parent's (`rosproto.transport.forking`), so nothing of
+it could work; and to close it as usual would take the parent's node off the master. A node that the child
+opens itself is one like any other.
 """
 
 from __future__ import annotations
@@ -16,8 +21,8 @@ import time
 from collections.abc import Callable
 
 from rosproto.logs import get_logger
-from rosproto.node import forking
 from rosproto.node.context import Context
+from rosproto.node.incoming import local_nodes
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import on_fork
 
@@ -48,10 +53,31 @@ def close_at_exit(context: Context, close: Close) -> None:
 
 
 def _in_child() -> None:
-    """This process is a fork of another: its nodes are the other's."""
+    """This process is a fork of another: its nodes are the other's.
+
+    Takes no lock, as other threads may have held them when the process was copied.
+    """
     nodes = {context: process for context, (process, _) in _open_nodes.items()}
     _open_nodes.clear()
-    forking.leave_to_parent(nodes)
+    local_nodes.forget_all()
+    for context, process in nodes.items():
+        context.close_reason = (
+            f"it was opened by another process, {process}, and this one is a fork of it: open nodes in the"
+            " process that uses them"
+        )
+        context.closing = context.ended = _over()
+        context.before_close = []
+        context.master.abandon()
+        context.clock.closing = context.closing
+        for callback in context.fork_callbacks:
+            callback()
+
+
+def _over() -> threading.Event:
+    """An event that is set, in place of one whose lock may be held for ever."""
+    event = threading.Event()
+    event.set()
+    return event
 
 
 def _at_exit() -> None:

@@ -12,16 +12,16 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from rosproto.logs import PeerLog
+from rosproto import names
+from rosproto.logs import PeerLog, get_logger
+from rosproto.node.clock import NodeClock
 from rosproto.node.events import Event, Events
 from rosproto.node.graph.endpoints import Endpoints
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.naming import Naming
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.revisions.revisions import Revisions
-from rosproto.node.time.clock import NodeClock
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.host_names import HostNames
@@ -30,8 +30,43 @@ if TYPE_CHECKING:
     import logging
 
 
+_log = get_logger("rosproto.node")
+
+MOST_WARNINGS = 100  # names of a program that makes up a new one each time
+
+
+class Naming:
+    """Resolves names for one node.
+
+    Args:
+        node_name: The node's own, global.
+        remappings: Names and what they stand for, as written on a command line.
+
+    Raises:
+        ValueError: One side of a remapping is a name that no master takes.
+    """
+
+    def __init__(self, node_name: str, remappings: Mapping[str, str]) -> None:
+        self._node_name = node_name
+        self._remappings = names.resolve_remappings(remappings, node_name)
+        self._warned: set[str] = set()
+
+    def resolve(self, name: str) -> str:
+        """The global name, remapped; one that is not legal, though some use it, is warned of once.
+
+        Raises:
+            ValueError: No master takes it.
+        """
+        resolved = names.resolve(name, self._node_name, self._remappings)
+        new = resolved not in self._warned and len(self._warned) < MOST_WARNINGS
+        if new and not names.is_legal_name(resolved):
+            self._warned.add(resolved)
+            _log.warning("! %s is not a legal ROS name; roscpp and some tools refuse it", resolved)
+        return resolved
+
+
 MASTER_CALL_SECONDS = 10.0
-FAREWELL_SECONDS = 2.0  # what is not taken back by then is taken back by the watchdog
+FAREWELL_SECONDS = 2.0  # what is not taken back by then is taken back by the master monitor
 
 
 class Context:
@@ -44,10 +79,9 @@ class Context:
         hosts: Host names that this computer may not know.
         master, master_uri: The typed client of the master, the node's name as caller id.
         master_address, master_hosts: Host and port of the master; every address of that host.
-        master_lost: True while the master does not answer; the watchdog writes it.
-        registrations: What the master knows about us. A part that is registered adds an object with `kind`,
-            `name`, `register(master)`, `unregister(master)`; the watchdog registers all of it again when the
-            master restarted or our address changed.
+        master_lost: True while the master does not answer; the master monitor writes it.
+        registrations: What the master knows about us. A part that is registered adds a `Registration`; the
+            master monitor registers all of it again when the master restarted or our address changed.
         endpoints: Where the node listens now; another object after a change of address.
         clock: The node's time, wall or simulated.
         monitor: The thread that watches all subscribers.
@@ -55,13 +89,13 @@ class Context:
         said: What peers do, told to the log within bounds.
         local_nodes: Nodes of this process that are connected without sockets; None for none.
         host_given: Address or name that the program gave; None when it is to be found.
-        check_again: Called with a subscription whose publishers should be asked for; the watchdog's.
+        check_again: Called with a subscription whose publishers should be asked for; the master monitor's.
         closing: Set when closing begins; every long wait of a part watches it.
         ended: Set when it is over.
         close_reason: "" by the program, else who closed the node and why.
         closers: Called by closing, newest first, before the servers go; each is bounded and idempotent.
         before_close, shutdown_callbacks: See `Node.before_close` and `Node.on_shutdown`.
-        fork_callbacks: Called in a fork of this process, where nothing of the node works (`forking.py`).
+        fork_callbacks: Called in a fork of this process, where nothing of the node works (`closing.py`).
     """
 
     endpoints: Endpoints

@@ -1,15 +1,21 @@
-"""What happens to links and to the registration at the master, as values for `Node(on_event=...)`."""
+"""What happens to links and to the registration at the master, as values for `Node(on_event=...)`.
+
+What `on_event`, and any other function of the program's that the library calls, raises is logged, so that
+it does no harm to a link. But some are called in the main thread, inside a call of the program's own (a
+subscriber that closes, with its publisher in the same process), and there a KeyboardInterrupt is no error
+of the function: somebody wants the program to end.
+"""
 
 from __future__ import annotations
 
 import enum
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 from rosproto.logs import get_logger
-from rosproto.node.interrupts import is_interrupt
 
 _log = get_logger("rosproto.node")
 
@@ -107,3 +113,8 @@ def without_frames(error: Exception) -> Exception:
             one.__traceback__ = None
             todo += (one.__cause__, one.__context__)
     return error
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Whether it is to be raised on. In other threads Python raises none: there it is the function's own."""
+    return isinstance(error, KeyboardInterrupt) and threading.current_thread() is threading.main_thread()

@@ -23,14 +23,13 @@ from rosproto.node import closing, options
 from rosproto.node.context import Context
 from rosproto.node.events import Event
 from rosproto.node.graph.endpoints import open_endpoints
-from rosproto.node.graph.joining import Listen, join
 from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.master_monitor import Listen, MasterMonitor, join
 from rosproto.node.graph.slave_api import SlaveApi
-from rosproto.node.graph.watchdog import Watchdog
 from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.outgoing.publisher import Publisher
-from rosproto.node.params.parameters import Parameters
+from rosproto.node.parameters import Parameters
 from rosproto.node.revisions.revisions import Revisions
 from rosproto.node.revisions.topic_types import ANY, TypeGiven, resolve_type
 from rosproto.node.services.client import ServiceClient
@@ -45,7 +44,7 @@ from rosproto.transport.waiting import wait_event
 if TYPE_CHECKING:
     import logging
 
-    from rosproto.node.rosout.rosout import Rosout
+    from rosproto.node.rosout import Rosout
     from rosproto.node.services.table import Services
 
 
@@ -158,10 +157,10 @@ class Node:
             on_topic=self._accept,
         )
         self._topics = TopicTable(context)
-        self._watchdog = Watchdog(
+        self._master_monitor = MasterMonitor(
             context, self._topics, listen=self._listen, moved=self._moved, each_look=self._attach_rosout
         )
-        context.check_again = self._watchdog.verify
+        context.check_again = self._master_monitor.verify
         context.fork_callbacks.append(self._topics.abandon)
         self._slave = SlaveApi(
             name=self.name,
@@ -196,14 +195,13 @@ class Node:
         followed = self._follow_clock and self._facts.simulated
         self.clock.attach(context.closing, self.subscriber if followed else None)
         if rosout:
-            from rosproto.node.rosout.loggers import Loggers
-            from rosproto.node.rosout.rosout import Rosout
+            from rosproto.node.rosout import Loggers, Rosout
 
             topics = self._topics.publications if self._facts.rosout_topics else None
             with context.registrations.together():
                 self._rosout = Rosout(context, self.publisher, topics)
                 Loggers(self.service_server)
-        self._watchdog.start()
+        self._master_monitor.start()
 
     # -- topics ---------------------------------------------------------------------------------------------
 
@@ -385,7 +383,7 @@ class Node:
         """The parameter server as a mapping: `node.params["/key"]`."""
         with self._lazy:
             if self._params_made is None:
-                from rosproto.node.params.parameters import Parameters
+                from rosproto.node.parameters import Parameters
 
                 self._params_made = Parameters(self._context)
                 self._slave.on_parameter_update = self._params_made.on_update
@@ -516,11 +514,11 @@ class Node:
             period: Seconds between two looks at a master that answers; 1 at first.
             full_check_every: Looks between two comparisons of the whole graph; 5 at first.
         """
-        self._watchdog.period, self._watchdog.full_check_every = period, full_check_every
+        self._master_monitor.period, self._master_monitor.full_check_every = period, full_check_every
 
     def look_at_master(self) -> None:
         """Look now whether the master still knows us: something is known to have changed."""
-        self._watchdog.hurry()
+        self._master_monitor.hurry()
 
     def __repr__(self) -> str:
         state = "closed" if self.closed else self.uri
@@ -536,16 +534,16 @@ class Node:
         self._close("")
 
     def _close(self, reason: str) -> None:
-        context, watchdog = self._context, self._watchdog
+        context, monitor = self._context, self._master_monitor
         closing.close(
             context,
             reason,
             self._forget_local,
             partial(closing.leave_master, context),
-            partial(watchdog.close, closing.CLOSE_SECONDS),
+            partial(monitor.close, closing.CLOSE_SECONDS),
             self._topics.close,
             partial(closing.close_servers, context),
-            partial(watchdog.close, closing.CLOSE_SECONDS),
+            partial(monitor.close, closing.CLOSE_SECONDS),
         )
 
     def _forget_local(self) -> None:

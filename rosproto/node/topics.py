@@ -6,18 +6,19 @@ Source: wiki.ros.org/ROS/Slave_API for the shapes of getBusStats and getBusInfo.
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from rosproto.errors import LocalProtocolError
+from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.graph.endpoints import refuse
 from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.incoming.subscription import Subscription
-from rosproto.node.name_locks import NameLocks
 from rosproto.node.outgoing import datagram_link
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.outgoing.publisher import Publisher
@@ -25,6 +26,50 @@ from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.udpros import DatagramRequest
 from rosproto.transport.deadline import Deadline
+
+
+class NameLocks:
+    """A lock for each name in use."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._locks: dict[str, tuple[threading.Lock, int]] = {}  # and how many hold it or wait for it
+
+    @contextmanager
+    def hold(self, name: str, deadline: Deadline | None = None) -> Iterator[None]:
+        """Hold the lock of `name`.
+
+        Raises:
+            RosTimeout: Somebody else has held it until the deadline.
+        """
+        with self._lock:
+            lock, users = self._locks.get(name, (threading.Lock(), 0))
+            self._locks[name] = (lock, users + 1)
+        left = None if deadline is None else deadline.remaining()
+        got = lock.acquire(timeout=-1 if left is None else max(0.0, left))
+        try:
+            if not got:
+                assert deadline is not None
+                raise RosTimeout(
+                    f"{name}: another thread has been opening or closing it for {deadline.seconds:g} s;"
+                    " does the master answer?",
+                    what=name,
+                    seconds=deadline.seconds,
+                )
+            yield
+        finally:
+            if got:
+                lock.release()
+            with self._lock:
+                lock, users = self._locks[name]
+                if users == 1:
+                    del self._locks[name]
+                else:
+                    self._locks[name] = (lock, users - 1)
+
+    def __len__(self) -> int:
+        return len(self._locks)
+
 
 _log = get_logger("rosproto.node")
 

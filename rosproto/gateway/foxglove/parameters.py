@@ -13,7 +13,7 @@ from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
     from rosproto.node import Node
-    from rosproto.node.params.parameters import ParameterSubscription
+    from rosproto.node.parameters import ParameterSubscription
 
 _log = get_logger("rosproto.gateway")
 

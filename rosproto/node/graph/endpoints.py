@@ -1,5 +1,12 @@
 """Where a node listens: its slave API and its TCPROS server, on one address.
 
+The TCPROS server is one listening socket for its publishers and its services; the connection header says
+what the other side wants: `topic` a subscriber, `service` a service client. Each connection's header is
+read in the connection's own thread, off the accept loop and on a deadline, so a silent peer delays nobody
+(rospy reads it in the accept loop and hangs: docs/wire.md, 9).
+
+Source: wiki.ros.org/ROS/TCPROS.
+
 The address is the one given, or the one that routes to the master, and nothing else is listened on
 (rospy and roscpp listen on every interface). A host *name* that resolves to loopback, as Debian's
 /etc/hosts has it for the computer's own name, would be unreachable for others: then the address towards the
@@ -8,13 +15,148 @@ master is listened on, and the name announced.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import socket
+import threading
+from collections.abc import Callable, Collection
 
-from rosproto.errors import ConnectionLost, RosError
-from rosproto.node.graph.tcpros_server import OnConnection, TcprosServer
+from rosproto.errors import ConnectionLost, RosError, RosTimeout, TooLarge
+from rosproto.logs import PeerLog, get_logger
+from rosproto.protocol.handshake import error_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, local_address_towards, make_uri, resolve
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp_server import TcpServer
+from rosproto.transport.tcpros_io import read_header, write_all, write_header
 from rosproto.transport.xmlrpc_server import Dispatch, XmlRpcServer
+
+_log = get_logger("rosproto.node")
+
+# What the first four bytes of an HTTP request are as the length of a header.
+_HTTP = frozenset(int.from_bytes(verb, "little") for verb in (b"POST", b"GET ", b"HEAD", b"PUT "))
+_NOT_FOUND = b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+
+OnConnection = Callable[[socket.socket, dict[str, str], tuple[str, int]], None]
+
+
+class TcprosServer:
+    """Reads the header of every incoming connection and hands the socket over.
+
+    Attributes:
+        on_topic: Called with (socket, header fields, peer) for a subscriber. It owns the socket from then on.
+        on_service: The same for a service client; it runs as long as the connection does.
+        refused: Connections refused so far, for whatever reason.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        *,
+        limits: Limits,
+        on_topic: OnConnection,
+        allow: Collection[str] | None = None,
+        name: str = "tcpros",
+        port: int = 0,
+    ) -> None:
+        self._limits = limits
+        self.on_topic = on_topic
+        self.on_service: OnConnection | None = None
+        self.refused = 0
+        self._said = PeerLog("rosproto.node")
+        self._born = threading.Lock()
+        with self._born:  # as in XmlRpcServer
+            self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
+
+    @property
+    def port(self) -> int:
+        return self._server.port
+
+    @property
+    def host(self) -> str:
+        """What it listens on."""
+        return self._server.host
+
+    def allows(self, address: str) -> bool:
+        """Whether that peer may connect."""
+        return self._server.allows(address)
+
+    def bind_beside(self, sock: socket.socket, address: tuple[str, int]) -> None:
+        """See `TcpServer.bind_beside`."""
+        self._server.bind_beside(sock, address)
+
+    def close(self, timeout: float = 2.0) -> None:
+        """Stop listening and end what is still in its handshake or in a service."""
+        self._server.close(timeout)
+
+    def _accept(self, sock: socket.socket, peer: tuple[str, int]) -> None:
+        with self._born:
+            pass  # `_server` is there
+        deadline = Deadline(self._limits.handshake_seconds)
+        try:
+            fields = read_header(sock, self._limits, deadline)
+        except (ConnectionLost, RosTimeout) as error:
+            # Connecting and closing is how tools probe a port (pitfall 8): not worth a warning.
+            _log.debug("! %s:%s sent no connection header: %s", *peer[:2], error)
+            sock.close()
+            return
+        except RosError as error:
+            if isinstance(error, TooLarge) and error.size in _HTTP:
+                _answer_http(sock, peer)
+            else:
+                self._refuse(sock, peer, str(error))
+            return
+        if "service" in fields and self.on_service is not None:
+            self._server.established(sock)
+            self.on_service(sock, fields, peer)
+        elif "topic" in fields:
+            self._server.hand_over(sock)  # a subscriber's link has no thread of its own
+            self.on_topic(_CountedSocket(sock, self._server), fields, peer)
+        else:
+            self._refuse(sock, peer, "the connection header names neither a topic nor a service of this node")
+
+    def _refuse(self, sock: socket.socket, peer: tuple[str, int], why: str) -> None:
+        self.refused += 1
+        self._said.warning(peer[0], "connection from %s:%s refused: %s", *peer[:2], why[:500])
+        refuse(sock, why)
+
+
+def _answer_http(sock: socket.socket, peer: tuple[str, int]) -> None:
+    """A call for a slave API that had this port before: masters go on calling nodes that died (pitfall 31).
+
+    Nobody here can do anything about it, so it is no warning.
+    """
+    _log.debug("! %s:%s made an HTTP request, for whoever had this port before; answered 404", *peer[:2])
+    try:
+        sock.settimeout(0.5)
+        sock.recv(1 << 16)  # closing with unread bytes would reset the connection, and the answer be lost
+        write_all(sock, _NOT_FOUND, Deadline(1.0))
+    except (RosError, OSError):
+        pass  # it has gone
+    sock.close()
+
+
+class _CountedSocket(socket.socket):
+    """A subscriber's connection: it counts against `limits.connections` until it is closed."""
+
+    __slots__ = ("_release",)
+
+    def __init__(self, accepted: socket.socket, server: TcpServer) -> None:
+        super().__init__(fileno=accepted.detach())
+        self._release: Callable[[], None] | None = lambda: server.released(accepted)
+
+    def close(self) -> None:
+        super().close()
+        release, self._release = self._release, None
+        if release is not None:
+            release()
+
+
+def refuse(sock: socket.socket, why: str) -> None:
+    """Tell the peer why in an error header, then close; never raises."""
+    try:
+        write_header(sock, error_header(why), Deadline(1.0))
+    except (RosError, OSError):
+        pass  # it is gone already: nobody left to tell
+    sock.close()
 
 
 class Endpoints:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
-from rosproto.node.graph import replies
+from rosproto.node.graph import api_client
 from rosproto.node.graph.api_client import ApiClient
 from rosproto.transport import unpack
 
@@ -63,24 +63,24 @@ class MasterClient(ApiClient):
     ) -> list[str]:
         """Announce that our node (slave API at `caller_api`) publishes a topic; URIs of its subscribers."""
         return self._typed(
-            replies.as_str_list, "registerPublisher", topic, type_name, caller_api, timeout=timeout
+            api_client.as_str_list, "registerPublisher", topic, type_name, caller_api, timeout=timeout
         )
 
     def unregister_publisher(self, topic: str, caller_api: str, *, timeout: float | None = None) -> int:
         """Withdraw that; 1 when it was registered, 0 when not."""
-        return self._typed(replies.as_int, "unregisterPublisher", topic, caller_api, timeout=timeout)
+        return self._typed(api_client.as_int, "unregisterPublisher", topic, caller_api, timeout=timeout)
 
     def register_subscriber(
         self, topic: str, type_name: str, caller_api: str, *, timeout: float | None = None
     ) -> list[str]:
         """Announce that our node subscribes to a topic ("*" for any type); URIs of its publishers."""
         return self._typed(
-            replies.as_str_list, "registerSubscriber", topic, type_name, caller_api, timeout=timeout
+            api_client.as_str_list, "registerSubscriber", topic, type_name, caller_api, timeout=timeout
         )
 
     def unregister_subscriber(self, topic: str, caller_api: str, *, timeout: float | None = None) -> int:
         """Withdraw that; 1 when it was registered, 0 when not."""
-        return self._typed(replies.as_int, "unregisterSubscriber", topic, caller_api, timeout=timeout)
+        return self._typed(api_client.as_int, "unregisterSubscriber", topic, caller_api, timeout=timeout)
 
     def register_service(
         self, service: str, service_api: str, caller_api: str, *, timeout: float | None = None
@@ -90,26 +90,26 @@ class MasterClient(ApiClient):
 
     def unregister_service(self, service: str, service_api: str, *, timeout: float | None = None) -> int:
         """Withdraw that; 0 when `service_api` is not the current provider."""
-        return self._typed(replies.as_int, "unregisterService", service, service_api, timeout=timeout)
+        return self._typed(api_client.as_int, "unregisterService", service, service_api, timeout=timeout)
 
     # -- the graph ---------------------------------------------------------------------------------------
 
     def lookup_node(self, node: str, *, timeout: float | None = None) -> str:
         """XML-RPC URI of a node; MasterError with code -1 when unknown."""
-        return self._typed(replies.as_str, "lookupNode", node, timeout=timeout)
+        return self._typed(api_client.as_str, "lookupNode", node, timeout=timeout)
 
     def lookup_service(self, service: str, *, timeout: float | None = None) -> str:
         """rosrpc URI of a service; MasterError with code -1 when nobody provides it."""
-        return self._typed(replies.as_str, "lookupService", service, timeout=timeout)
+        return self._typed(api_client.as_str, "lookupService", service, timeout=timeout)
 
     def get_published_topics(self, subgraph: str = "", *, timeout: float | None = None) -> dict[str, str]:
         """topic -> type of everything published below a namespace ("" for all)."""
-        pairs = self._typed(replies.as_pairs, "getPublishedTopics", subgraph, timeout=timeout)
+        pairs = self._typed(api_client.as_pairs, "getPublishedTopics", subgraph, timeout=timeout)
         return dict(pairs)
 
     def get_topic_types(self, *, timeout: float | None = None) -> dict[str, str]:
         """topic -> type of every topic the master knows, published or not; "*" for unknown."""
-        return dict(self._typed(replies.as_pairs, "getTopicTypes", timeout=timeout))
+        return dict(self._typed(api_client.as_pairs, "getTopicTypes", timeout=timeout))
 
     def get_system_state(self, *, timeout: float | None = None) -> SystemState:
         """Who publishes, subscribes and serves what."""
@@ -117,11 +117,11 @@ class MasterClient(ApiClient):
 
     def get_uri(self, *, timeout: float | None = None) -> str:
         """The URI the master thinks it has."""
-        return self._typed(replies.as_str, "getUri", timeout=timeout)
+        return self._typed(api_client.as_str, "getUri", timeout=timeout)
 
     def get_pid(self, *, timeout: float | None = None) -> int:
         """Process id of the master, on its computer."""
-        return self._typed(replies.as_int, "getPid", timeout=timeout)
+        return self._typed(api_client.as_int, "getPid", timeout=timeout)
 
     def shutdown(self, reason: str = "", *, timeout: float | None = None) -> None:
         """Ask the master to end. Every node of the graph loses it."""
@@ -143,15 +143,15 @@ class MasterClient(ApiClient):
 
     def has_param(self, key: str, *, timeout: float | None = None) -> bool:
         """Whether a parameter or namespace is set."""
-        return self._typed(replies.as_bool, "hasParam", key, timeout=timeout)
+        return self._typed(api_client.as_bool, "hasParam", key, timeout=timeout)
 
     def search_param(self, key: str, *, timeout: float | None = None) -> str:
         """Key found upwards from our name; MasterError with code -1 when there is none."""
-        return self._typed(replies.as_str, "searchParam", key, timeout=timeout)
+        return self._typed(api_client.as_str, "searchParam", key, timeout=timeout)
 
     def get_param_names(self, *, timeout: float | None = None) -> list[str]:
         """Keys of all parameters."""
-        return self._typed(replies.as_str_list, "getParamNames", timeout=timeout)
+        return self._typed(api_client.as_str_list, "getParamNames", timeout=timeout)
 
     def subscribe_param(self, key: str, caller_api: str, *, timeout: float | None = None) -> object:
         """Value now (`{}` when not set), and paramUpdate calls to `caller_api` from now on."""
@@ -207,7 +207,7 @@ class MasterClient(ApiClient):
 
     def _one(self, method: str, item: object) -> object:
         if isinstance(item, dict) and "faultCode" in item:
-            code = replies.int_or_none(item["faultCode"]) or -1
+            code = api_client.int_or_none(item["faultCode"]) or -1
             return MasterError(method, code, str(item.get("faultString", "")), uri=self.uri)
         try:
             return unpack(method, item[0] if isinstance(item, list) and item else item, self.uri)
@@ -216,7 +216,7 @@ class MasterClient(ApiClient):
 
 
 def _as_state(value: object) -> SystemState:
-    tables = replies.as_list(value)
+    tables = api_client.as_list(value)
     if len(tables) != 3:
         raise TypeError("[publishers, subscribers, services]")
-    return SystemState(*(replies.as_rows(table) for table in tables))
+    return SystemState(*(api_client.as_rows(table) for table in tables))

@@ -1,7 +1,7 @@
 """What a node has registered at the master: one table, so that all of it can be registered again.
 
-A publisher, a subscriber, a service and a parameter subscription each put one `Registration` here. The
-watchdog (`watchdog.py`) runs the whole table again when the master came back without us, or when our own
+A publisher, a subscriber, a service and a parameter subscription each put one `Registration` here. The master
+monitor (`master_monitor.py`) runs the whole table again when the master came back without us, or when our own
 address changed. What one thread adds within `together` is registered at the end of that block, with one
 request.
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from rosproto.errors import (
     ConnectionLost,
@@ -24,10 +24,55 @@ from rosproto.errors import (
     RosTimeout,
 )
 from rosproto.logs import get_logger
-from rosproto.node.graph import replies
+from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registration import Registration, Together
 from rosproto.transport.deadline import Deadline
+
+
+class Registration(Protocol):
+    """One thing the master knows about us.
+
+    Both calls must be repeatable: they read the node's present URIs each time, because after a change of
+    address the same registration is made again under another one.
+
+    Attributes:
+        kind: "publisher", "subscriber", "service" or "parameter".
+        name: Resolved name of the topic, service or parameter.
+    """
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def name(self) -> str: ...
+
+    def register(self, master: MasterClient) -> None:
+        """Tell the master; raise what the call raises."""
+
+    def unregister(self, master: MasterClient) -> None:
+        """Take it back; raise what the call raises."""
+
+
+class Announcement(NamedTuple):
+    """The call that registers something, to be made beside others.
+
+    Attributes:
+        method: Of the master.
+        params: Its parameters, without our name.
+        heard: Takes the value of the answer; TypeError when it is none.
+    """
+
+    method: str
+    params: tuple[object, ...]
+    heard: Callable[[object], object]
+
+
+class Together(Registration, Protocol):
+    """A registration that can be made in one request with others."""
+
+    def announce(self) -> Announcement:
+        """What to tell the master now; repeatable."""
+
 
 _log = get_logger("rosproto.node")
 _AT_ONCE = 100  # registrations in one request, so that neither it nor its time grows without a bound
@@ -192,7 +237,7 @@ class Registrations:
             try:
                 if isinstance(answer, MasterError):
                     raise answer
-                replies.checked(call.method, self._master.uri, answer, call.heard)
+                api_client.checked(call.method, self._master.uri, answer, call.heard)
             except RosError as error:
                 refused[_key(one)] = error
                 continue
@@ -287,7 +332,7 @@ class Registrations:
     def register_all(self) -> bool:
         """Register everything again; True when all of it stands.
 
-        One refusal does not stop the others. A lost master stops the round: the watchdog comes back.
+        One refusal does not stop the others. A lost master stops the round: the master monitor comes back.
         """
         with self._lock:
             self._pending = set(self._table)

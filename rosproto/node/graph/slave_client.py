@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rosproto.node.graph import replies
+from rosproto.node.graph import api_client
 from rosproto.node.graph.api_client import ApiClient
 from rosproto.protocol.limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient, unpack
@@ -66,16 +66,16 @@ class NodeClient(ApiClient):
         if isinstance(reply, list) and reply and isinstance(reply[0], list):
             return reply  # roscpp's XMLRPCManager gives the value alone, without code and text
         value = unpack("getBusStats", reply, self.uri)
-        return replies.checked("getBusStats", self.uri, value, replies.as_list)
+        return api_client.checked("getBusStats", self.uri, value, api_client.as_list)
 
     def get_bus_info(self, *, timeout: float | None = None) -> list[BusConnection]:
         """The node's connections."""
-        rows = self._typed(replies.as_list, "getBusInfo", timeout=timeout)
-        return [replies.checked("getBusInfo", self.uri, row, _as_connection) for row in rows]
+        rows = self._typed(api_client.as_list, "getBusInfo", timeout=timeout)
+        return [api_client.checked("getBusInfo", self.uri, row, _as_connection) for row in rows]
 
     def get_master_uri(self, *, timeout: float | None = None) -> str:
         """The master the node uses."""
-        return self._typed(replies.as_str, "getMasterUri", timeout=timeout)
+        return self._typed(api_client.as_str, "getMasterUri", timeout=timeout)
 
     def shutdown(self, reason: str = "", *, timeout: float | None = None) -> None:
         """Ask the node to end; MasterError when it refuses."""
@@ -83,19 +83,19 @@ class NodeClient(ApiClient):
 
     def get_pid(self, *, timeout: float | None = None) -> int:
         """Process id of the node, on its computer."""
-        return self._typed(replies.as_int, "getPid", timeout=timeout)
+        return self._typed(api_client.as_int, "getPid", timeout=timeout)
 
     def get_name(self, *, timeout: float | None = None) -> str:
         """The node's name; rospy and this library answer, roscpp does not know the method (MasterError)."""
-        return self._typed(replies.as_str, "getName", timeout=timeout)
+        return self._typed(api_client.as_str, "getName", timeout=timeout)
 
     def get_subscriptions(self, *, timeout: float | None = None) -> list[tuple[str, str]]:
         """(topic, type) of what the node subscribes to."""
-        return self._typed(replies.as_pairs, "getSubscriptions", timeout=timeout)
+        return self._typed(api_client.as_pairs, "getSubscriptions", timeout=timeout)
 
     def get_publications(self, *, timeout: float | None = None) -> list[tuple[str, str]]:
         """(topic, type) of what the node publishes."""
-        return self._typed(replies.as_pairs, "getPublications", timeout=timeout)
+        return self._typed(api_client.as_pairs, "getPublications", timeout=timeout)
 
     def request_topic(
         self,
@@ -111,7 +111,7 @@ class NodeClient(ApiClient):
             protocols: What we can do, the best first, each with its parameters.
         """
         wanted = [list(protocol) for protocol in protocols]
-        return self._typed(replies.as_list, "requestTopic", topic, wanted, timeout=timeout)
+        return self._typed(api_client.as_list, "requestTopic", topic, wanted, timeout=timeout)
 
     def param_update(self, key: str, value: object, *, timeout: float | None = None) -> None:
         """Tell the node a parameter's new value (for masters)."""
@@ -126,13 +126,13 @@ class NodeClient(ApiClient):
 
 def _as_connection(row: object) -> BusConnection:
     """[id, destination, direction, transport, topic, connected, info]; the last two may be missing."""
-    cells = replies.as_list(row)
+    cells = api_client.as_list(row)
     if len(cells) < 5:
         raise TypeError("[id, destination, direction, transport, topic, connected, info]")
     connected = bool(cells[5]) if len(cells) > 5 else True
     words = [str(cell) for cell in cells[1:5]]
     return BusConnection(
-        replies.int_or_none(cells[0]) or 0,
+        api_client.int_or_none(cells[0]) or 0,
         words[0],
         words[1],
         words[2],

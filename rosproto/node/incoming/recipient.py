@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from rosproto.logs import get_logger
+from rosproto.node.events import is_interrupt
 from rosproto.node.incoming.callbacks import CallbackRunner, InlineCaller
 from rosproto.node.incoming.inbox import Inbox
-from rosproto.node.interrupts import is_interrupt
 from rosproto.node.revisions.topic_types import TopicType
 
 _log = get_logger("rosproto.node")

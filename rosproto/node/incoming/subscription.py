@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.context import Context
-from rosproto.node.graph import replies
+from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registration import Announcement
+from rosproto.node.graph.registrations import Announcement
 from rosproto.node.incoming.delivery import Delivery, RevisedDelivery, encoded
 from rosproto.node.incoming.links import make_link
 from rosproto.node.incoming.publisher_link import PublisherLink
@@ -95,7 +95,7 @@ class Subscription:
         return Announcement(
             "registerSubscriber",
             (self.name, self.type.name, self.context.uri),
-            lambda answer: self._registered(replies.as_str_list(answer), generation),
+            lambda answer: self._registered(api_client.as_str_list(answer), generation),
         )
 
     def _registered(self, uris: Sequence[str], generation: int) -> None:

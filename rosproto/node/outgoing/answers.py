@@ -12,9 +12,8 @@ from rosproto.codec.conversion import ConversionError
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.graph.tcpros_server import refuse
-from rosproto.node.interrupts import is_interrupt
+from rosproto.node.events import Event, EventKind, is_interrupt, without_frames
+from rosproto.node.graph.endpoints import refuse
 from rosproto.node.outgoing.revised_output import RevisedOutput
 from rosproto.node.revisions.revisions import explained, note_differences
 from rosproto.node.revisions.topic_types import TopicType

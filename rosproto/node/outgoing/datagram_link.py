@@ -5,7 +5,7 @@ on, and the oldest message that waits is dropped, as over TCP. Nobody is told wh
 
 A datagram connection has no end that could be seen. A subscriber is gone when its computer says that nobody
 takes the datagrams (ICMP), when it asks for the topic again, or when the master does not have it among the
-topic's subscribers any more (the watchdog looks).
+topic's subscribers any more (the master monitor looks).
 
 Source: wiki.ros.org/ROS/UDPROS.
 """

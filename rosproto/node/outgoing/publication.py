@@ -20,11 +20,10 @@ from rosproto.codec import Message
 from rosproto.errors import CodecError, ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.events import Event, EventKind
-from rosproto.node.graph import replies
+from rosproto.node.events import Event, EventKind, is_interrupt
+from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registration import Announcement
-from rosproto.node.interrupts import is_interrupt
+from rosproto.node.graph.registrations import Announcement
 from rosproto.node.outgoing.answers import Answers
 from rosproto.node.outgoing.encoder import FrameEncoder
 from rosproto.node.outgoing.frames import LargeFrame, prefix, small_frame
@@ -109,7 +108,7 @@ class Publication:
 
     def announce(self) -> Announcement:
         parameters = (self.name, self.type.name, self.context.uri)
-        return Announcement("registerPublisher", parameters, replies.as_str_list)
+        return Announcement("registerPublisher", parameters, api_client.as_str_list)
 
     def unregister(self, master: MasterClient) -> None:
         master.unregister_publisher(self.name, self.context.uri)

@@ -14,7 +14,7 @@ from rosproto.codec import decode
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError, RosTimeout, ServiceError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.graph.endpoints import refuse
 from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.services.reply import encode_error, encode_reply, error_text, response_from
 from rosproto.node.services.session import ServiceSession

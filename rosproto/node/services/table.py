@@ -13,9 +13,9 @@ from typing import Any
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
+from rosproto.node.graph.endpoints import refuse
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registration import Announcement
-from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.graph.registrations import Announcement
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.services.type import ServiceTypeGiven, ask_type, resolve_service_type

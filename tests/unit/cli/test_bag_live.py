@@ -22,7 +22,7 @@ from rosproto.cli.failure import CommandError
 from rosproto.cli.keys import Keyboard, WindowsKeys
 from rosproto.cli.parser import Parser
 from rosproto.codec import message_class
-from rosproto.node.time.clock import NodeClock
+from rosproto.node.clock import NodeClock
 from rosproto.recording import RecorderStats
 from rosproto.time import Time
 

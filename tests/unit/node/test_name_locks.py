@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from rosproto.errors import RosTimeout
-from rosproto.node.name_locks import NameLocks
+from rosproto.node.topics import NameLocks
 from rosproto.transport.deadline import Deadline
 
 

@@ -148,15 +148,15 @@ def test_waiting_to_verify_does_not_spin_while_the_master_is_away() -> None:
         subscriber = node.subscriber("/p", String)
         master.close()
         eventually(lambda: node.stats().master_lost)
-        node._watchdog.verify(subscriber._subscription)
+        node._master_monitor.verify(subscriber._subscription)
         looks: list[float] = []
-        follow = node._watchdog._follow_address
+        follow = node._master_monitor._follow_address
 
         def counted() -> bool:
             looks.append(time.monotonic())
             return follow()
 
-        node._watchdog._follow_address = counted  # type: ignore[method-assign]
+        node._master_monitor._follow_address = counted  # type: ignore[method-assign]
         eventually(lambda: len(looks) >= 5)
         # The first may come at once; then the back-off: 0.1 s and more, less a tenth.
         assert min(looks[n + 1] - looks[n] for n in range(1, len(looks) - 1)) > 0.08

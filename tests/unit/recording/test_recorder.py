@@ -18,7 +18,7 @@ from rosproto.bag import BagReader
 from rosproto.bag.output import Output
 from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import BagError
-from rosproto.node.time.clock import NodeClock
+from rosproto.node.clock import NodeClock
 from rosproto.recording import Recorder, TopicSelection
 from rosproto.recording.buffer import Entry, TopicTap, _connection
 

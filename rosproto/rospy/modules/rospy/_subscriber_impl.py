@@ -2,7 +2,7 @@
 
 import traceback
 
-from rosproto.node.interrupts import is_interrupt
+from rosproto.node.events import is_interrupt
 from rosproto.rospy.messages import node_class
 
 from . import core

@@ -253,6 +253,6 @@ def test_a_forged_publisher_update_is_put_right_by_the_master(pair: tuple[Node, 
     publisher.wait_for_connection()
     assert b._slave.dispatch("publisherUpdate", ["/master", "/t", []], "10.6.6.6") == [1, "", 0]
     end = time.monotonic() + 5
-    while b._watchdog._to_verify and time.monotonic() < end:
+    while b._master_monitor._to_verify and time.monotonic() < end:
         time.sleep(0.01)
     assert subscriber.connections == 1

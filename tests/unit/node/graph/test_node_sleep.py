@@ -11,7 +11,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
-from rosproto.node.graph import watchdog
+from rosproto.node.graph import master_monitor
 from rosproto.transport.sleep import SleepDetector
 from tests.support.victim import eventually
 
@@ -30,7 +30,7 @@ class Sleep:
         self._asleep = 0.0
         self._lock = threading.Lock()
         monkeypatch.setattr(
-            watchdog, "SleepDetector", lambda: SleepDetector(time.monotonic, self._with_sleep)
+            master_monitor, "SleepDetector", lambda: SleepDetector(time.monotonic, self._with_sleep)
         )
 
     def _with_sleep(self) -> float:

@@ -43,8 +43,8 @@ class Asked:
         call = client.call
 
         def noted(method: str, *params: Any, **options: Any) -> Any:
-            watchdog = method == "system.multicall" and params[0][0]["methodName"] == "getPid"
-            if method != "system.multicall" or watchdog:
+            look = method == "system.multicall" and params[0][0]["methodName"] == "getPid"
+            if method != "system.multicall" or look:
                 self.methods.append(method)
                 return call(method, *params, **options)
             if self.instead is not None:

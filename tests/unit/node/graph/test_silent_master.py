@@ -60,4 +60,4 @@ def test_what_is_closed_meanwhile_leaves_the_graph_afterwards(
     # What was asked to be taken back may reach the master late; it is registered again then.
     eventually(lambda: "/gone" not in published() and "/again" in published())
     kept.close()
-    eventually(lambda: "/again" not in published())  # again in a tenth of a second, or by the watchdog
+    eventually(lambda: "/again" not in published())  # again in a tenth of a second, or by the master monitor

@@ -19,8 +19,8 @@ from rosproto.master import Master
 from rosproto.msg import bundled
 from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
+from rosproto.node.graph.master_monitor import MasterMonitor
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.node.graph.watchdog import Watchdog
 from rosproto.node.incoming import udpros_link
 from rosproto.node.outgoing.datagram_link import DatagramLink
 from rosproto.node.outgoing.frames import LargeFrame
@@ -342,5 +342,5 @@ def test_who_unsubscribed_behind_a_firewall_is_forgotten(
         ({}, {}, False),
         ({}, {"/chatter": ["/listener"]}, True),
     ):
-        Watchdog.forget_unsubscribed([link], SystemState(others, subscribers, {}))
+        MasterMonitor.forget_unsubscribed([link], SystemState(others, subscribers, {}))
         assert monitor.removed is gone

@@ -1,4 +1,4 @@
-"""Watches the master and our own address, once a second, and puts things right again.
+"""Joins the master; then watches it and our own address, once a second, and puts things right again.
 
 * The master restarted (another process, or it does not know our name): everything is registered again. No
   peer does this; rospy and roscpp are forgotten for ever (docs/wire.md, 59).
@@ -19,17 +19,20 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Collection, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.graph.joining import Listen, rebind
+from rosproto.node.graph import api_client
+from rosproto.node.graph.endpoints import Endpoints, listening_address
 from rosproto.node.graph.master_client import MasterClient, SystemState
-from rosproto.node.graph.registration import Registration
-from rosproto.transport.address import same_uri
+from rosproto.node.graph.registrations import Registration
+from rosproto.sentence import say
+from rosproto.transport.address import resolve, same_uri
 from rosproto.transport.backoff import Backoff
+from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import no_route
 from rosproto.transport.sleep import SleepDetector
 
@@ -79,13 +82,13 @@ class WatchedTopics(Protocol):
     def woke_up(self) -> None: ...
 
 
-class Watchdog:
+class MasterMonitor:
     """One thread per node.
 
     Args:
         context: Of the node.
         topics: Its topics.
-        listen: Opens its servers (`joining.Listen`).
+        listen: Opens its servers (`Listen`).
         moved: Told the old URI when they have been opened on another address.
         each_look: Called at each look, first.
 
@@ -116,7 +119,7 @@ class Watchdog:
         self._looks = 0
         self._sleep = SleepDetector()
         self._thread = threading.Thread(
-            target=self._run, name=f"rosproto:watchdog {context.name}", daemon=True
+            target=self._run, name=f"rosproto:master monitor {context.name}", daemon=True
         )
 
     def start(self) -> None:
@@ -164,7 +167,7 @@ class Watchdog:
                 pause = self._look()
                 took = time.monotonic() - begun
             except Exception:
-                _log.exception("! %s: the watchdog failed, and goes on", self._context.name)
+                _log.exception("! %s: the master monitor failed, and goes on", self._context.name)
                 pause = self.period
 
     def _notice_sleep(self, meant: float) -> None:
@@ -318,3 +321,95 @@ class Watchdog:
             self._context.master_lost = False
             _log.warning("= master %s: everything is registered again", self._context.master_uri)
             self._context.emit(Event(EventKind.MASTER_BACK, address=self._context.master_uri))
+
+
+REBIND_SECONDS = 1.0  # for looking up names, and for ending what used the old address
+
+
+Listen = Callable[[str, str], Endpoints]
+"""Opens the servers of the node: the host to announce, the address to listen on."""
+
+
+class GraphFacts(NamedTuple):
+    """What holds for the whole graph while a node is open.
+
+    Attributes:
+        simulated: Time comes from /clock.
+        rosout_topics: Records on /rosout list the topics of their node.
+    """
+
+    simulated: bool
+    rosout_topics: bool
+
+
+def ask_facts(master: MasterClient, timeout: float | None) -> GraphFacts:
+    """Ask a master, in one request, whether it is one and how its graph is set up.
+
+    Raises:
+        ConnectionLost, RosTimeout: Nobody answers.
+        RosError: What answers is no master.
+    """
+    pid, sim_time, no_topics = master.several(
+        [
+            ("getPid", ()),
+            ("getParam", ("/use_sim_time",)),
+            ("getParam", ("/rosout_disable_topics_generation",)),
+        ],
+        timeout=timeout,
+    )
+    if isinstance(pid, MasterError):
+        raise pid
+    api_client.checked("getPid", master.uri, pid, api_client.as_int)
+    return GraphFacts(
+        simulated=sim_time is True,  # an error means that it is not set
+        rosout_topics=isinstance(no_topics, MasterError) or not no_topics,
+    )
+
+
+def join(context: Context, listen: Listen, deadline: Deadline) -> tuple[Endpoints, GraphFacts]:
+    """Find the master, then listen: a node that cannot register need not open a port.
+
+    Raises:
+        ConnectionLost, RosTimeout: The node cannot join; the text names it and the master.
+    """
+    try:
+        facts = ask_facts(context.master, deadline.remaining())
+        context.master_hosts = frozenset(resolve(context.master_address[0], deadline))
+        announced, bind = listening_address(
+            context.host_given, context.master_address, deadline.remaining() or 0.1
+        )
+        return listen(announced, bind), facts
+    except RosError as error:
+        raise _cannot_join(context, error) from error
+
+
+def _cannot_join(context: Context, error: RosError) -> RosError:
+    cannot = "node {name} cannot join the master {uri}: {error}"
+    text = say(cannot, name=context.name, uri=context.master_uri, error=error)
+    peer, why = context.master_uri, error.why or str(error)
+    if isinstance(error, RosTimeout):
+        what = f"the master {context.master_uri}"
+        return RosTimeout(text, what=what, seconds=error.seconds, peer=peer, why=why)
+    return ConnectionLost(text, peer=peer, why=why)
+
+
+def rebind(context: Context, listen: Listen, moved: Callable[[str], None]) -> bool:
+    """Listen on our present address towards the master, when it is another one now; True when it is.
+
+    `moved` is called with the URI that holds no more, before what used it ends.
+
+    Raises:
+        RosError: There is no way to the master at present, or nothing can be listened on.
+    """
+    if context.host_given is not None:
+        return False
+    announced, bind = listening_address(None, context.master_address, REBIND_SECONDS)
+    old = context.endpoints
+    if announced == old.host:
+        return False
+    new = listen(announced, bind)
+    new.tcpros.on_service = old.tcpros.on_service
+    context.endpoints = new
+    moved(old.uri)
+    old.close(REBIND_SECONDS)
+    return True

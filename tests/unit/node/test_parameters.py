@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rosproto.errors import ConnectionLost, MasterError
-from rosproto.node.params.parameters import UnknownParameter
+from rosproto.node.parameters import UnknownParameter
 from tests.support.small_node import SmallNode
 
 

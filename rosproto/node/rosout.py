@@ -5,9 +5,14 @@ latched, as rospy and roscpp do. In: `log_messages` subscribes /rosout and feeds
 records are not published: a record about /rosout on /rosout would go round for ever (pitfall 61).
 
 `logging` is not imported for this: the handler is put on `node.logger` when the program asks for that, when
-`logging` is there already, or within a second of its import (the watchdog looks).
+`logging` is there already, or within a second of its import (the master monitor looks).
 
-Source: wiki.ros.org/rosout; rospy impl/rosout.py.
+Every ROS node has the services ~get_loggers and ~set_logger_level for its log levels. Python's loggers
+belong to the process, so all nodes of a process answer alike. A level is changed only when somebody asks
+for it by the service; names that no program uses are refused, since a logger once made is never freed.
+
+Source: wiki.ros.org/rosout; rospy impl/rosout.py; roscpp/GetLoggers.srv, roscpp/SetLoggerLevel.srv; rospy
+client.py `_get_loggers`.
 """
 
 from __future__ import annotations
@@ -18,15 +23,114 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rosproto.codec import message_class
+from rosproto.codec import message_class, service_class
+from rosproto.errors import ServiceError
 from rosproto.node.context import Context
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.revisions.topic_types import TypeGiven
-from rosproto.node.rosout.levels import python_level, ros_level
+from rosproto.node.services.server import ServiceServer
 
 if TYPE_CHECKING:
     import logging
+
+
+_TABLE = (
+    # name, rosgraph_msgs/Log, logging
+    ("debug", 1, 10),
+    ("info", 2, 20),
+    ("warn", 4, 30),
+    ("error", 8, 40),
+    ("fatal", 16, 50),
+)
+
+LEVELS = {name: python for name, _, python in _TABLE}
+"""Name -> level of `logging`."""
+
+
+def ros_level(levelno: int) -> int:
+    """The level of rosgraph_msgs/Log for one of `logging`: the highest that is not above it."""
+    return next((ros for _, ros, python in reversed(_TABLE) if levelno >= python), 1)
+
+
+def python_level(level: int) -> int:
+    """The level of `logging` for one of rosgraph_msgs/Log."""
+    return next((python for _, ros, python in reversed(_TABLE) if level >= ros), 10)
+
+
+def level_name(levelno: int) -> str:
+    """ROS's name of a level of `logging`: the highest one that is not above it ("debug" below all)."""
+    return next((name for name, _, python in reversed(_TABLE) if levelno >= python), "debug")
+
+
+ROOT = "root"
+
+
+def logger_names() -> list[str]:
+    """The root logger and every logger that a program has asked for, sorted."""
+    import logging
+
+    made = logging.root.manager.loggerDict.items()
+    return [ROOT, *sorted(name for name, entry in list(made) if isinstance(entry, logging.Logger))]
+
+
+def _logger(name: str) -> logging.Logger:
+    import logging
+
+    return logging.getLogger(None if name in (ROOT, "") else name)
+
+
+def set_level(name: str, level: str) -> None:
+    """Set the level of a logger by ROS's name of it.
+
+    Raises:
+        ValueError: There is no such level or logger; the text lists what there is.
+    """
+    value = LEVELS.get(level.strip().lower())
+    if value is None:
+        raise ValueError(f"level {level!r} is none of {', '.join(LEVELS)}")
+    names = logger_names()
+    if name and name not in names:
+        import difflib
+
+        near = difflib.get_close_matches(name, names, 3)
+        raise ValueError(f"no logger {name!r}{'; near: ' + ', '.join(near) if near else ''}")
+    _logger(name).setLevel(value)
+
+
+class Loggers:
+    """Provides both services for one node until the node closes.
+
+    Args:
+        provide: `Node.service_server`.
+    """
+
+    def __init__(self, provide: Callable[[str, Any, Callable[[Any], Any]], ServiceServer]) -> None:
+        self._entry: Any = message_class("roscpp/Logger")
+        self._servers = [
+            provide("~get_loggers", service_class("roscpp/GetLoggers"), self._get),
+            provide("~set_logger_level", service_class("roscpp/SetLoggerLevel"), self._set),
+        ]
+
+    def _get(self, request: Any) -> dict[str, Any]:
+        return {
+            "loggers": [
+                self._entry(name=name, level=level_name(_logger(name).getEffectiveLevel()))
+                for name in logger_names()
+            ]
+        }
+
+    @staticmethod
+    def _set(request: Any) -> None:
+        try:
+            set_level(request.logger, request.level)
+        except ValueError as error:
+            raise ServiceError("set_logger_level", str(error)) from None
+
+    def close(self) -> None:
+        """Withdraw both. May be called again."""
+        for server in self._servers:
+            server.close()
 
 
 OWN = "rosproto"
@@ -74,7 +178,7 @@ class Rosout:
         """Publishes what it handles; add it to any logger. The node's own has it from now on."""
         with self._attaching:
             if self._handler is None:
-                from rosproto.node.rosout.handler import RosoutHandler
+                from rosproto.node.rosout_handler import RosoutHandler
 
                 self._handler = RosoutHandler(self.publish)
                 if not self._context.closed:

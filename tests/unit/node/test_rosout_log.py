@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rosproto.codec import message_class
-from rosproto.node.rosout.log_file import RosoutLog
+from rosproto.rosout_aggregator import RosoutLog
 from rosproto.time import Time
 
 
@@ -23,7 +23,7 @@ def record(text: str, level: int = 4, topics: tuple[str, ...] = ("/a", "/b")) ->
 
 def test_lines_are_those_of_debians_rosout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Taken from a run of Debian's /rosout (1.15.15) with these records; further lines of a text are indented."""
-    monkeypatch.setattr("rosproto.node.rosout.log_file.time.time", lambda: 1795273150.25)
+    monkeypatch.setattr("rosproto.rosout_aggregator.time.time", lambda: 1795273150.25)
     log = RosoutLog(tmp_path / "rosout.log")
     log.add(record("text 0\nline two", 1, ()))
     for level in (2, 4, 8, 16):

@@ -16,7 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.options import callback_or_none
-from rosproto.node.params.cache import ABSENT, Change, ParameterCache, canonical_key
+from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canonical_key
 
 logger = get_logger("rosproto.node")
 T = TypeVar("T")

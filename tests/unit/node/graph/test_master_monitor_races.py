@@ -1,4 +1,4 @@
-"""What the watchdog asks the master, and what the node does meanwhile."""
+"""What the master monitor asks the master, and what the node does meanwhile."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import pytest
 
 import rosproto
 from rosproto.master import Master
-from rosproto.node.graph.watchdog import Watchdog
+from rosproto.node.graph.master_monitor import MasterMonitor
 
 
 @pytest.fixture
 def node(monkeypatch: pytest.MonkeyPatch) -> Iterator[rosproto.Node]:
     """Its looks at the master are taken by hand."""
-    monkeypatch.setattr(Watchdog, "start", lambda self: None)
+    monkeypatch.setattr(MasterMonitor, "start", lambda self: None)
     with Master() as master, rosproto.Node("/busy", master_uri=master.uri, rosout=False) as node:
         yield node
 
 
 @pytest.fixture
-def watchdog(node: rosproto.Node) -> Watchdog:
-    return node._watchdog
+def monitor(node: rosproto.Node) -> MasterMonitor:
+    return node._master_monitor
 
 
 def answered_before(monkeypatch: pytest.MonkeyPatch, holder: Any, name: str, then: Callable[[], Any]) -> None:
@@ -38,7 +38,7 @@ def answered_before(monkeypatch: pytest.MonkeyPatch, holder: Any, name: str, the
 
 
 def test_a_topic_that_is_opened_while_the_graph_is_on_its_way_is_not_missing(
-    node, watchdog, monkeypatch
+    node, monitor, monkeypatch
 ) -> None:
     """The master was asked before it was told: no reason to register everything again."""
     node.publisher("/first", "std_msgs/String")
@@ -48,28 +48,26 @@ def test_a_topic_that_is_opened_while_the_graph_is_on_its_way_is_not_missing(
         "get_system_state",
         lambda: node.publisher("/second", "std_msgs/String"),
     )
-    assert watchdog.graph_has_all()
+    assert monitor.graph_has_all()
 
 
-def test_a_topic_that_is_closed_meanwhile_is_not_missing(node, watchdog, monkeypatch) -> None:
+def test_a_topic_that_is_closed_meanwhile_is_not_missing(node, monitor, monkeypatch) -> None:
     first = node.publisher("/first", "std_msgs/String")
     first_state = node.master.get_system_state
     monkeypatch.setattr(node.master, "get_system_state", lambda **o: (first.close(), first_state(**o))[1])
-    assert watchdog.graph_has_all()
+    assert monitor.graph_has_all()
 
 
-def test_the_first_topic_of_a_node_is_not_missed_while_it_is_being_opened(
-    node, watchdog, monkeypatch
-) -> None:
+def test_the_first_topic_of_a_node_is_not_missed_while_it_is_being_opened(node, monitor, monkeypatch) -> None:
     """Before it the master does not know the node, and that is no sign of a restart."""
-    assert watchdog.check_registration()
-    answered_before(monkeypatch, watchdog, "_ask", lambda: node.publisher("/first", "std_msgs/String"))
-    assert watchdog.check_registration()
+    assert monitor.check_registration()
+    answered_before(monkeypatch, monitor, "_ask", lambda: node.publisher("/first", "std_msgs/String"))
+    assert monitor.check_registration()
 
 
-def test_a_registration_that_the_master_has_lost_is_missing(node, watchdog) -> None:
+def test_a_registration_that_the_master_has_lost_is_missing(node, monitor) -> None:
     node.publisher("/first", "std_msgs/String")
-    assert watchdog.graph_has_all()
+    assert monitor.graph_has_all()
     node.master.unregister_publisher("/first", node.uri)
-    assert not watchdog.graph_has_all()
-    assert not watchdog.check_registration()
+    assert not monitor.graph_has_all()
+    assert not monitor.check_registration()

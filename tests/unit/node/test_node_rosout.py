@@ -9,7 +9,7 @@ import threading
 
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.rosout.rosout import log_messages
+from rosproto.node.rosout import log_messages
 
 
 def test_the_nodes_logger_goes_to_rosout() -> None:

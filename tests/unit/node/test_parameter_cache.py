@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.node.params.cache import ABSENT, Change, ParameterCache, canonical_key, same_value
+from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canonical_key, same_value
 
 
 def subscribed(key: str, value: object) -> ParameterCache:

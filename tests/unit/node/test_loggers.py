@@ -9,7 +9,7 @@ import pytest
 from rosproto.errors import ServiceError
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.rosout.levels import level_name
+from rosproto.node.rosout import level_name
 
 
 def test_log_levels_are_told_and_set_by_name_only():
