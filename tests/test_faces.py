@@ -68,7 +68,7 @@ def test_the_chassis_uses_public_faces_only(module: str, path: Path) -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        "from rosproto.node.services.client import Cancellation",
+        "from rosproto.node.services.link import Cancellation",
         "from rosproto.node.services import client",
         "from rosproto.node import services",
         "import rosproto.node.node",

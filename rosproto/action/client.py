@@ -24,8 +24,7 @@ from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.time import Time
-from rosproto.transport.clock import SYSTEM, Clock
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 
 if TYPE_CHECKING:
     from rosproto.node import Node

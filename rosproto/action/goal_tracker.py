@@ -19,8 +19,7 @@ from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.goal_client import CommState, GoalStatus
-from rosproto.transport.clock import Clock
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import Clock, Deadline
 
 _log = get_logger("rosproto.action")
 

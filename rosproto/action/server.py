@@ -24,8 +24,7 @@ from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
 from rosproto.time import Time
-from rosproto.transport.clock import SYSTEM, Clock
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 
 if TYPE_CHECKING:
     from rosproto.node import Node

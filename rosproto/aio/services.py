@@ -31,7 +31,7 @@ class ServiceClient:
 
     async def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
         """Call the service; arguments, result and errors as `rosproto.node.ServiceClient.call` has them."""
-        from rosproto.node.services.client import Cancellation
+        from rosproto.node.services.link import Cancellation
 
         cancellation = Cancellation()
         return await self._pool.run(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import make_uri, parse_uri
-from rosproto.transport.open_files import allow_open_files
+from rosproto.transport.os_errors import allow_open_files
 
 from .background_output import hurry
 from .failure import CommandError, cannot_listen

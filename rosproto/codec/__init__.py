@@ -7,8 +7,7 @@ with the first array.
 from __future__ import annotations
 
 from rosproto.codec.classes import define, message_class, service_class
-from rosproto.codec.comparison import differences
-from rosproto.codec.conversion import Conversion, ValuesLost
+from rosproto.codec.conversion import Conversion, ValuesLost, differences
 from rosproto.codec.flavour import Flavour
 from rosproto.codec.functions import decode, decoder, encode, encode_parts, encoder
 from rosproto.codec.message import AnyMsg, Message, ServiceType

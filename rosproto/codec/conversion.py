@@ -13,7 +13,7 @@ from keyword import iskeyword
 from typing import Any
 
 from rosproto.codec.classes import message_class
-from rosproto.codec.comparison import side_by_side
+from rosproto.codec.conversion import side_by_side
 from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
 from rosproto.codec.message import Message
 from rosproto.errors import CodecError

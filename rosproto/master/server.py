@@ -10,9 +10,9 @@ from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.limits import Limits
 from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
+from rosproto.transport.deadline import wait_event
 from rosproto.transport.forking import left_to_parent
 from rosproto.transport.tcp_server import Allow
-from rosproto.transport.waiting import wait_event
 
 from .api import MasterApi, UnknownMethod
 from .delivery import NodeSender

@@ -15,11 +15,11 @@ from rosproto.node.node import Node
 from rosproto.node.options import host_names
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.parameters import Parameters, UnknownParameter
+from rosproto.node.revisions.definition_lookup import probe_topic
 from rosproto.node.revisions.revisions import NoRevisions, Unfit, revised_type
-from rosproto.node.revisions.topic_probe import probe_topic
 from rosproto.node.revisions.topic_types import TopicType
-from rosproto.node.services.cancellation import Cancellation
 from rosproto.node.services.client import ServiceClient
+from rosproto.node.services.link import Cancellation
 from rosproto.node.services.prepared import PreparedCall
 from rosproto.node.services.probe import probe as probe_service
 from rosproto.node.services.server import ServiceServer

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
 from rosproto.time import Duration, Time
-from rosproto.transport.waiting import wait_event
+from rosproto.transport.deadline import wait_event
 
 _log = get_logger("rosproto.node")
 
@@ -256,7 +256,7 @@ class Timer:
         began = time.perf_counter()
         try:
             self._callback(event)
-        except BaseException:  # as in callbacks.py
+        except BaseException:  # as in incoming/recipient.py
             _log.exception("! the timer's callback %r raised; the timer goes on", self._callback)
         return expected, real, time.perf_counter() - began
 

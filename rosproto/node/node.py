@@ -37,9 +37,8 @@ from rosproto.node.services.server import ServiceServer
 from rosproto.node.stats import NodeStats
 from rosproto.node.topics import TopicTable
 from rosproto.protocol.limits import Limits
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
-from rosproto.transport.waiting import wait_event
 
 if TYPE_CHECKING:
     import logging

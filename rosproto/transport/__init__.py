@@ -7,7 +7,7 @@ from rosproto.transport.backoff import Backoff
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.host_names import HostNames, hosts_advice, parse_host_names
-from rosproto.transport.open_files import allow_open_files
+from rosproto.transport.os_errors import allow_open_files
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack

@@ -21,8 +21,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent
 from rosproto.transport.host_names import HostNames
 from rosproto.transport.os_errors import translate
-from rosproto.transport.tcp import tune
-from rosproto.transport.waking import open_selector
+from rosproto.transport.tcp import open_selector, tune
 
 PATIENCE = 1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
 STAGGER = 0.5  # seconds between the others

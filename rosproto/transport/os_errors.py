@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.sentence import both, led, say
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.open_files import open_file_limit
+from rosproto.transport.os_errors import open_file_limit
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}

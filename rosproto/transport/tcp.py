@@ -12,7 +12,7 @@ from rosproto.transport.os_errors import system_errors, translate
 
 # A peer that vanished (power, Wi-Fi) is noticed after idle + count * interval = 30 s; the system's own
 # defaults are two hours, and a quarter of an hour when data is on its way. What we send to subscribers is
-# looked after more closely (rosproto/node/outgoing/backlog.py).
+# looked after more closely (rosproto/node/outgoing/link_monitor.py).
 KEEPALIVE_IDLE = 10
 KEEPALIVE_INTERVAL = 5
 KEEPALIVE_COUNT = 4

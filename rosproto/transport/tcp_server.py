@@ -23,12 +23,10 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
-from rosproto.transport.clock import SYSTEM, Clock
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent
 from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
-from rosproto.transport.tcp import bind_beside, interrupt, listen, tune
-from rosproto.transport.waking import open_selector, wake_pair
+from rosproto.transport.tcp import bind_beside, interrupt, listen, open_selector, tune, wake_pair
 
 log = get_logger("rosproto.transport")
 

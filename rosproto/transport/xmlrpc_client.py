@@ -11,9 +11,8 @@ from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.limits import Limits
 from rosproto.sentence import say
 from rosproto.transport.address import DEFAULT_MASTER_URI, format_address, make_uri, parse_uri, uri_path
-from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.connecting import connect
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.host_names import HostNames
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import interrupt

@@ -24,8 +24,7 @@ from rosproto.protocol.http import (
 )
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address, make_uri
-from rosproto.transport.clock import SYSTEM, Clock
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.tcp_server import Allow, ServerStats, TcpServer
 from rosproto.transport.tcpros_io import write_all
 

@@ -25,8 +25,7 @@ from typing import Any
 
 from rosproto import Master, Node
 from rosproto.codec import message_class
-from rosproto.node.incoming.frame_reader import FrameReader
-from rosproto.node.incoming.tcpros_link import TcprosLink
+from rosproto.node.incoming.tcpros_link import FrameReader, TcprosLink
 from rosproto.protocol.framing import frame
 
 TYPES = {

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rosproto.errors import RosError
 from rosproto.node.services.link import ServiceLink
-from rosproto.node.services.session import ServiceSession
+from rosproto.node.services.server import ServiceSession
 from rosproto.protocol.limits import Limits
 from rosproto.transport.deadline import Deadline
 

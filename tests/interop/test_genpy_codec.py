@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from rosproto.codec import decode, encode, message_class
+from rosproto.codec.binding import from_plain, to_plain
 from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout
-from rosproto.codec.plain_values import from_plain, to_plain
 from rosproto.msg import bundled
 from tests.interop.genpy_build import write_definitions
 

@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 
 from rosproto.codec import decode, encode, message_class
+from rosproto.codec.binding import from_plain
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.plain_values import from_plain
 from rosproto.errors import CodecError
 from rosproto.gateway.rosbridge import cbor, png
 from rosproto.gateway.values import from_values, to_json, to_values

@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rosproto.codec import decode, encode, message_class
+from rosproto.codec.binding import from_plain
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.plain_values import from_plain
 from rosproto.codec.reference import decode_layout
 from rosproto.errors import CodecError
 from rosproto.gateway import GatewayLimits

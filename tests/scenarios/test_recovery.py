@@ -19,7 +19,7 @@ from rosproto.master import Master
 from rosproto.node import EventKind, MasterClient, Node
 from rosproto.node.graph import endpoints
 from rosproto.node.incoming import link_state
-from rosproto.node.incoming.frame_reader import FrameReader
+from rosproto.node.incoming.tcpros_link import FrameReader
 from rosproto.transport import tcp
 from tests.support.load import crowd
 from tests.support.proxy import FaultProxy

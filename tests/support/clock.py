@@ -6,7 +6,7 @@ import threading
 
 
 class FakeClock:
-    """Fits `rosproto.transport.clock.Clock`; `wait` returns at once, moving the time by its time-out.
+    """Fits `rosproto.transport.deadline.Clock`; `wait` returns at once, moving the time by its time-out.
 
     A waitable that is already signalled does not move the time.
     """

@@ -21,7 +21,7 @@ from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.graph import GraphView
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.logs import get_logger
-from rosproto.node.revisions.topic_probe import probe_topic
+from rosproto.node.revisions.definition_lookup import probe_topic
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from rosproto.gateway.rosbridge.rosapi import RosapiError
 from rosproto.gateway.rosbridge.shared import Shared
 from rosproto.gateway.rosbridge.tf_on_demand import ACTION_TYPE, is_tf_name
 from rosproto.gateway.values import from_arguments, to_json
-from rosproto.node.services.client import Cancellation
+from rosproto.node.services.link import Cancellation
 from rosproto.node.services.probe import probe
 from rosproto.transport.deadline import Deadline
 

@@ -32,9 +32,8 @@ from rosproto.node.graph.registrations import Registration
 from rosproto.sentence import say
 from rosproto.transport.address import resolve, same_uri
 from rosproto.transport.backoff import Backoff
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import Deadline, SleepDetector
 from rosproto.transport.os_errors import no_route
-from rosproto.transport.sleep import SleepDetector
 
 _log = get_logger("rosproto.node")
 

@@ -23,16 +23,31 @@ from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
 from rosproto.node.incoming.delivery import Delivery, RevisedDelivery, encoded
-from rosproto.node.incoming.links import make_link
-from rosproto.node.incoming.publisher_link import PublisherLink
+from rosproto.node.incoming.local_link import LocalLink
+from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.incoming.recipient import Recipient
+from rosproto.node.incoming.tcpros_link import TcprosLink
 from rosproto.node.revisions.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import PublisherReply
 from rosproto.sentence import both, say
 from rosproto.transport.address import parse_uri
-from rosproto.transport.waiting import wait_for
+from rosproto.transport.deadline import wait_for
+
+
+def make_link(subscription: LinkOwner, uri: str) -> PublisherLink:
+    """A link to that publisher, inside this process, by datagrams, or over TCP; not started yet."""
+    context = subscription.context
+    id = context.next_link_id()
+    if context.local_nodes is not None and context.local_nodes.find(uri) is not None:
+        return LocalLink(subscription, uri, id)
+    if subscription.unreliable:
+        from rosproto.node.incoming.udpros_link import UdprosLink
+
+        return UdprosLink(subscription, uri, id)
+    return TcprosLink(subscription, uri, id)
+
 
 MOST_ERRORS = 32
 

@@ -5,21 +5,68 @@ Source: wiki.ros.org/ROS/TCPROS.
 
 from __future__ import annotations
 
+import itertools
 import socket
 from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
-from rosproto.codec.conversion import ConversionError
+from rosproto.codec import AnyMsg, Message
+from rosproto.codec.conversion import Conversion, ConversionError
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, is_interrupt, without_frames
 from rosproto.node.graph.endpoints import refuse
-from rosproto.node.outgoing.revised_output import RevisedOutput
+from rosproto.node.outgoing.frames import LargeFrame, OutgoingLink, small_frame
 from rosproto.node.revisions.revisions import explained, note_differences
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import check_subscriber_header, publisher_header
 
 _log = get_logger("rosproto.node")
+
+
+PREFIX = 4  # bytes of the length before a message
+
+
+class RevisedOutput:
+    """One revision and the links that get it: a message is encoded once for all of them.
+
+    Attributes:
+        type: The subscribers' revision.
+        conversion: From the publication's type to it.
+        links: Replaced, never changed, so it is read without a lock.
+    """
+
+    def __init__(self, ours: TopicType, theirs: type[Message]) -> None:
+        self.type = TopicType(theirs)
+        self.conversion = Conversion(ours.message_class, theirs)
+        self.links: tuple[OutgoingLink, ...] = ()
+        self._ours = ours
+        self._seq = itertools.count(1)
+
+    def frame(self, message: Any) -> bytes:
+        """A message of ours, or its encoded bytes, as a frame of the revision.
+
+        Raises:
+            CodecError: A value does not fit the revision; names the field.
+        """
+        if isinstance(message, (bytes, bytearray, memoryview, AnyMsg)):  # a relay never decoded it
+            data = bytes(message._buff if isinstance(message, AnyMsg) else message)
+            message = self._ours.decode(data, 0, len(data))
+        body = self.type.encode(self.conversion.convert(message))
+        seq = next(self._seq) & 0xFFFFFFFF if self.type.message_class._has_header else None
+        return small_frame(body, seq)
+
+    def convert_frame(self, frame: bytes | LargeFrame) -> bytes:
+        """A frame that was made for the publication's own type (a latched one)."""
+        whole = frame if isinstance(frame, bytes) else frame.owned()
+        return self.frame(memoryview(whole)[PREFIX:])
+
+    def send(self, message: Any) -> None:
+        """To every link of this revision."""
+        frame = self.frame(message)
+        for link in self.links:
+            link.send(frame)
 
 
 class Answers:
@@ -114,7 +161,7 @@ class Answers:
         for give in more:
             try:
                 fields.update(give())
-            except BaseException as error:  # as in callbacks.py
+            except BaseException as error:  # as in incoming/recipient.py
                 if is_interrupt(error):
                     raise
                 _log.exception("! %s: header() raised", self._topic)

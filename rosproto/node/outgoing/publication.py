@@ -24,19 +24,23 @@ from rosproto.node.events import Event, EventKind, is_interrupt
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
-from rosproto.node.outgoing.answers import Answers
-from rosproto.node.outgoing.encoder import FrameEncoder
-from rosproto.node.outgoing.frames import LargeFrame, prefix, small_frame
+from rosproto.node.outgoing.answers import Answers, RevisedOutput
+from rosproto.node.outgoing.frames import (
+    Frame,
+    FrameEncoder,
+    LargeFrame,
+    OutgoingLink,
+    prefix,
+    send_frame,
+    small_frame,
+)
 from rosproto.node.outgoing.lost_subscriber import LostSubscriber
-from rosproto.node.outgoing.outgoing_link import Frame, OutgoingLink, send_frame
-from rosproto.node.outgoing.revised_output import RevisedOutput
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.header import encode_header
 from rosproto.transport.address import format_address
-from rosproto.transport.deadline import Deadline
-from rosproto.transport.waiting import wait_for
+from rosproto.transport.deadline import Deadline, wait_for
 
 _log = get_logger("rosproto.node")
 
@@ -252,7 +256,7 @@ class Publication:
     def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
         try:
             callback(caller_id)
-        except BaseException as error:  # as in callbacks.py
+        except BaseException as error:  # as in incoming/recipient.py
             if is_interrupt(error):
                 raise
             _log.exception("! %s: a callback for the subscriber %s raised", self.name, caller_id)

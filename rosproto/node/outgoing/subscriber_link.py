@@ -12,17 +12,48 @@ from __future__ import annotations
 
 import errno
 import socket
+import sys
 from collections.abc import Sequence
 from time import perf_counter, sleep
 
-from rosproto.node.outgoing.backlog import LOOK, MOST_AGE, Backlog
-from rosproto.node.outgoing.frames import LargeFrame
-from rosproto.node.outgoing.link_monitor import LinkMonitor
+from rosproto.node.outgoing.frames import LargeFrame, remaining
+from rosproto.node.outgoing.link_monitor import LOOK, MOST_AGE, Backlog, LinkMonitor
 from rosproto.node.outgoing.link_state import OutgoingEvent
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
-from rosproto.node.outgoing.socket_writes import send_some
 from rosproto.transport.send_queue import send_queue
 from rosproto.transport.tcp import expect_acknowledgement, set_linger
+
+MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
+
+
+def send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tuple[int, OSError | None]:
+    """Send as much as the socket takes now: (bytes sent, error)."""
+    total = 0
+    try:
+        if sys.platform != "win32":  # where there is no sendmsg
+            rest: Sequence[bytes | memoryview] = views
+            while rest:
+                some = rest[:MOST_VIEWS]
+                sent = sock.sendmsg(some)
+                total += sent
+                if sent < sum(map(len, some)):
+                    # A signal or the buffer's end; either way the next try tells.
+                    rest = [*remaining([memoryview(v) for v in some], sent), *rest[MOST_VIEWS:]]
+                    continue
+                rest = rest[MOST_VIEWS:]
+            return total, None
+        for view in views:
+            view = memoryview(view)
+            while view:
+                sent = sock.send(view)
+                total += sent
+                view = view[sent:]
+    except BlockingIOError:
+        pass
+    except OSError as error:
+        return total, error
+    return total, None
+
 
 BATCH_BYTES = 16 << 10
 BATCH_SECONDS = 200e-6
@@ -337,7 +368,7 @@ class SubscriberLink(QueuedLink):
         return None if queue is None else not queue.waiting
 
     def look(self, now: float, before: float) -> None:
-        """Reset the connection when what is on its way has become too old (`backlog.py`)."""
+        """Reset the connection when what is on its way has become too old (`Backlog`)."""
         with self._lock:
             written = self._bytes
             if self._closed or (self._backlog is None and written == self._seen):

@@ -3,6 +3,12 @@
 A rospy subscriber sends its definition, a roscpp one does not. But on a chassis the action servers have a
 client of their own (`/ros_interface` publishes their goal topics), and a publisher tells its definition to
 everybody: the one whose md5sum is the subscriber's is the one that is missing.
+
+A publisher is asked for its type, md5sum and definition, without receiving a message. The wildcard md5sum
+is what rostopic sends; the publisher answers with its header, and we leave. Nothing is registered at the
+master.
+
+Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Slave_API (requestTopic).
 """
 
 from __future__ import annotations
@@ -13,14 +19,51 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.codec import Message
-from rosproto.errors import RosError
+from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
+from rosproto.node.graph.slave_client import NodeClient
+from rosproto.node.revisions.topic_types import ANY
+from rosproto.protocol.handshake import PublisherReply, check_publisher_header, subscriber_header
+from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
     from rosproto.node.graph.caller import Caller
 
 _log = get_logger("rosproto.node")
+
+
+def probe_topic(caller: Caller, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
+    """What one publisher says about a topic.
+
+    Args:
+        caller: In whose name to ask.
+        topic: Resolved name.
+        publisher: Name of the publishing node.
+        deadline: For all steps together.
+
+    Raises:
+        MasterError: The master does not know the node, or it does not publish the topic (any more).
+        ConnectionLost, RosTimeout: It cannot be reached.
+        RemoteProtocolError: Its answer is no header of a publisher.
+    """
+    uri = caller.master.lookup_node(publisher, timeout=deadline.remaining())
+    with NodeClient(uri, caller.name, limits=caller.limits, hosts=caller.hosts) as peer:
+        answer = peer.request_topic(topic, timeout=deadline.remaining())
+    if len(answer) < 3 or answer[0] != "TCPROS" or not isinstance(answer[2], int):
+        raise ConnectionLost(
+            f"{topic}: {publisher} offers no TCPROS connection (answered {str(answer)[:100]})", peer=uri
+        )
+    sock = connect(str(answer[1]), answer[2], deadline, hosts=caller.hosts)
+    try:
+        wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=caller.name)
+        write_header(sock, wanted, deadline)
+        header = read_header(sock, caller.limits, deadline)
+    finally:
+        sock.close()
+    return check_publisher_header(header, topic=topic, type_name=ANY, md5sum=ANY, peer=publisher)
+
 
 FETCH_SECONDS = 3.0  # the subscriber waits for our answer meanwhile
 MOST_ASKED = 8
@@ -50,8 +93,6 @@ class DefinitionLookup:
         """
         if not self._may_ask(topic, md5sum):
             return None
-        from rosproto.node.revisions.topic_probe import probe_topic
-
         deadline = Deadline(FETCH_SECONDS)
         try:
             publishers = caller.master.get_system_state(timeout=deadline.remaining()).publishers.get(

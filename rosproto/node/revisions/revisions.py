@@ -270,7 +270,7 @@ def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion
 
 def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: str = "") -> Md5sumMismatch:
     """The mismatch with both definitions side by side, where the other side's is known."""
-    from rosproto.codec.comparison import side_by_side
+    from rosproto.codec.conversion import side_by_side
 
     table = why
     if definition and not table:

@@ -28,8 +28,7 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.services import probe as service_probe
-from rosproto.node.services.cancellation import Cancellation
-from rosproto.node.services.link import ServiceLink
+from rosproto.node.services.link import Cancellation, ServiceLink
 from rosproto.node.services.prepared import PreparedCall
 from rosproto.protocol.handshake import (
     HandshakeRefused,
@@ -38,8 +37,6 @@ from rosproto.protocol.handshake import (
 )
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-
-__all__ = ["Cancellation", "ServiceClient"]
 
 logger = get_logger("rosproto.node")
 

@@ -10,7 +10,9 @@ from __future__ import annotations
 import select
 import socket
 import sys
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError
@@ -22,8 +24,7 @@ from rosproto.transport.address import format_address
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.host_names import HostNames
-from rosproto.transport.socket_waits import limit_waits
-from rosproto.transport.tcp import interrupt, set_linger
+from rosproto.transport.tcp import interrupt, limit_waits, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
 
 ROOM = 4 << 10  # bytes; what most answers fit into
@@ -222,3 +223,34 @@ class ServiceLink:
         """End the connection; a call waiting in another thread gets ConnectionLost at once."""
         interrupt(self._sock)
         self._sock.close()
+
+
+class Cancellation:
+    """A way to end one call from another thread, used by the asyncio face."""
+
+    __slots__ = ("_link", "_lock", "cancelled")
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._link: ServiceLink | None = None
+        self.cancelled = False
+
+    def cancel(self) -> None:
+        """End the call: if its request has not been sent, it will not be."""
+        with self._lock:
+            self.cancelled = True
+            if self._link is not None:
+                self._link.close()
+
+    @contextmanager
+    def covering(self, link: ServiceLink) -> Iterator[None]:
+        """The link that `cancel` closes meanwhile."""
+        with self._lock:
+            if self.cancelled:
+                raise ConnectionLost("the call was cancelled before its request was sent", peer=link.peer)
+            self._link = link
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._link = None

@@ -1,28 +1,219 @@
-"""The providing side of a service.
+"""The providing side of a service: on each client's connection, requests are read and answered in order.
 
-Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/Services; rospy impl/tcpros_service.py.
+Source: wiki.ros.org/ROS/TCPROS (one byte "ok", then a length-prefixed response, or error text),
+wiki.ros.org/Services; rospy impl/tcpros_service.py and roscpp service_client_link.cpp.
 """
 
 from __future__ import annotations
 
 import socket
+import struct
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rosproto.codec import decode
+from rosproto.codec import decode, encode
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError, RosTimeout, ServiceError
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.node.context import Context
 from rosproto.node.graph.endpoints import refuse
 from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
-from rosproto.node.services.reply import encode_error, encode_reply, error_text, response_from
-from rosproto.node.services.session import ServiceSession
+from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.handshake import ServiceRequest, check_service_client_header, service_server_header
+from rosproto.protocol.limits import Limits
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import interrupt, limit_waits
 from rosproto.transport.tcpros_io import write_header
 
+LONGEST_ERROR = 64 << 10  # bytes of error text; rospy reads 256 at a time, nobody reads a book
+
+
+def response_from(returned: Any, response_class: type) -> Any:
+    """The response message a handler meant.
+
+    Args:
+        returned: An instance of the response; a dict of its fields; None, for a response without fields; the
+            bare value, for a response of one field; a tuple or list of all fields in order, for several.
+        response_class: Class of the response.
+
+    Raises:
+        TypeError: It is none of these. None for a response that has fields is most often a forgotten
+            `return`, so it is an error here as it is in rospy, not a response full of zeros.
+    """
+    if isinstance(returned, response_class) or getattr(returned, "_type", None) == response_class._type:  # type: ignore[attr-defined]
+        return returned
+    fields: list[str] = list(response_class.__slots__)  # type: ignore[attr-defined]
+    if isinstance(returned, Mapping):
+        return response_class(**returned)
+    if returned is None and not fields:
+        return response_class()
+    if returned is not None and len(fields) == 1 and not hasattr(returned, "_type"):
+        return response_class(**{fields[0]: returned})
+    if isinstance(returned, (tuple, list)) and len(returned) == len(fields):
+        return response_class(**dict(zip(fields, returned, strict=True)))
+    raise TypeError(
+        f"the handler returned {_shown(returned)}; expected {response_class._type} with"  # type: ignore[attr-defined]
+        f" {', '.join(fields) or 'no fields'}, or a dict of these"
+    )
+
+
+def _shown(returned: Any) -> str:
+    if returned is None:
+        return "None"
+    if isinstance(returned, (tuple, list)):
+        return f"a {type(returned).__name__} of {len(returned)} values"
+    return str(getattr(returned, "_type", type(returned).__name__))
+
+
+def encode_reply(response: Any) -> bytes:
+    """The answer of a call that went well: ok byte 1, length, response."""
+    body = encode(response)
+    return struct.pack("<BI", 1, len(body)) + body
+
+
+def error_text(error: BaseException) -> str:
+    """What the caller is told about an exception: a ServiceError's own text, else class and message."""
+    if isinstance(error, ServiceError):
+        return error.text
+    text = str(error)
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def encode_error(text: str) -> bytes:
+    """The answer of a call that failed: ok byte 0, length, text in UTF-8 (cut when it is enormous)."""
+    body = text.encode("utf-8", "surrogateescape" if _has_escaped_bytes(text) else "backslashreplace")
+    body = body[:LONGEST_ERROR]
+    return struct.pack("<BI", 0, len(body)) + body
+
+
+def _has_escaped_bytes(text: str) -> bool:
+    """True when `text` holds bytes of another program that were not UTF-8 and go back as they came."""
+    surrogates = [letter for letter in text if "\ud800" <= letter <= "\udfff"]
+    return bool(surrogates) and all("\udc80" <= letter <= "\udcff" for letter in surrogates)
+
+
 logger = get_logger("rosproto.node")
+
+ROOM = 4 << 10  # bytes; what most requests fit into
+STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing
+
+
+class ServiceSession:
+    """Serves one connection whose headers are exchanged; `run` returns when it is over.
+
+    Requests may be pipelined: they are answered one after the other. An idle connection may stay as long as
+    it likes, but once a request has begun to arrive, or an answer to leave, `stall_seconds` without
+    progress end it.
+
+    Attributes:
+        peer: "host:port" of the client.
+        callerid: Its node name, "" when it did not say.
+    """
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        answer: Callable[[bytes], bytes],
+        *,
+        peer: str,
+        callerid: str = "",
+        persistent: bool,
+        limits: Limits,
+        stall_seconds: float = 30.0,
+        said: PeerLog | None = None,
+    ) -> None:
+        self._sock = sock
+        self._answer = answer
+        self._persistent = persistent
+        self._stall_seconds = stall_seconds
+        self._requests = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
+        self._said = said or PeerLog("rosproto.node")
+        self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
+        self._busy = False
+        self._ending = False
+        self._thread = threading.current_thread()
+        self.peer = peer
+        self.callerid = callerid
+
+    def run(self) -> None:
+        """Serve until the client leaves, breaks the protocol, or `finish`; then the socket is closed.
+
+        A client that leaves is no event: one-shot clients, probes and port scans do it all the time.
+        """
+        self._thread = threading.current_thread()
+        try:
+            limit_waits(self._sock, self._stall_seconds)
+            while (request := self._read_request()) is not None and self._begin():
+                self._sock.sendall(self._answer(request))
+                if not self._end() or not self._persistent:
+                    break
+        except RemoteProtocolError as error:
+            self._said.warning("", "! service client %s %s: %s", self.callerid, self.peer, error)
+        except OSError as error:
+            logger.debug("! service client %s %s: %s", self.callerid, self.peer, error)
+        finally:
+            with self._lock:
+                # Under the lock, and before close() takes the number away: who waits in `join` must find the
+                # line cut when it returns.
+                self._shutdown()
+                self._busy, self._ending = False, True
+                self._changed.notify_all()
+            self._sock.close()
+
+    def _read_request(self) -> bytes | None:
+        """The next request; None when the client closed the connection."""
+        requests = self._requests
+        while True:
+            if requests.buffered and (request := requests.next_frame()) is not None:
+                return request
+            try:
+                count = self._sock.recv_into(requests.space())
+            except (BlockingIOError, TimeoutError):
+                if requests.buffered:
+                    raise
+                continue  # idle, not stalled
+            if not count:
+                return None
+            if (request := requests.whole(count)) is not None:
+                return request
+            requests.received(count)
+
+    def _begin(self) -> bool:
+        with self._lock:
+            self._busy = not self._ending
+            return self._busy
+
+    def _end(self) -> bool:
+        with self._lock:
+            self._busy = False
+            if self._ending:
+                self._changed.notify_all()
+            return not self._ending
+
+    def finish(self) -> None:
+        """Ask the session to end: at once when idle, after the answer when a request is being served."""
+        with self._lock:
+            self._ending = True
+            if not self._busy:
+                self._shutdown()
+
+    def join(self, timeout: float | None) -> bool:
+        """Wait until the request in progress is answered; then, or when `timeout` is over, cut the line.
+
+        Returns:
+            False when the handler was still running; its thread is left behind (Python cannot end it) and
+            its answer will go nowhere.
+        """
+        done = self._thread is threading.current_thread()  # closed by its own handler
+        if not done:
+            with self._changed:
+                done = self._changed.wait_for(lambda: not self._busy, timeout)
+                self._shutdown()
+        return done
+
+    def _shutdown(self) -> None:
+        interrupt(self._sock)
 
 
 class ServiceServer:

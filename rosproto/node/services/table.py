@@ -8,19 +8,60 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import LocalProtocolError, RosError
+from rosproto.codec import service_class
+from rosproto.errors import LocalProtocolError, RosError, ServiceError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.graph.endpoints import refuse
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
+from rosproto.node.revisions.revisions import Revisions
+from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
-from rosproto.node.services.type import ServiceTypeGiven, ask_type, resolve_service_type
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.node.graph.caller import Caller
+
+
+ServiceTypeGiven = type | str | None
+"""A service class, "package/Type", or None: ask the provider for its type."""
+
+PROBE_SECONDS = 10.0
+
+
+def resolve_service_type(type_: Any, service: str, revisions: Revisions | None = None) -> Any:
+    """The service class; a name is looked for as `resolve_type` does.
+
+    Raises:
+        DefinitionError: There is no such service type.
+        LocalProtocolError: It is no service type.
+    """
+    if isinstance(type_, str):
+        return service_class(type_, revisions.library_for(type_, "srv") if revisions else None)
+    if hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
+        return type_
+    raise LocalProtocolError(
+        f'service {service}: {type_!r} is no service type; give a class such as SetBool or "std_srvs/SetBool"'
+    )
+
+
+def ask_type(caller: Caller, revisions: Revisions, service: str) -> Any:
+    """The class of what the present provider says it provides.
+
+    Raises:
+        ServiceError, ConnectionLost, RosTimeout: It cannot be asked.
+        DefinitionError: We have no definition of its type.
+    """
+    name = service_probe.probe(caller, service, Deadline(PROBE_SECONDS)).get("type", "")
+    if not name or name == "*":
+        raise ServiceError(service, "its provider does not tell the type; give it")
+    return service_class(name, revisions.library_for(name, "srv"))
+
 
 CLOSE_SECONDS = 1.0  # for answers in progress when the node closes
 

@@ -163,7 +163,7 @@ def report_count(count):
 def sink():
     """As `count`, but nothing is cut or decoded, and few reads: what a publisher can do when its subscriber costs
     nothing."""
-    from rosproto.node.incoming.frame_reader import FrameReader
+    from rosproto.node.incoming.tcpros_link import FrameReader
 
     size = OPTIONS.get("frame", 52)
     taken = [0]

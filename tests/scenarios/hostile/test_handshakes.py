@@ -251,7 +251,7 @@ def test_nodelay_is_set_on_every_socket_that_is_written(node: Node, monkeypatch:
 def _sessions(node: Node) -> list[object]:
     import gc
 
-    from rosproto.node.services.session import ServiceSession
+    from rosproto.node.services.server import ServiceSession
 
     return [s for s in gc.get_objects() if type(s) is ServiceSession and s.callerid == "/other"]
 

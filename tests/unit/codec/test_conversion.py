@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from rosproto.codec import define, message_class, service_class
-from rosproto.codec.comparison import differences
-from rosproto.codec.conversion import Conversion, ConversionError, ValuesLost
+from rosproto.codec.conversion import Conversion, ConversionError, ValuesLost, differences
 from rosproto.errors import CodecError
 from rosproto.msg import bundled
 

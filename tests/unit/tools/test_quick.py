@@ -20,7 +20,7 @@ EXISTS = frozenset(
     [
         ("rosproto/msg/md5.py", ["tests/unit/msg"]),
         ("rosproto/node/incoming/reader.py", ["tests/unit/node/incoming"]),
-        ("rosproto/node/outgoing/outbox.py", ["tests/unit/node"]),
+        ("rosproto/node/outgoing/queued_link.py", ["tests/unit/node"]),
         ("rosproto/names.py", ["tests/unit"]),
         ("woosh_pure/stopping/stop.py", ["tests/unit/woosh"]),
         ("woosh_pure/cli/commands/goto.py", ["tests/unit/woosh_cli"]),

@@ -8,8 +8,7 @@ import pytest
 
 from rosproto.errors import RosTimeout
 from rosproto.transport.backoff import Backoff
-from rosproto.transport.clock import SYSTEM
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Deadline
 from tests.support.clock import FakeClock
 
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from rosproto.transport.open_files import allow_open_files
+from rosproto.transport.os_errors import allow_open_files
 
 if sys.platform == "win32":
     pytest.skip("there is no such limit", allow_module_level=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.transport.sleep import SleepDetector
+from rosproto.transport.deadline import SleepDetector
 
 
 class Clocks:

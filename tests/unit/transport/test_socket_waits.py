@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.transport.socket_waits import limit_waits
+from rosproto.transport.tcp import limit_waits
 
 
 class GreenSocket:

@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from rosproto.transport import waiting
-from rosproto.transport.waiting import wait_event, wait_for
+from rosproto.transport.deadline import wait_event, wait_for
 
 
 class Told(threading.Event):

@@ -12,7 +12,7 @@ import pytest
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
 from rosproto.node.graph import master_monitor
-from rosproto.transport.sleep import SleepDetector
+from rosproto.transport.deadline import SleepDetector
 from tests.support.victim import eventually
 
 String = "std_msgs/String"

@@ -8,8 +8,7 @@ from time import thread_time
 
 import pytest
 
-from rosproto.node.incoming.callbacks import SLOW_CALL, SURELY_SLOW, CallbackRunner
-from rosproto.node.incoming.inbox import Inbox
+from rosproto.node.incoming.recipient import SLOW_CALL, SURELY_SLOW, CallbackRunner, Inbox
 
 
 def test_the_newest_is_kept() -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from rosproto.errors import ConnectionLost
-from rosproto.node.incoming import frame_reader
-from rosproto.node.incoming.frame_reader import (
+from rosproto.node.incoming import tcpros_link
+from rosproto.node.incoming.tcpros_link import (
     CLOSE,
     ENOUGH,
     LOOK_AFTER,
@@ -42,8 +42,8 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     clock = Clock()
-    monkeypatch.setattr(frame_reader, "perf_counter", clock.time)
-    monkeypatch.setattr(frame_reader, "sleep", clock.sleep)
+    monkeypatch.setattr(tcpros_link, "perf_counter", clock.time)
+    monkeypatch.setattr(tcpros_link, "sleep", clock.sleep)
     return clock
 
 

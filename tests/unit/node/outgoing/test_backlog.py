@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from rosproto.node.outgoing.backlog import BULK, LOOK, MOST_AGE, Backlog
+from rosproto.node.outgoing.link_monitor import BULK, LOOK, MOST_AGE, Backlog
 from rosproto.transport.send_queue import SendQueue
 
 

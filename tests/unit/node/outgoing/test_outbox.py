@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rosproto.node.outgoing.frames import LargeFrame
-from rosproto.node.outgoing.outbox import Outbox
+from rosproto.node.outgoing.queued_link import Outbox
 
 
 def drain(outbox: Outbox, at_most: int = 1 << 30) -> bytes:

@@ -13,7 +13,7 @@ from rosproto.codec import service_class
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.services.client import Cancellation
+from rosproto.node.services.link import Cancellation
 
 SetBool, Trigger = service_class("std_srvs/SetBool"), service_class("std_srvs/Trigger")
 
