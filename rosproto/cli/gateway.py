@@ -56,7 +56,7 @@ def add_bridge_arguments(parser: argparse.ArgumentParser) -> None:
 def _bridge(arguments: argparse.Namespace) -> int:
     """Serve until interrupted; where it serves is the only thing on stdout."""
     from rosproto.gateway import Rosbridge
-    from rosproto.transport.open_files import allow_open_files
+    from rosproto.transport.os_errors import allow_open_files
 
     options = {**gateway_options(arguments), "authenticate": arguments.authenticate}
     allow_open_files(4096)

@@ -3,6 +3,8 @@
 A class begins with stubs. The first encode, decode or construction generates that one function
 (0.3 to 2 ms) and puts it in the stub's place. Two threads that come first at once both generate; the
 functions are equal and either may stay. What generates is imported with its first use as well.
+
+For errors and odd definitions there is the reference codec, which takes messages as plain values.
 """
 
 from __future__ import annotations
@@ -11,9 +13,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from rosproto.codec import plain_values as values
 from rosproto.codec.flavour import Flavour
-from rosproto.codec.layout import Layout, resolve
+from rosproto.codec.layout import DTYPES, FieldLayout, Layout, resolve
 from rosproto.errors import CodecError
 from rosproto.msg import DefinitionLibrary, MessageSpec
 
@@ -173,7 +174,7 @@ class Binding:
             plain = decode_layout(self.layout, data, start, end)
         except CodecError as found:
             raise self.flavour.decode_error(found) from None
-        return values.from_plain(self, plain)
+        return from_plain(self, plain)
 
     def _encode_again(self, message: Any, error: Exception) -> bytes:
         encoded: bytes = self.function("general_encode")(message)
@@ -187,7 +188,7 @@ class Binding:
         from rosproto.codec.reference import encode_layout
 
         try:
-            return encode_layout(self.layout, values.to_plain(self.layout, message))
+            return encode_layout(self.layout, to_plain(self.layout, message))
         except CodecError as found:
             raise self.flavour.encode_error(found) from None
 
@@ -195,3 +196,100 @@ class Binding:
 def _copied(data: Any) -> bytes:
     """The bytes of any buffer; TypeError for what is none (`bytes(5)` would be five zeros)."""
     return data if type(data) is bytes else memoryview(data).tobytes()
+
+
+def to_plain(layout: Layout, message: Any) -> Any:
+    """A message as the reference codec takes it; fields without a value are left out.
+
+    What cannot be a message of that type is handed on as it is: the reference codec names it.
+    """
+    if isinstance(message, dict) or (
+        layout.fields and not any(hasattr(message, f.name) for f in layout.fields)
+    ):
+        return message if not isinstance(message, dict) else _dict_given
+    return {
+        field.name: _plain_field(field, getattr(message, field.name))
+        for field in layout.fields
+        if hasattr(message, field.name)
+    }
+
+
+_dict_given = type(
+    "dict", (), {"__doc__": "A dict where a message is meant: refused, as the fast code does."}
+)()
+
+
+def _plain_field(field: FieldLayout, value: Any) -> Any:
+    if not field.is_array:
+        return _plain_one(field, value)
+    if isinstance(value, (str, bytes, bytearray, dict)) or value is None:
+        return value
+    if isinstance(value, memoryview):
+        return bytes(value)
+    if hasattr(value, "tolist") and hasattr(value, "dtype"):
+        if value.ndim == 0:
+            return value.item()
+        if field.code == "B" and value.dtype.str == "|u1":
+            return value.tobytes()
+        items = value.reshape(-1).tolist()
+        # As the fast code: whole numbers by their truth; 0.5 and "false" are no booleans.
+        return [bool(item) for item in items] if field.code == "?" and value.dtype.kind in "biu" else items
+    try:
+        items = list(value)
+    except TypeError:
+        return value
+    return [_plain_one(field, item) for item in items]
+
+
+def _plain_one(field: FieldLayout, value: Any) -> Any:
+    if field.layout is not None:
+        return to_plain(field.layout, value)
+    if field.kind == "time" and hasattr(value, "secs") and hasattr(value, "nsecs"):
+        return (value.secs, value.nsecs)
+    if field.code == "?" and hasattr(value, "dtype"):
+        return bool(value)  # numpy.bool_ has no __index__
+    return value
+
+
+def from_plain(binding: Binding, plain: dict[str, Any]) -> Any:
+    """A message of `binding`'s class from the reference codec's values."""
+    message = _build(binding, binding.layout, plain)
+    message._connection_header = None
+    return message
+
+
+def _build(binding: Binding, layout: Layout, plain: dict[str, Any]) -> Any:
+    message = binding.maker(layout.spec.name)()
+    for field in layout.fields:
+        value = plain[field.name]
+        if not field.is_array:
+            value = _build_one(binding, field, value)
+        elif field.kind == "number":
+            value = _numbers(binding, field, value)
+        else:
+            value = [_build_one(binding, field, item) for item in value]
+        setattr(message, field.name, value)
+    return message
+
+
+def _build_one(binding: Binding, field: FieldLayout, value: Any) -> Any:
+    if field.layout is not None:
+        return _build(binding, field.layout, value)
+    if field.kind == "time":
+        flavour = binding.flavour
+        return (flavour.time if field.base == "time" else flavour.duration).from_wire(*value)
+    return value
+
+
+def _numbers(binding: Binding, field: FieldLayout, value: Any) -> Any:
+    if not binding.flavour.views:
+        return value if isinstance(value, bytes) else value if field.code == "?" else tuple(value)
+    import numpy as np
+
+    array = (
+        np.frombuffer(value, "u1")
+        if isinstance(value, bytes) and value
+        else np.array(list(value), DTYPES[field.base])
+    )
+    array.flags.writeable = False
+    return array

@@ -1,11 +1,58 @@
-"""One moment by which all steps of an operation must be done."""
+"""Waiting: by one deadline for all steps of an operation, by a clock that tests replace, and so that Ctrl-C
+ends it.
+
+On Windows a thread that waits for a lock, with or without a time-out, does not notice Ctrl-C until the wait
+is over: `for message in subscriber` could not be stopped while nothing came. There long waits are cut into
+slices; elsewhere they are what they were.
+
+A computer may sleep (a laptop whose lid is closed). Linux and macOS stop the monotonic clock meanwhile, so no
+wait is over early when the computer wakes; Windows not, so a wait takes far longer than it was meant to.
+`SleepDetector` sees both.
+"""
 
 from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Protocol
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float
 from rosproto.sentence import led, say
-from rosproto.transport.clock import SYSTEM, Clock
+
+
+class Waitable(Protocol):
+    """A `threading.Event` or a `threading.Condition` (held by the caller)."""
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """True when signalled, False when `timeout` seconds passed."""
+
+
+class Clock(Protocol):
+    """Time that never jumps, and waiting by it."""
+
+    def monotonic(self) -> float:
+        """Seconds since some fixed moment."""
+
+    def wait(self, waitable: Waitable, timeout: float | None) -> bool:
+        """Wait until signalled, at most `timeout` seconds; True when signalled."""
+
+
+class SystemClock:
+    """The computer's own monotonic clock."""
+
+    def monotonic(self) -> float:
+        """`time.monotonic()`, seconds."""
+        return time.monotonic()
+
+    def wait(self, waitable: Waitable, timeout: float | None) -> bool:
+        """`waitable.wait(timeout)`."""
+        return waitable.wait(timeout)
+
+
+SYSTEM = SystemClock()
 
 
 class Deadline:
@@ -69,3 +116,71 @@ class Deadline:
         """The earlier of this deadline and `seconds` from now."""
         left, seconds = self.remaining(), as_float(seconds)
         return Deadline(seconds if left is None else min(seconds, left), self._clock)
+
+
+SLICE = 0.25 if sys.platform == "win32" else None
+"""Seconds until Ctrl-C is noticed; None: at once."""
+
+
+def wait_for(condition: threading.Condition, predicate: Callable[[], object], timeout: float | None) -> bool:
+    """`condition.wait_for(predicate, timeout)`, the lock held; True when it came true."""
+    return _in_slices(lambda seconds: bool(condition.wait_for(predicate, seconds)), timeout)
+
+
+def wait_event(event: threading.Event, timeout: float | None) -> bool:
+    """`event.wait(timeout)`; True when it is set."""
+    return _in_slices(event.wait, timeout)
+
+
+def _in_slices(wait: Callable[[float | None], bool], timeout: float | None) -> bool:
+    timeout = as_float(timeout)
+    if SLICE is None:
+        return wait(timeout)
+    end = None if timeout is None else time.monotonic() + timeout
+    while True:
+        left = SLICE if end is None else end - time.monotonic()
+        if wait(max(0.0, min(SLICE, left))):
+            return True
+        if left <= SLICE and end is not None:
+            return False
+
+
+NOTICEABLE = 5.0
+"""Seconds; less is a busy computer, or a clock that was set."""
+
+
+def _time_with_sleep() -> float:
+    """Seconds that pass in sleep too: exact on Linux, elsewhere the wall clock, which may be set."""
+    if sys.platform == "linux":
+        return time.clock_gettime(time.CLOCK_BOOTTIME)
+    return time.time()
+
+
+class SleepDetector:
+    """Compares two clocks each time it is asked.
+
+    Args:
+        monotonic: Seconds awake.
+        with_sleep: Seconds awake and asleep.
+    """
+
+    def __init__(
+        self,
+        monotonic: Callable[[], float] = time.monotonic,
+        with_sleep: Callable[[], float] = _time_with_sleep,
+    ) -> None:
+        self._monotonic = monotonic
+        self._with_sleep = with_sleep
+        self._last = monotonic(), with_sleep()
+
+    def slept(self, meant: float) -> float:
+        """Seconds asleep since this was asked last; 0 when it is not noticeable.
+
+        Args:
+            meant: Seconds that were to pass at most until now.
+        """
+        now = self._monotonic(), self._with_sleep()
+        awake, whole = (a - b for a, b in zip(now, self._last, strict=True))
+        self._last = now
+        missing = max(whole - awake, awake - meant)
+        return missing if missing >= NOTICEABLE else 0.0

@@ -1,15 +1,19 @@
-"""The seam where the operating system's errors become ours, with what to check next."""
+"""The seam where the operating system's errors become ours, with what to check next.
+
+A process may have so many files open, sockets included: terminals of macOS start programs with 256, Linux
+usually with 1024; Windows has no such number for sockets.
+"""
 
 from __future__ import annotations
 
 import errno
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.sentence import both, led, say
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.os_errors import open_file_limit
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
@@ -125,3 +129,35 @@ def _too_many_files() -> str:
 def closed_by_peer(doing: str, peer: str) -> ConnectionLost:
     """The error for an orderly end of the stream where more was expected."""
     return ConnectionLost(led(doing, "the connection was closed by the other side"), peer=peer)
+
+
+def open_file_limit() -> int | None:
+    """How many files this process may have open; None where there is no such number, or nobody tells."""
+    if sys.platform == "win32":
+        return None
+    try:
+        import resource
+    except (ImportError, OSError):
+        return None  # no file is left to read the module from
+    soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    return None if soft == resource.RLIM_INFINITY else soft
+
+
+def allow_open_files(count: int) -> None:
+    """Have the system allow this process `count` open files, when it allows fewer and lets itself be asked.
+
+    This is for commands, which own their process, and for simulated robots, which are many nodes in one.
+    """
+    if sys.platform == "win32":
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    unlimited = resource.RLIM_INFINITY
+    if soft == unlimited or soft >= count:
+        return
+    wanted = count if hard == unlimited else min(count, hard)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+    except (OSError, ValueError):
+        pass  # the limit stays; opening one too many raises an error that says so

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from rosproto.transport import waiting
+from rosproto.transport import deadline
 from rosproto.transport.deadline import wait_event, wait_for
 
 
@@ -28,7 +28,7 @@ class Told(threading.Event):
 
 @pytest.fixture
 def sliced(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(waiting, "SLICE", 0.01)
+    monkeypatch.setattr(deadline, "SLICE", 0.01)
 
 
 @pytest.mark.usefixtures("sliced")
