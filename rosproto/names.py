@@ -9,6 +9,7 @@ roscpp refuses. What others have in their graph must be reachable, so `resolve` 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -121,7 +122,6 @@ def anonymous_name(prefix: str) -> str:
 
     A master shuts down the older of two nodes with one name, so that must not happen by chance.
     """
-    import os
     import random
     from platform import node as host_name
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import DefinitionError
-from rosproto.msg.library import DefinitionLibrary
+from rosproto.msg.library import DefinitionLibrary, bundled
 from rosproto.msg.sources import folder_source
 
 if TYPE_CHECKING:
@@ -91,8 +91,6 @@ def library_of(
     Raises:
         DefinitionError: A folder is not there or holds no definition.
     """
-    from rosproto.msg.library import DefinitionLibrary, bundled
-
     own = [*given, *environment_paths()]
     if any(DefinitionLibrary([path]).has(kind, name) for path in own):
         return bundled().fork(own)

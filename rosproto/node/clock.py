@@ -15,6 +15,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any, NamedTuple
 
+from rosproto.codec import message_class
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
 from rosproto.time import Duration, Time
@@ -53,8 +54,6 @@ class NodeClock:
         self.closing = closing
         self.simulated = subscribe is not None
         if subscribe is not None:
-            from rosproto.codec import message_class
-
             subscribe("/clock", message_class("rosgraph_msgs/Clock"), self._on_clock, queue_size=1)
 
     @property

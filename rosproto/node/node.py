@@ -32,6 +32,7 @@ from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.parameters import Parameters
 from rosproto.node.revisions.revisions import Revisions
 from rosproto.node.revisions.topic_types import ANY, TypeGiven, resolve_type
+from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.stats import NodeStats
@@ -363,8 +364,6 @@ class Node:
         Raises:
             RosTimeout: It was not in time.
         """
-        from rosproto.node.services import probe as service_probe
-
         service_probe.wait(self._context, self.resolve_name(service), timeout, stop=self._context.closing)
 
     @property
@@ -382,8 +381,6 @@ class Node:
         """The parameter server as a mapping: `node.params["/key"]`."""
         with self._lazy:
             if self._params_made is None:
-                from rosproto.node.parameters import Parameters
-
                 self._params_made = Parameters(self._context)
                 self._slave.on_parameter_update = self._params_made.on_update
             return self._params_made
@@ -458,8 +455,6 @@ class Node:
 
     def stats(self) -> NodeStats:
         """Bytes, messages, drops and reconnects of every link, services, and the state of the master link."""
-        from rosproto.node.stats import NodeStats
-
         services = self._services_made.stats() if self._services_made is not None else {}
         return NodeStats(
             name=self.name,

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rosproto.codec import message_class
 from rosproto.numeric.buffers import octets
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """sensor_msgs/PointField's constants."""
@@ -27,8 +25,6 @@ def cloud_to_array(cloud: Any) -> NDArray[Any]:
     Raises:
         ValueError: Fields, steps and data contradict each other.
     """
-    import numpy as np
-
     order = ">" if cloud.is_bigendian else "<"
     names, formats, offsets = [], [], []
     for index, field in enumerate(cloud.fields):
@@ -73,8 +69,6 @@ def cloud_to_points(cloud: Any, *, keep_invalid: bool = False) -> NDArray[Any]:
     Raises:
         ValueError: There is no x, y or z, or the cloud contradicts itself.
     """
-    import numpy as np
-
     points = cloud_to_array(cloud).reshape(-1)
     missing = {"x", "y", "z"}.difference(points.dtype.names or ())
     if missing:
@@ -97,8 +91,6 @@ def points_to_cloud(points: NDArray[Any], *, header: Any = None) -> Any:
     Raises:
         ValueError: The shape is another.
     """
-    import numpy as np
-
     points = np.ascontiguousarray(points, "<f4")
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"points must be (N, 3), not {points.shape}")
@@ -127,8 +119,6 @@ def scan_to_points(scan: Any, *, keep_invalid: bool = False) -> NDArray[np.float
     Returns:
         (N, 2) float64: x forward and y left, metres, in the scanner's frame `scan.header.frame_id`. A copy.
     """
-    import numpy as np
-
     ranges = np.asarray(scan.ranges, np.float64)
     angles = scan.angle_min + scan.angle_increment * np.arange(ranges.size)
     valid = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rosproto.codec import message_class
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def grid_to_array(grid: Any) -> NDArray[np.int8]:
@@ -24,8 +22,6 @@ def grid_to_array(grid: Any) -> NDArray[np.int8]:
     Raises:
         ValueError: info and data contradict each other.
     """
-    import numpy as np
-
     cells = np.asarray(grid.data, np.int8).reshape(-1)
     height, width = grid.info.height, grid.info.width
     if cells.size != height * width:
@@ -45,8 +41,6 @@ def array_to_grid(cells: NDArray[Any], resolution: float, *, origin: Any = None,
     Raises:
         ValueError: Shape or values do not fit.
     """
-    import numpy as np
-
     cells = np.asarray(cells)
     if cells.ndim != 2 or (cells.size and (cells.min() < -1 or cells.max() > 100)):
         raise ValueError(f"cells must be (H, W) of -1..100, not {cells.shape} of {cells.dtype}")

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import re
 import sys
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rosproto.codec import message_class
 from rosproto.numeric.buffers import octets
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def image_to_array(image: Any) -> NDArray[Any]:
@@ -30,8 +28,6 @@ def image_to_array(image: Any) -> NDArray[Any]:
     Raises:
         ValueError: The encoding is unknown, or the data are too short.
     """
-    import numpy as np
-
     name, channels, _ = pixel_layout(image.encoding)
     dtype = np.dtype(name).newbyteorder(">" if image.is_bigendian else "<")
     height, width, step = image.height, image.width, image.step
@@ -64,8 +60,6 @@ def array_to_image(array: NDArray[Any], encoding: str, *, header: Any = None) ->
     Raises:
         ValueError: Shape or dtype do not fit the encoding.
     """
-    import numpy as np
-
     name, channels, _ = pixel_layout(encoding)
     array = np.asarray(array)
     found = array.shape[2] if array.ndim == 3 else 1
@@ -168,8 +162,6 @@ _NEAR, _FAR = 255, 40
 
 def depth_millimetres(metres: NDArray[np.floating]) -> NDArray[np.uint16]:
     """(height, width) uint16 in mm, 0 where nothing was measured; what is too far for it is 65535."""
-    import numpy as np
-
     found = np.nan_to_num(metres.astype(np.float64) * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
     return np.clip(np.rint(found), 0, 65535).astype(np.uint16)
 
@@ -180,8 +172,6 @@ def visible_depth(metres: NDArray[np.floating]) -> NDArray[np.uint8]:
     Args:
         metres: (height, width) in m; NaN, infinity, zero and less are not measured.
     """
-    import numpy as np
-
     depth = metres.astype(np.float64)
     seen = np.isfinite(depth) & (depth > 0.0)
     grey = np.zeros(depth.shape, np.uint8)

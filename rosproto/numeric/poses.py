@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rosproto import quaternion as rotation
 from rosproto.codec import message_class
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def _unit(quaternion: Any) -> tuple[float, float, float, float]:
@@ -32,8 +30,6 @@ def quaternion_to_matrix(quaternion: Any) -> NDArray[np.float64]:
     Raises:
         ValueError: All its parts are 0, or not finite.
     """
-    import numpy as np
-
     return np.array(rotation.to_matrix(_unit(quaternion)))
 
 
@@ -49,7 +45,6 @@ def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
 
 
 def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
-    import numpy as np
 
     matrix = np.asarray(matrix, np.float64)
     if matrix.shape not in ((3, 3), (4, 4)):
@@ -69,8 +64,6 @@ def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
     Raises:
         ValueError: The orientation is no rotation.
     """
-    import numpy as np
-
     where = pose.position if hasattr(pose, "position") else pose.translation
     turned = pose.orientation if hasattr(pose, "orientation") else pose.rotation
     matrix = np.eye(4)
@@ -100,7 +93,6 @@ def matrix_to_transform(matrix: NDArray[Any]) -> Any:
 
 
 def _translation(matrix: NDArray[Any]) -> list[float]:
-    import numpy as np
 
     matrix = np.asarray(matrix, np.float64)
     if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0, 0, 0, 1)):

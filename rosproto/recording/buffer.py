@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosproto.bag import Connection, RawMessage
 from rosproto.errors import DefinitionError
 from rosproto.logs import get_logger
+from rosproto.msg import bundled
 from rosproto.time import Time
 
 if TYPE_CHECKING:
@@ -207,8 +208,6 @@ def _connection(topic: str, header: dict[str, str]) -> Connection:
 
 def _bundled_definition(kind: str, md5sum: str) -> str:
     """Our definition if it is the same one, for publishers that send none: a bag must say how to read it."""
-    from rosproto.msg import bundled
-
     try:
         library = bundled()
         return library.full_text(kind) if library.md5sum(kind) == md5sum else ""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import import_module
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
@@ -60,8 +61,6 @@ def _open(module: ModuleType, package: str, kind: str) -> None:
         if name == "__all__":  # asked for by `from ... import *`
             return listed(package, kind)
         if name.startswith("_") and name[1:] in bases(package, kind):
-            from importlib import import_module
-
             return import_module(f"{module.__name__}.{name}")
         if name.startswith("__"):
             raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}", name=name)

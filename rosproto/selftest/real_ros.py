@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from rosproto.errors import RosError
 from rosproto.selftest.checking import CheckFailed, NotHere
 from rosproto.selftest.nodes import expect
 from rosproto.sentence import say
@@ -82,7 +83,6 @@ def check_ros() -> str:
 
 
 def _talk(uri: str, process: subprocess.Popen[bytes]) -> None:
-    from rosproto.errors import RosError
     from rosproto.node import Node
 
     heard: list[str] = []

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto import quaternion
+from rosproto.codec import message_class
 from rosproto.quaternion import Quaternion, Vector
 from rosproto.time import Time
 
@@ -95,8 +96,6 @@ class Transform:
 
     def to_message(self) -> Any:
         """As a geometry_msgs/TransformStamped."""
-        from rosproto.codec import message_class
-
         message: Any = message_class("geometry_msgs/TransformStamped")()
         message.header.frame_id, message.child_frame_id = self.target, self.source
         message.header.stamp = self.stamp

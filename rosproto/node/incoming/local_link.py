@@ -111,7 +111,6 @@ class _Pipe:
                 self._condition.notify_all()
 
     def stats(self) -> LinkStats:
-        from rosproto.node.stats import LinkStats
 
         return LinkStats(
             topic=self._publication.name,

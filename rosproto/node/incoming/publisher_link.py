@@ -300,8 +300,6 @@ class PublisherLink:
 
     def stats(self) -> LinkStats:
         """Counters over all sessions."""
-        from rosproto.node.stats import LinkStats
-
         now_bytes, now_messages = self._counters()
         return LinkStats(
             topic=self.topic,

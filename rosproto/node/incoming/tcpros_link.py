@@ -17,6 +17,7 @@ from time import perf_counter, sleep
 from typing import Any, Protocol
 
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
+from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming.link_state import LinkEvent
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.revisions.topic_types import ANY
@@ -226,7 +227,6 @@ class TcprosLink(PublisherLink):
         self._reader = FrameReader(sock, self._context.limits.message_bytes, peer=self.address)
 
     def _request_topic(self, protocols: list[list[object]], deadline: Deadline) -> list[object]:
-        from rosproto.node.graph.slave_client import NodeClient
 
         with NodeClient(
             self.uri, self._context.name, limits=self._context.limits, hosts=self._context.hosts

@@ -343,8 +343,6 @@ class QueuedLink:
 
     def stats(self) -> LinkStats:
         """Counters so far; what the other side made of it nobody knows."""
-        from rosproto.node.stats import LinkStats
-
         with self._lock:
             return LinkStats(
                 topic=self.topic,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.codec import Message, define, message_class, service_class
-from rosproto.codec.conversion import Conversion
+from rosproto.codec.conversion import Conversion, ConversionError, side_by_side
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import PeerLog, get_logger
 from rosproto.msg import DefinitionLibrary, bundled
@@ -206,7 +206,6 @@ class RevisedType(TopicType):
     __slots__ = ("conversion", "theirs")
 
     def __init__(self, theirs: type[Message], ours: TopicType) -> None:
-        from rosproto.codec.conversion import Conversion
 
         super().__init__(ours.message_class)
         self.theirs = TopicType(theirs)
@@ -240,7 +239,6 @@ class ServiceRevision:
     """
 
     def __init__(self, ours: Any, theirs: Any) -> None:
-        from rosproto.codec.conversion import Conversion
 
         self.md5sum: str = theirs._md5sum
         self.request_class = theirs._request_class
@@ -270,8 +268,6 @@ def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion
 
 def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: str = "") -> Md5sumMismatch:
     """The mismatch with both definitions side by side, where the other side's is known."""
-    from rosproto.codec.conversion import side_by_side
-
     table = why
     if definition and not table:
         try:
@@ -301,8 +297,6 @@ def revised_type(
     Raises:
         Md5sumMismatch: Nobody knows it, or values cannot be carried over; shows both where it can.
     """
-    from rosproto.codec.conversion import ConversionError
-
     theirs = revisions.message(ours.message_class, md5sum, definition)
     if theirs is None:
         raise explained(mismatch, ours.message_class, definition) from None
@@ -320,8 +314,6 @@ def revised_service(
     Raises:
         Md5sumMismatch: As for `revised_type`.
     """
-    from rosproto.codec.conversion import ConversionError
-
     theirs = revisions.service(ours, md5sum)
     if theirs is None:
         raise explained(mismatch, ours) from None
