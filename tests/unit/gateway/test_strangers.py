@@ -121,6 +121,7 @@ FOXGLOVE = ("foxglove.sdk.v1", "foxglove.websocket.v1")
         ("/?token=t", {"Sec-WebSocket-Protocol": ["chat", "foxglove.sdk.v1"]}, None),
         ("/", {"Sec-WebSocket-Protocol": [FOXGLOVE[0]], "Authorization": ["bearer t"]}, None),
         ("/", {"Sec-WebSocket-Protocol": [FOXGLOVE[0]], "Authorization": ["Basic t"]}, "token"),
+        ("/?token=t&" + "a=1&" * 200, {"Sec-WebSocket-Protocol": [FOXGLOVE[0]]}, "token"),
         ("/?token=t&token=t", {"Sec-WebSocket-Protocol": [FOXGLOVE[0]]}, "token"),
         ("/?token=t", {"Host": ["evil.com"]}, "host"),
         ("/?token=t", {"Host": ["localhost", "localhost"]}, "headers"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+from datetime import datetime
 from typing import Any
 
 import pytest
@@ -191,6 +192,7 @@ def test_server_and_status() -> None:
         ([1.5, 2], {"value": [1.5, 2]}),
         ([], {"value": []}),
         (b"ABCD", {"value": "QUJDRA==", "type": "byte_array"}),
+        (datetime(2020, 1, 2), {"value": "2020-01-02 00:00:00"}),
         ({"a": [b"b", {"c": math.nan}]}, {"value": {"a": ["b", {"c": None}]}}),
     ],
 )
