@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from typing import TYPE_CHECKING
 
-from rosproto.errors import BagError, CodecError
+from rosproto.bag import BagReader
+from rosproto.codec import Message, decode
+from rosproto.errors import BagError, CodecError, DefinitionError
+from rosproto.msg import bundled
 from rosproto.text import printable
 
 from .bag_opening import reader_of
@@ -14,10 +16,6 @@ from .bag_progress import Progress
 from .connection import print_json
 from .console import counted
 from .options import add_json
-
-if TYPE_CHECKING:
-    from rosproto.bag import BagReader
-    from rosproto.codec import Message
 
 
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +47,6 @@ def check(arguments: argparse.Namespace) -> int:
 
 def problems_of(bag: BagReader, *, quiet: bool = True) -> list[str]:
     """Everything wrong with a bag, in words; reads and decodes all of it."""
-    from rosproto.codec import decode
 
     problems: list[str] = []
     classes = {number: cls for number in bag.connections if (cls := _class_of(bag, number, problems))}
@@ -83,8 +80,6 @@ def _class_of(bag: BagReader, number: int, problems: list[str]) -> type[Message]
 
 def _notes(bag: BagReader) -> list[str]:
     """What is no damage, but good to know: stored definitions that are not the present ones."""
-    from rosproto.errors import DefinitionError
-    from rosproto.msg import bundled
 
     notes = []
     for kind, md5sum in sorted({(c.type, c.md5sum) for c in bag.connections.values()}):

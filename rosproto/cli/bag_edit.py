@@ -7,9 +7,13 @@ import heapq
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Literal
+from fnmatch import fnmatchcase
+from typing import Any, Literal
 
+from rosproto.bag import BagReader, RawMessage, create_bag
+from rosproto.codec import decode
 from rosproto.text import human_bytes
+from rosproto.time import Time
 
 from .bag_opening import check_local, opened
 from .bag_progress import Progress
@@ -17,11 +21,6 @@ from .console import counted
 from .expression import Expression
 from .failure import CommandError
 from .options import add_allow_damaged, add_compression, add_quiet, finite
-
-if TYPE_CHECKING:
-    from rosproto.bag import BagReader, RawMessage
-    from rosproto.time import Time
-
 
 Kind = Literal["none", "bz2", "lz4"]
 Entry = tuple[str, "RawMessage", "Time"]
@@ -44,7 +43,6 @@ def wanted_topics(bag: BagReader, arguments: argparse.Namespace) -> list[str]:
     Raises:
         CommandError: There is none.
     """
-    from fnmatch import fnmatchcase
 
     patterns = arguments.topics or ["*"]
     chosen = [
@@ -60,7 +58,6 @@ def wanted_topics(bag: BagReader, arguments: argparse.Namespace) -> list[str]:
 
 def span(bag: BagReader, arguments: argparse.Namespace) -> tuple[Time | None, Time | None]:
     """First and last moment that the options choose; None is open."""
-    from rosproto.time import Time
 
     if bag.start_time is None or (arguments.start is None and arguments.duration is None):
         return None, None
@@ -116,7 +113,6 @@ class _MessageFilter:
         self._classes: dict[int, Any] = {}
 
     def __call__(self, topic: str, raw: RawMessage, stamp: Time) -> bool:
-        from rosproto.codec import decode
 
         number = raw.connection.id
         if number not in self._classes:
@@ -283,7 +279,6 @@ def _write(
     what: str = "",
 ) -> int:
     """Write messages into a new bag; how many there are in it."""
-    from rosproto.bag import create_bag
 
     with (
         create_bag(output, compression) as writer,

@@ -5,7 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
+
+from rosproto.bag import BagReader
+from rosproto.codec import Message
 
 from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_opening import next_to, opened
@@ -15,9 +18,6 @@ from .export_parquet import file_names, need, write_parquet
 from .failure import CommandError
 from .fields import parse_field_path
 from .options import add_allow_damaged, add_quiet
-
-if TYPE_CHECKING:
-    from rosproto.bag import BagReader
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
@@ -173,7 +173,6 @@ def _span_mask(bag: BagReader, arguments: argparse.Namespace, times: Any) -> Any
 
 def _leaves(cls: Any, prefix: str = "") -> list[str]:
     """Paths of every field that is no message; arrays of messages have no columns."""
-    from rosproto.codec import Message
 
     message, found = cls(), []
     for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):

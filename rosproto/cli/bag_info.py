@@ -11,19 +11,15 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from rosproto.bag import BagReader
+from rosproto.bag.summary import Facts, facts, text, yaml, yaml_value
 from rosproto.text import printable
 
 from .bag_opening import reader_of
 from .bag_progress import Progress
 from .connection import print_json
 from .failure import CommandError
-
-if TYPE_CHECKING:
-    from rosproto.bag import BagReader
-    from rosproto.bag.summary import Facts
-
 
 CURVE = 24  # characters
 FINE = 16  # chunks that must fit into one of these before their messages count as of one moment
@@ -43,7 +39,6 @@ def info(arguments: argparse.Namespace) -> int:
     """Print what each bag holds."""
     if arguments.key and not arguments.yaml:
         raise CommandError("--key chooses a part of the YAML: add --yaml")
-    from rosproto.bag.summary import facts, text
 
     for number, path in enumerate(arguments.bags):
         if number and not arguments.json:
@@ -65,7 +60,6 @@ def info(arguments: argparse.Namespace) -> int:
 
 
 def _yaml(found: Facts, key: str | None) -> str:
-    from rosproto.bag.summary import yaml, yaml_value
 
     if key is None:
         return yaml(found)

@@ -5,17 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
 
+from rosproto.bag import BagReader, open_bag
 from rosproto.bag.remote import is_remote
 
 from .bag_progress import Progress
 from .console import counted
 from .failure import CommandError, say
-
-if TYPE_CHECKING:
-    from rosproto.bag import BagReader
 
 
 def reader_of(
@@ -28,7 +25,6 @@ def reader_of(
     Raises:
         BagError: It cannot be opened, or is neither; with `bags_only` also when it is MCAP.
     """
-    from rosproto.bag import BagReader, open_bag
 
     with Progress(f"opening {path}", quiet=quiet, in_bytes=True) as progress:
         if bags_only:

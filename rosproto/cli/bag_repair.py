@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 
+from rosproto.bag import recover
+from rosproto.bag import reindex as mend
 from rosproto.text import printable
 
 from .bag_opening import check_local
@@ -24,7 +26,6 @@ def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
 
 def reindex(arguments: argparse.Namespace) -> int:
     """Mend each bag, in place or a copy; an .active file gets its final name."""
-    from rosproto.bag import reindex as mend
 
     for path in arguments.bags:
         check_local(path, "rosproto bag fix URL NEW.bag writes a new bag of what is there")
@@ -80,7 +81,6 @@ def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
 
 def fix(arguments: argparse.Namespace) -> int:
     """Write every message that can be read into a new bag."""
-    from rosproto.bag import recover
 
     with Progress(f"opening {arguments.bag}", in_bytes=True) as progress:
         report = recover(

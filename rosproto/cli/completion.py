@@ -246,7 +246,6 @@ class _Walk:
 
 def _names_of(words: Sequence[str]) -> dict[str, Names]:
     """What the graph offers; nothing when its master does not answer at once."""
-    from rosproto.errors import RosError
     from rosproto.node.graph.master_client import MasterClient
 
     def ask(question: Callable[[MasterClient], Iterable[Any]]) -> Callable[[], list[Any]]:

@@ -7,18 +7,16 @@ import importlib
 import os
 import re
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from zlib import crc32
+
+from rosproto.bag import BagReader
 
 from .bag_edit import span
 from .bag_opening import next_to
 from .bag_progress import Progress
 from .console import counted
 from .failure import CommandError
-
-if TYPE_CHECKING:
-    from rosproto.bag import BagReader
-
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""

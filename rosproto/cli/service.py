@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import DefinitionError, MasterError, RosTimeout
+from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
 from .connection import (
@@ -172,7 +172,6 @@ def _find(arguments: argparse.Namespace) -> int:
 
 
 def _safe_type(arguments: argparse.Namespace, name: str) -> str:
-    from rosproto.errors import RosError
 
     try:
         return type_of(arguments, name)
