@@ -1,9 +1,10 @@
 """Bags, format 2.0: read everything a recorder leaves behind, write what every ROS 1 tool reads."""
 
 from rosproto.bag.bag_file import BagLimits
+from rosproto.bag.messages import RawMessage
 from rosproto.bag.opening import create_bag, open_bag
 from rosproto.bag.pieces import Partition, partitions
-from rosproto.bag.reader import BagReader, Compression, RawMessage, TopicInfo
+from rosproto.bag.reader import BagReader, Compression, TopicInfo
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.repair import Report, recover, reindex
 from rosproto.bag.writer import BagWriter

@@ -13,8 +13,6 @@ from typing import BinaryIO, NamedTuple
 from rosproto.bag.remote import is_remote, open_remote
 from rosproto.errors import BagError, RosError
 
-__all__ = ["MOST_CONNECTIONS", "BagFile", "BagLimits", "Budget", "Scanning", "Unreachable", "system_errors"]
-
 # -- limits -------------------------------------------------------------------------------------------------
 # How much memory and time a bag may cost its reader.
 #

@@ -28,14 +28,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "ChunkData",
-    "RecordHead",
-    "chunk_header",
-    "read_chunk",
-    "read_head",
-    "read_index_times",
-]
 
 _AT_ONCE = 4 << 20
 _HEAD_BYTES = 512  # more than any record header that is not a connection's

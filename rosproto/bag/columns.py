@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from rosproto.bag.records import Connection
     from rosproto.codec import Message
 
-__all__ = ["FieldPlaces", "dtype_of", "to_numpy"]
-
 
 def to_numpy(
     bag: BagReader,

@@ -13,8 +13,6 @@ from typing import Any, Literal
 
 from rosproto.errors import BagError
 
-__all__ = ["COMPRESSIONS", "compressor", "decompress", "decompress_prefix", "keep_freed_memory"]
-
 COMPRESSIONS: tuple[Literal["none", "bz2", "lz4"], ...] = ("none", "bz2", "lz4")
 
 

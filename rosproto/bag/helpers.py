@@ -14,8 +14,6 @@ from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-__all__ = ["Helpers", "Task", "helper_count"]
-
 T = TypeVar("T")
 LINGER = 0.02  # seconds that a thread waits for more work; cheaper than starting another thread
 _WAITING, _RUNNING, _DONE = range(3)

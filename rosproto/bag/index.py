@@ -28,8 +28,6 @@ from rosproto.bag.records import (
 from rosproto.bag.scan import BagIndex, scan
 from rosproto.errors import BagError
 
-__all__ = ["open_index"]
-
 _U32 = Struct("<I")
 _NO_BAGS = {
     b"\x89MCAP0": "this is MCAP",

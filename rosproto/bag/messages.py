@@ -13,17 +13,6 @@ from rosproto.errors import BagError, DefinitionError
 from rosproto.msg import bundled
 from rosproto.time import Time
 
-__all__ = [
-    "Decode",
-    "Facts",
-    "RawMessage",
-    "Takers",
-    "decode_function",
-    "decoded_messages",
-    "message_class_of",
-    "raw_messages",
-]
-
 Decode = Callable[[bytes, int, int], Message]
 Facts = tuple[str, str, str, Connection]
 """Of a connection: topic, type, md5sum, itself."""

@@ -13,7 +13,6 @@ from rosproto.errors import BagError
 if TYPE_CHECKING:
     from rosproto.bag.mcap import McapWriter
 
-__all__ = ["create_bag", "is_mcap_name", "open_bag"]
 
 _MCAP = b"\x89MCAP"
 

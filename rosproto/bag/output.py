@@ -14,8 +14,6 @@ from rosproto.bag.helpers import Helpers, helper_count
 from rosproto.bag.records import ChunkHeader, ChunkInfo
 from rosproto.errors import BagError
 
-__all__ = ["LARGE", "ChunkOutput", "Output"]
-
 LARGE = 1 << 16  # bytes from which a piece is written in place, not copied together with others
 _SMALL = 1 << 16  # a smaller chunk is compressed sooner than a thread is started
 AHEAD_BYTES = 16 << 20  # of chunks on their way to the file, uncompressed

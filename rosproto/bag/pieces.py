@@ -23,8 +23,6 @@ from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.remote import is_remote, remote_files
 from rosproto.errors import BagError
 
-__all__ = ["PIECE_BYTES", "Damaged", "Files", "Partition", "cluster_module", "partitions"]
-
 Damaged = Literal["raise", "skip"]
 Files = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 PIECE_BYTES = 64 << 20

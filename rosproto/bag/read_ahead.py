@@ -14,8 +14,6 @@ from rosproto.bag.helpers import Helpers, Task, helper_count
 from rosproto.bag.records import ChunkInfo
 from rosproto.errors import BagError
 
-__all__ = ["ReadAhead"]
-
 BUDGET_BYTES = (
     64 << 20
 )  # of the plain bytes of all chunks that are read ahead, and as much as they are stored

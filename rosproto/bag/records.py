@@ -24,29 +24,6 @@ from types import MappingProxyType
 
 from rosproto.errors import BagError
 
-__all__ = [
-    "INDEX_ENTRY_BYTES",
-    "MAGIC",
-    "OP_CHUNK",
-    "OP_CHUNK_INFO",
-    "OP_CONNECTION",
-    "OP_FILE_HEADER",
-    "OP_INDEX",
-    "OP_MESSAGE",
-    "ChunkHeader",
-    "ChunkInfo",
-    "Connection",
-    "FileHeader",
-    "connection_from_fields",
-    "decode_fields",
-    "decode_text_fields",
-    "encode_contents",
-    "encode_fields",
-    "encode_index",
-    "encode_record",
-    "op_of",
-]
-
 MAGIC = b"#ROSBAG V2.0\n"
 OP_MESSAGE = 2
 OP_FILE_HEADER = 3

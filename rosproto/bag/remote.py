@@ -12,8 +12,6 @@ from typing import Any, BinaryIO, cast
 
 from rosproto.errors import BagError
 
-__all__ = ["is_remote", "open_remote", "remote_files"]
-
 AHEAD = 32 << 10
 """The least that one request fetches: the head of a chunk, and the beginning of the chunk with it."""
 _ENDINGS = (".bag", ".mcap")

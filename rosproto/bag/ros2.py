@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.codec.layout import FieldLayout, Layout
 
-__all__ = ["write_ros2"]
 
 _CONSTANT = re.compile(r"[A-Z][A-Z0-9_]*")
 _HEADER = "std_msgs/msg/Header"

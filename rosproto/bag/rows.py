@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["MESSAGE_HEAD", "Place", "Rows", "few_places", "rows_at", "rows_slowly", "walk"]
 
 _MESSAGE_HEADER = 38  # fields conn, op and time with their lengths
 MESSAGE_HEAD = 4 + _MESSAGE_HEADER + 4  # with the header's and the data's length

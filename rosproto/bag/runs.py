@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Batch", "Run", "RunReader", "runs_of"]
 
 BUDGET_BYTES = 64 << 20  # of chunks that overlap in time, held at once
 

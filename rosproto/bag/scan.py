@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["BagIndex", "scan"]
 
 # -- contents -----------------------------------------------------------------------------------------------
 

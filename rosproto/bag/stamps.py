@@ -9,8 +9,6 @@ from typing import Any
 from rosproto.bag.records import NS
 from rosproto.time import Time
 
-__all__ = ["Stamp", "out_of_range", "seconds_and_rest", "to_ns"]
-
 Stamp = Time | float
 
 

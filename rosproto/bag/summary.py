@@ -17,7 +17,6 @@ from rosproto.text import human_bytes, printable
 if TYPE_CHECKING:
     from rosproto.bag.reader import BagReader
 
-__all__ = ["Facts", "facts", "text", "yaml", "yaml_value"]
 
 Facts = dict[str, Any]
 

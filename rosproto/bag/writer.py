@@ -21,8 +21,8 @@ from typing import Any, BinaryIO, Literal
 from rosproto.bag.bag_file import BagFile, system_errors
 from rosproto.bag.compression import compressor
 from rosproto.bag.index import open_index
+from rosproto.bag.messages import RawMessage
 from rosproto.bag.output import LARGE, ChunkOutput, Output
-from rosproto.bag.reader import RawMessage
 from rosproto.bag.records import (
     MAGIC,
     NS,
@@ -40,8 +40,6 @@ from rosproto.bag.writer_input import as_raw, check_header, check_message, data_
 from rosproto.codec import Message, encode_parts, encoder
 from rosproto.errors import BagError
 from rosproto.time import Time
-
-__all__ = ["BagWriter"]
 
 _pack_tail = Struct("<III").pack  # secs, nsecs, size of the data: the end of a message record's head
 _FEW = 64  # messages of one connection in a chunk, up to which a plain loop beats numpy

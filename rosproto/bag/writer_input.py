@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rosproto.bag.reader import RawMessage
+from rosproto.bag.messages import RawMessage
 from rosproto.bag.records import Connection
 from rosproto.codec import Message
-
-__all__ = ["as_raw", "check_header", "check_message", "data_of", "identity", "own_text"]
 
 _OWN_FIELDS = ("topic", "type", "md5sum", "message_definition")
 

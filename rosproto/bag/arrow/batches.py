@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.codec.layout import FieldLayout, Layout
 
-__all__ = ["BATCH_BYTES", "BATCH_ROWS", "NotUniform", "TopicBatches", "Uniform", "batches_of", "to_arrow"]
 
 BATCH_BYTES = 4 << 20
 BATCH_ROWS = 1 << 16

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     Places = NDArray[np.int64]
 
-__all__ = ["Columns", "Misfit", "from_numpy", "listed", "numbers", "offsets_of", "texts"]
 
 _BY_SLICES = 64  # bytes per message from which a slice for each message is the quicker copy
 

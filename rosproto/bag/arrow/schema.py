@@ -20,19 +20,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.codec.layout import FieldLayout, Layout
 
-__all__ = [
-    "Want",
-    "arrow_type",
-    "comments_of",
-    "is_binary",
-    "layout_of",
-    "number_type",
-    "pyarrow",
-    "schema_of",
-    "time_name",
-    "units_of",
-    "wanted_fields",
-]
 
 Want = Mapping[str, Any]
 """Wanted fields by name: True, or what is wanted inside."""

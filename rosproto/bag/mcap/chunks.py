@@ -15,8 +15,6 @@ from rosproto.bag.records import NS, ChunkInfo
 from rosproto.bag.rows import Place, Rows
 from rosproto.errors import BagError
 
-__all__ = ["LOOSE", "McapChunk", "SafeStream", "library", "messages_of", "misfits", "read_mcap_chunk"]
-
 # -- the optional library -----------------------------------------------------------------------------------
 
 

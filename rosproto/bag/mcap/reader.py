@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["MCAP_MAGIC", "Contents", "McapReader", "read_contents"]
-
 
 class McapReader(BagReader):
     """An MCAP file with messages of ROS 1 (profile `ros1`), with the interface of `BagReader`.

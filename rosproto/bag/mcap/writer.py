@@ -10,15 +10,13 @@ from dataclasses import replace
 from typing import Any, BinaryIO, Literal
 
 from rosproto.bag.mcap.chunks import library
-from rosproto.bag.reader import RawMessage
+from rosproto.bag.messages import RawMessage
 from rosproto.bag.records import NS, Connection
 from rosproto.bag.stamps import Stamp, out_of_range, seconds_and_rest
 from rosproto.bag.writer_input import as_raw, check_header, check_message, identity, own_text
 from rosproto.codec import Message, encode
 from rosproto.errors import BagError
 from rosproto.version import __version__
-
-__all__ = ["McapWriter"]
 
 _OWN = ("type", "message_definition")  # what the schema says
 
