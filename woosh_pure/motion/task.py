@@ -31,6 +31,7 @@ __all__ = ["TaskHandle", "TaskOptions", "TaskOrder", "start_task"]
 
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS, _ONCE_MORE = 10.0, 2.0
+_MISSED = say("the robot has no such task any more; its end was told while the link was away")
 _TYPES = (TaskType.PICK, TaskType.PARK, TaskType.CHARGE, TaskType.CARRY)
 
 
@@ -200,9 +201,13 @@ class TaskHandle(GoalHandle[RobotStatus]):
         except RosError as error:
             logger.debug("! %s: its cancel is repeated in a second: %s", self.description, error)
             return
-        # While somebody waits for it, the status tells how it ended.
-        if self._motion.may_go_on and (reply.success or not self._status_shows_it()):
+        if self._motion.may_go_on:
+            ended = reply.success or not self._status_shows_it()
+        else:  # the status tells how it ended; unless that was said while the link was away
+            ended = not reply.success and self._core.feeds.get("status").outdated
+        if ended:
             self._off()
+            self._motion.finish(OutcomeKind.CONNECTION_LOST, _MISSED)  # if nothing has been told yet
             self._motion.see_end()
             self._drop_prepared()
 
@@ -226,9 +231,11 @@ class TaskHandle(GoalHandle[RobotStatus]):
         return self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)
 
     def _status_shows_it(self) -> bool:
-        """True when the last status says that it is under way, as far as is known."""
-        status = self._core.feeds.get("status").latest
-        return status is not None and status.task_id == self.task_id and not status.task_state.is_final
+        """True when the last status says that it is under way, and no later one can have been missed."""
+        feed = self._core.feeds.get("status")
+        status = feed.latest
+        shows = status is not None and status.task_id == self.task_id and not status.task_state.is_final
+        return shows and not feed.outdated
 
     def _status_shows_end(self) -> bool:
         """True when the last status says that this task is over."""

@@ -62,6 +62,20 @@ def test_a_goal_that_was_asked_to_end_in_silence(network: Network, move: str, as
 
 
 @pytest.mark.promise("the network is away when a motion is asked to end")
+def test_a_task_whose_end_was_told_to_a_dead_connection(network: Network) -> None:
+    """Its status is sent on change only. The robot says no to the cancels: it has no such task any more."""
+    robot, laptop, air = network
+    begin(network, MOVES["task"])
+    air.silence()
+    gone = wait(0.5)
+    laptop.python.do(ASKS["stop"], 60)
+    robot.python.do("with sim.lock: sim.world.tasks.fail('blocked')")
+    wait(max(0.0, gone + AWAY - wait(0.0)))
+    air.clear()
+    laptop.python.eventually("not chassis.under_way", 30)
+
+
+@pytest.mark.promise("the network is away when a motion is asked to end")
 @pytest.mark.parametrize("end", ["chassis.stop(timeout=2.0)", "block.__exit__(None, None, None)"])
 @pytest.mark.parametrize("feedback", [1.0, None])
 def test_a_drive_that_was_ended_in_silence(network: Network, feedback: float | None, end: str) -> None:
