@@ -17,30 +17,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, InstantActions, Order
+from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.actions import BUILT_IN, ActionState
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.events import (
-    ActionEnded,
-    ActionProgress,
-    DiskFailed,
-    DiskRecovered,
-    DriveEnded,
-    DriveTooFast,
-    Effect,
-    Event,
-    Factsheet,
-    Heard,
-    MalformedMessage,
-    MapsChanged,
-    ModeChanged,
-    PositionMeasured,
-    ProblemChanged,
-    Restarted,
-    RetryDue,
-    ShutDown,
-    StandingMeasured,
-    StopEnded,
-)
+from woosh_pure.fleet.order.events import Effect, Event, Factsheet
 from woosh_pure.fleet.order.rejection import (
     instant_action_problem,
     rejection_of_new_order,
@@ -78,7 +58,7 @@ def _order(now: Transition, order: Order) -> None:
         now.take(order)
 
 
-def _malformed(now: Transition, event: MalformedMessage) -> None:
+def _malformed(now: Transition, event: events.MalformedMessage) -> None:
     about = [("topic", event.topic)]
     for key in ("headerId", "orderId", "orderUpdateId"):
         if isinstance(event.data.get(key), (str, int)) and (event.topic == "order" or key == "headerId"):
@@ -145,19 +125,11 @@ def _cancel_order(now: Transition, action: Action) -> None:
     now.give_up(action.id)
 
 
-def _start_pause(now: Transition, action: Action) -> None:
-    now.hold(Hold.PAUSED)  # it is FINISHED when the vehicle stands
-
-
 def _stop_pause(now: Transition, action: Action) -> None:
     now.set_action(action.id, ActionStatus.FINISHED)
     now.release(Hold.PAUSED, Hold.RESTARTED)
     end_pauses(now, ActionStatus.FAILED)
     now.forget_failures()
-
-
-def _state_request(now: Transition, action: Action) -> None:
-    now.set_action(action.id, ActionStatus.FINISHED)
 
 
 def _factsheet_request(now: Transition, action: Action) -> None:
@@ -167,9 +139,9 @@ def _factsheet_request(now: Transition, action: Action) -> None:
 
 _BUILT_IN: Mapping[str, Callable[[Transition, Action], None]] = {
     "cancelOrder": _cancel_order,
-    "startPause": _start_pause,
+    "startPause": lambda now, action: now.hold(Hold.PAUSED),  # FINISHED when it stands: rules.py
     "stopPause": _stop_pause,
-    "stateRequest": _state_request,
+    "stateRequest": lambda now, action: now.set_action(action.id, ActionStatus.FINISHED),
     "factsheetRequest": _factsheet_request,
 }
 
@@ -177,19 +149,7 @@ _BUILT_IN: Mapping[str, Callable[[Transition, Action], None]] = {
 # -- what was measured, and what has ended -------------------------------------------------------------------
 
 
-def _position(now: Transition, event: PositionMeasured) -> None:
-    now.set_position(event.position)
-
-
-def _standing(now: Transition, event: StandingMeasured) -> None:
-    now.moved(MotionEvent.STOOD if event.standing else MotionEvent.MOVED)
-
-
-def _heard(now: Transition, event: Heard) -> None:
-    now.set_heard(event.heard)
-
-
-def _drive_ended(now: Transition, event: DriveEnded) -> None:
+def _drive_ended(now: Transition, event: events.DriveEnded) -> None:
     drive = now.state.drive
     if drive is None or drive.token != event.token:
         return  # one that was replaced
@@ -204,7 +164,7 @@ def _drive_ended(now: Transition, event: DriveEnded) -> None:
         now.drive_failed(drive, text)
 
 
-def _drive_too_fast(now: Transition, event: DriveTooFast) -> None:
+def _drive_too_fast(now: Transition, event: events.DriveTooFast) -> None:
     """It is ended, told, and tried again later."""
     state = now.state
     if state.drive is not None and state.motion is Motion.DRIVING and not state.too_fast:
@@ -213,22 +173,20 @@ def _drive_too_fast(now: Transition, event: DriveTooFast) -> None:
         now.report(Problem(ErrorType.SPEED, event.text, about))
 
 
-def _stop_ended(now: Transition, event: StopEnded) -> None:
+def _stop_ended(now: Transition, event: events.StopEnded) -> None:
     if now.state.motion is not Motion.STOPPING:
         now.moved(MotionEvent.MOVED)
         return
     now.moved(MotionEvent.STOPPED if event.standing else MotionEvent.NOT_STOPPED)
-    if event.standing:
-        now.stopped()
 
 
-def _action_progress(now: Transition, event: ActionProgress) -> None:
+def _action_progress(now: Transition, event: events.ActionProgress) -> None:
     known = now.state.action_state(event.action_id)
     if known is not None and known.status.begun and event.status.begun:
         now.set_action(event.action_id, event.status)
 
 
-def _action_ended(now: Transition, event: ActionEnded) -> None:
+def _action_ended(now: Transition, event: events.ActionEnded) -> None:
     ended = now.state.action_state(event.action_id)
     if ended is None or not ended.status.begun:
         return
@@ -241,14 +199,10 @@ def _action_ended(now: Transition, event: ActionEnded) -> None:
         now.report_failed_action(ended, event.text)
 
 
-def _retry(now: Transition, event: RetryDue) -> None:
-    now.release(Hold.FAILED)
-
-
 # -- the vehicle itself --------------------------------------------------------------------------------------
 
 
-def _mode(now: Transition, event: ModeChanged) -> None:
+def _mode(now: Transition, event: events.ModeChanged) -> None:
     """Where the fleet manager is not in control, its order is cleared (6.10.6)."""
     if event.mode == now.state.mode:
         return
@@ -259,24 +213,12 @@ def _mode(now: Transition, event: ModeChanged) -> None:
         now.report(Problem(ErrorType.ORDER, text, now.about_order()))
 
 
-def _maps(now: Transition, event: MapsChanged) -> None:
-    now.set_maps(event.maps)
-
-
-def _disk_failed(now: Transition, event: DiskFailed) -> None:
+def _disk_failed(now: Transition, event: events.DiskFailed) -> None:
     now.hold(Hold.DISK)
     now.set_problem("disk", event.problem)
 
 
-def _disk_recovered(now: Transition, event: DiskRecovered) -> None:
-    now.release(Hold.DISK)
-
-
-def _problem(now: Transition, event: ProblemChanged) -> None:
-    now.set_problem(event.key, event.problem)
-
-
-def _restarted(now: Transition, event: Restarted) -> None:
+def _restarted(now: Transition, event: events.Restarted) -> None:
     for each in now.state.action_states:
         if each.status.begun and each.action.type not in BUILT_IN:
             text = "the vehicle's software was restarted while it ran"
@@ -291,7 +233,7 @@ def _restarted(now: Transition, event: Restarted) -> None:
         now.set_problem("held", Problem(ErrorType.HELD, text, now.about_order(), Level.WARNING, hint))
 
 
-def _shut_down(now: Transition, event: ShutDown) -> None:
+def _shut_down(now: Transition, event: events.ShutDown) -> None:
     """What has not ended has failed."""
     if now.state.executing:
         if not now.state.ending:
@@ -315,21 +257,23 @@ def _fail_open_actions(now: Transition, text: str, *, of_order: bool) -> None:
 _EVENTS: Mapping[type, Callable[[Transition, Any], None]] = {
     Order: _order,
     InstantActions: _instant,
-    MalformedMessage: _malformed,
-    PositionMeasured: _position,
-    StandingMeasured: _standing,
-    Heard: _heard,
-    DriveEnded: _drive_ended,
-    DriveTooFast: _drive_too_fast,
-    StopEnded: _stop_ended,
-    ActionProgress: _action_progress,
-    ActionEnded: _action_ended,
-    RetryDue: _retry,
-    ModeChanged: _mode,
-    MapsChanged: _maps,
-    DiskFailed: _disk_failed,
-    DiskRecovered: _disk_recovered,
-    ProblemChanged: _problem,
-    Restarted: _restarted,
-    ShutDown: _shut_down,
+    events.MalformedMessage: _malformed,
+    events.PositionMeasured: lambda now, event: now.set_position(event.position),
+    events.StandingMeasured: lambda now, event: now.moved(
+        MotionEvent.STOOD if event.standing else MotionEvent.MOVED
+    ),
+    events.Heard: lambda now, event: now.set_heard(event.heard),
+    events.DriveEnded: _drive_ended,
+    events.DriveTooFast: _drive_too_fast,
+    events.StopEnded: _stop_ended,
+    events.ActionProgress: _action_progress,
+    events.ActionEnded: _action_ended,
+    events.RetryDue: lambda now, event: now.release(Hold.FAILED),
+    events.ModeChanged: _mode,
+    events.MapsChanged: lambda now, event: now.set_maps(event.maps),
+    events.DiskFailed: _disk_failed,
+    events.DiskRecovered: lambda now, event: now.release(Hold.DISK),
+    events.ProblemChanged: lambda now, event: now.set_problem(event.key, event.problem),
+    events.Restarted: _restarted,
+    events.ShutDown: _shut_down,
 }

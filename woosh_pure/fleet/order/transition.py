@@ -103,6 +103,8 @@ class Transition:
         if motion is not self.state.motion:
             open_still = motion in (Motion.DRIVING, Motion.HALTING)
             self._change(motion=motion, drive=self.state.drive if open_still else None)
+        if event is MotionEvent.STOPPED:
+            self._change(stops=0)
 
     # -- holds and problems ----------------------------------------------------------------------------------
 
@@ -252,10 +254,6 @@ class Transition:
         self.ask(StopAll(STOP_AGAIN if self.state.stops else 0.0))
         self.moved(MotionEvent.STOP)
         self._change(stops=self.state.stops + 1)
-
-    def stopped(self) -> None:
-        """The robot has confirmed that it stands."""
-        self._change(stops=0)
 
     def drive_failed(self, drive: Drive, text: str) -> None:
         """A drive has ended elsewhere: it is told, and tried again after a while, or by somebody."""
