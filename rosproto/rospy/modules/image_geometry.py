@@ -8,8 +8,6 @@ import math
 
 import numpy
 
-__all__ = ["PinholeCameraModel", "StereoCameraModel"]
-
 
 def mkmat(rows, cols, L):
     """A matrix of numbers, row by row."""

@@ -5,9 +5,6 @@ import threading
 
 import rospy
 
-__all__ = ["ApproximateTimeSynchronizer", "Cache", "SimpleFilter", "Subscriber", "TimeSynchronizer"]
-
-
 _HINT = "Use the 'allow_headerless' constructor option to auto-assign ROS time to headerless messages."
 
 

@@ -3,8 +3,6 @@
 from rosproto.errors import DefinitionError
 from rosproto.rospy.definitions import library
 
-__all__ = ["ROSMsgException", "get_msg_text", "get_srv_text", "list_msgs", "list_srvs"]
-
 
 class ROSMsgException(Exception):
     """A type is unknown."""

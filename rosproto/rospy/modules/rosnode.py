@@ -5,22 +5,6 @@ import time
 
 import rosgraph
 
-__all__ = [
-    "ROSNodeException",
-    "ROSNodeIOException",
-    "cleanup_master_blacklist",
-    "cleanup_master_whitelist",
-    "get_api_uri",
-    "get_machines_by_nodes",
-    "get_node_info_description",
-    "get_node_names",
-    "get_nodes_by_machine",
-    "kill_nodes",
-    "rosnode_listnodes",
-    "rosnode_ping",
-    "rosnode_ping_all",
-]
-
 
 class ROSNodeException(Exception):
     """A node cannot be used."""

@@ -7,20 +7,6 @@ import operator
 import rosgraph
 import rosgraph.names
 
-__all__ = [
-    "RosParamException",
-    "delete_param",
-    "dump_params",
-    "get_param",
-    "get_param_server",
-    "list_params",
-    "load_file",
-    "load_str",
-    "set_param",
-    "set_param_raw",
-    "upload_params",
-]
-
 
 class RosParamException(Exception):
     """A parameter or file cannot be used."""

@@ -5,8 +5,6 @@ import sys
 
 from roslib.packages import definitions_folder, find_package, list_packages
 
-__all__ = ["ResourceNotFound", "RosPack", "get_log_dir", "get_ros_home", "get_ros_paths"]
-
 
 class ResourceNotFound(Exception):
     """There is no such package.

@@ -2,20 +2,6 @@
 
 import rosgraph
 
-__all__ = [
-    "ROSServiceException",
-    "ROSServiceIOException",
-    "call_service",
-    "get_service_args",
-    "get_service_class_by_name",
-    "get_service_headers",
-    "get_service_list",
-    "get_service_node",
-    "get_service_type",
-    "get_service_uri",
-    "rosservice_find",
-]
-
 
 class ROSServiceException(Exception):
     """A service cannot be used."""

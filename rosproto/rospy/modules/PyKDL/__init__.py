@@ -3,10 +3,8 @@
 Served when the real one is not installed. Source: orocos-kdl 1.5, as measured: results, texts, conventions.
 """
 
-from ._frame import Frame
-from ._numbers import Equal, dot
-from ._rotation import Rotation
-from ._vectors import Twist, Vector, Wrench
+from ._frame import Frame, Rotation
+from ._vectors import Equal, Twist, Vector, Wrench, dot
 
 __all__ = ["Equal", "Frame", "Rotation", "Twist", "Vector", "Wrench", "addDelta", "diff", "dot"]
 

@@ -1,8 +1,205 @@
-"""Frames: poses."""
+"""Frames (poses), and the rotations in them."""
 
-from ._numbers import Numbers
-from ._rotation import Rotation
-from ._vectors import Twist, Vector, Wrench
+from math import atan2, cos, pi, sin, sqrt
+
+from ._vectors import EPS, Numbers, Pair, Twist, Vector, Wrench, numbers_of, rotated, text
+
+_TINY = 1e-12
+
+
+class Rotation(Numbers):
+    """A rotation: nine numbers of its matrix, row by row, or its three columns as vectors."""
+
+    def __init__(self, *args):
+        if len(args) == 3:
+            args = [column[row] for row in range(3) for column in args]
+        self._n = numbers_of(Rotation, args, 9) or [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+
+    def __reduce__(self):
+        return Rotation, tuple(self._n)
+
+    def __str__(self):
+        return "[%s]" % ";\n ".join(text(self._n[i : i + 3]) for i in (0, 3, 6))
+
+    def __getitem__(self, at):
+        row, column = at
+        if not (0 <= row < 3 and 0 <= column < 3):
+            raise IndexError("Rotation index out of range")
+        return self._n[3 * row + column]
+
+    def __setitem__(self, at, value):
+        self[at]
+        self._n[3 * at[0] + at[1]] = float(value)
+
+    def __mul__(self, other):
+        n = self._n
+        if isinstance(other, Vector):
+            x, y, z = other._n
+            return Vector(*[n[i] * x + n[i + 1] * y + n[i + 2] * z for i in (0, 3, 6)])
+        if isinstance(other, Rotation):
+            return Rotation(*[self * Vector(*other._n[i::3]) for i in range(3)])
+        if isinstance(other, Pair):
+            return rotated(other, self)
+        return NotImplemented
+
+    def Inverse(self, *args):
+        """The inverse, or a vector, twist or wrench rotated by it."""
+        inverse = Rotation(*[self._n[3 * column + row] for row in range(3) for column in range(3)])
+        return inverse * args[0] if args else inverse
+
+    def SetInverse(self):
+        """Invert it in place."""
+        self._n = self.Inverse()._n
+
+    def _unit(index):
+        def unit(self, *args):
+            if not args:
+                return Vector(*self._n[index::3])
+            self._n[index::3] = args[0]._n
+            return None
+
+        return unit
+
+    UnitX, UnitY, UnitZ = _unit(0), _unit(1), _unit(2)
+
+    @staticmethod
+    def Identity():
+        """No rotation."""
+        return Rotation()
+
+    @staticmethod
+    def RotX(angle):
+        """A rotation about x."""
+        s, c = sin(angle), cos(angle)
+        return Rotation(1, 0, 0, 0, c, -s, 0, s, c)
+
+    @staticmethod
+    def RotY(angle):
+        """A rotation about y."""
+        s, c = sin(angle), cos(angle)
+        return Rotation(c, 0, s, 0, 1, 0, -s, 0, c)
+
+    @staticmethod
+    def RotZ(angle):
+        """A rotation about z."""
+        s, c = sin(angle), cos(angle)
+        return Rotation(c, -s, 0, s, c, 0, 0, 0, 1)
+
+    def _turn(about):
+        def turn(self, angle):
+            """Rotate it in place about one of its own axes."""
+            self._n = (self * about(angle))._n
+
+        return turn
+
+    DoRotX, DoRotY, DoRotZ = _turn(RotX.__func__), _turn(RotY.__func__), _turn(RotZ.__func__)
+
+    @staticmethod
+    def Rot(axis, angle):
+        """A rotation about any axis."""
+        axis = Vector(axis)
+        axis.Normalize()
+        return Rotation.Rot2(axis, angle)
+
+    @staticmethod
+    def Rot2(axis, angle):
+        """A rotation about a unit vector."""
+        (x, y, z), s, c = axis._n, sin(angle), cos(angle)
+        r = 1 - c
+        return Rotation(
+            c + r * x * x, r * x * y - z * s, r * x * z + y * s,
+            r * x * y + z * s, c + r * y * y, r * y * z - x * s,
+            r * x * z - y * s, r * y * z + x * s, c + r * z * z,
+        )  # fmt: skip
+
+    @staticmethod
+    def RPY(roll, pitch, yaw):
+        """From angles about the fixed axes x, y, z."""
+        return Rotation.RotZ(yaw) * Rotation.RotY(pitch) * Rotation.RotX(roll)
+
+    @staticmethod
+    def EulerZYX(alfa, beta, gamma):
+        """From angles about the rotated axes z, y, x."""
+        return Rotation.RPY(gamma, beta, alfa)
+
+    @staticmethod
+    def EulerZYZ(alfa, beta, gamma):
+        """From angles about the rotated axes z, y, z."""
+        return Rotation.RotZ(alfa) * Rotation.RotY(beta) * Rotation.RotZ(gamma)
+
+    @staticmethod
+    def Quaternion(x, y, z, w):
+        """From a quaternion, which is not normalized."""
+        return Rotation(
+            w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y),
+            2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x),
+            2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z,
+        )  # fmt: skip
+
+    def GetQuaternion(self):
+        """(x, y, z, w)."""
+        n = self._n
+        trace = n[0] + n[4] + n[8]
+        if trace > _TINY:
+            s = 0.5 / sqrt(trace + 1.0)
+            return (n[7] - n[5]) * s, (n[2] - n[6]) * s, (n[3] - n[1]) * s, 0.25 / s
+        i = 0 if n[0] > n[4] and n[0] > n[8] else 1 if n[4] > n[8] else 2  # the longest of x, y, z
+        j, k = (i + 1) % 3, (i + 2) % 3
+        low, high = min(j, k), max(j, k)  # KDL adds in this order
+        s = 2.0 * sqrt(1.0 + n[4 * i] - n[4 * low] - n[4 * high])
+        found = [0.0, 0.0, 0.0, (n[3 * k + j] - n[3 * j + k]) / s]
+        found[i], found[j], found[k] = (
+            0.25 * s,
+            (n[3 * i + j] + n[3 * j + i]) / s,
+            (n[3 * i + k] + n[3 * k + i]) / s,
+        )
+        return tuple(found)
+
+    def GetRPY(self):
+        """(roll, pitch, yaw); roll is 0 where only the sum of roll and yaw is determined."""
+        n = self._n
+        pitch = atan2(-n[6], sqrt(n[0] * n[0] + n[3] * n[3]))
+        if abs(pitch) > pi / 2 - _TINY:
+            return 0.0, pitch, atan2(-n[1], n[4])
+        return atan2(n[7], n[8]), pitch, atan2(n[3], n[0])
+
+    def GetEulerZYX(self):
+        """(z, y, x)."""
+        return self.GetRPY()[::-1]
+
+    def GetEulerZYZ(self):
+        """(z, y, z); the last is 0 where only their sum is determined."""
+        n = self._n
+        if abs(n[8]) > 1 - _TINY:
+            return (atan2(n[3], n[0]), 0.0, 0.0) if n[8] > 0 else (atan2(-n[3], -n[0]), pi, 0.0)
+        return atan2(n[5], n[2]), atan2(sqrt(n[6] * n[6] + n[7] * n[7]), n[8]), atan2(n[7], -n[6])
+
+    def GetRotAngle(self, eps=EPS):
+        """(angle, axis)."""
+        n = self._n
+        if abs(n[1] - n[3]) < eps and abs(n[2] - n[6]) < eps and abs(n[5] - n[7]) < eps:
+            return self._half_turn(eps)
+        axis = Vector((n[7] - n[5]) / 2, (n[2] - n[6]) / 2, (n[3] - n[1]) / 2)
+        angle = atan2(axis.Norm(), (n[0] + n[4] + n[8] - 1) / 2)
+        axis.Normalize()
+        return angle, axis
+
+    def _half_turn(self, eps):
+        """(angle, axis) of a symmetric matrix: no rotation, or half a turn."""
+        n = self._n
+        if (
+            all(abs(n[i] + n[j]) < eps for i, j in ((1, 3), (2, 6), (5, 7)))
+            and abs(n[0] + n[4] + n[8] - 3) < eps
+        ):
+            return 0.0, Vector(0, 0, 1)
+        i = max(range(3), key=lambda k: n[4 * k])
+        own = sqrt(max((n[4 * i] + 1) / 2, 0.0))
+        return pi, Vector(*[own if k == i else (n[3 * i + k] + n[3 * k + i]) / 4 / own for k in range(3)])
+
+    def GetRot(self):
+        """The rotation vector: the axis, its length the angle."""
+        angle, axis = self.GetRotAngle()
+        return axis * angle
 
 
 class Frame(Numbers):

@@ -4,10 +4,7 @@ import sys
 
 from sensor_msgs.msg import CompressedImage, Image
 
-from .colours import converted
-from .encodings import DEPTHS, NUMPY, cv_type
-
-__all__ = ["CvBridge", "CvBridgeError"]
+from .encodings import DEPTHS, NUMPY, converted, cv_type
 
 
 class CvBridgeError(TypeError):

@@ -7,7 +7,7 @@ from rosproto.codec import Message as CodecMessage
 from rosproto.codec import encode
 from rosproto.errors import CodecError
 
-from ._errors import SerializationError
+from ._fields import SerializationError
 
 _REFUSED = (CodecError, TypeError, ValueError, AttributeError)
 _BYTES = ("uint8", "char")

@@ -17,10 +17,8 @@ from rosproto.codec.layout import attribute_name
 from rosproto.codec.message import MessageMeta
 from rosproto.errors import CodecError
 
-from ._check import check_type
 from ._encoding import encode_message, sendable
-from ._errors import DeserializationError, MessageException, SerializationError
-from ._filling import fill_message_args
+from ._fields import DeserializationError, MessageException, SerializationError, check_type, fill_message_args
 from ._text import strify_message
 from .rostime import Duration, Time, TVal
 

@@ -6,8 +6,7 @@ from rosproto.errors import MasterError, RosError
 from rosproto.names import is_usable_name
 
 from . import core
-from ._publisher_impl import PublisherImpl
-from ._subscriber_impl import SubscriberImpl
+from ._topics import PublisherImpl, SubscriberImpl
 from .exceptions import ROSException
 from .impl.registration import Registration, get_registration_listeners
 

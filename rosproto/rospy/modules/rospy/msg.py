@@ -7,8 +7,6 @@ import genpy
 from .exceptions import ROSException, ROSSerializationException
 from .names import TOPIC_ANYTYPE
 
-__all__ = ["AnyMsg", "args_kwds_to_message", "serialize_message"]
-
 
 class AnyMsg(genpy.Message):
     """A message of any type: its encoded bytes in `_buff`."""

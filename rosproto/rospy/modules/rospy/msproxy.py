@@ -5,8 +5,6 @@ import threading
 from . import core, names
 from .exceptions import ROSException
 
-__all__ = ["MasterProxy"]
-
 _RESOLVED = {  # methods whose first argument is a name
     "deleteParam",
     "getParam",

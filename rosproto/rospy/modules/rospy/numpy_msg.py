@@ -2,8 +2,6 @@
 
 from rosproto.rospy.messages import is_ours
 
-__all__ = ["numpy_msg"]
-
 _made = {}
 
 

@@ -7,19 +7,6 @@ import genpy
 
 from .exceptions import ROSInitException
 
-__all__ = [
-    "Duration",
-    "Time",
-    "get_rostime",
-    "get_rostime_cond",
-    "get_time",
-    "is_rostime_initialized",
-    "is_wallclock",
-    "set_rostime_initialized",
-    "switch_to_wallclock",
-    "wallsleep",
-]
-
 _rostime_initialized = False
 _rostime_current = None
 _rostime_cond = threading.Condition()

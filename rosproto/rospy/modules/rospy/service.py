@@ -1,7 +1,5 @@
 """rospy.service: ServiceException."""
 
-__all__ = ["ServiceException", "ServiceManager"]
-
 
 class ServiceException(Exception):
     """A service call failed, or a handler says no."""

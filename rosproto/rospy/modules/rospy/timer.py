@@ -8,8 +8,6 @@ import genpy
 from . import core, rostime
 from .exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
 
-__all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
-
 
 def sleep(duration):
     """Sleep by the node's clock; ends early when the node is shut down.

@@ -12,10 +12,8 @@ import genpy
 import rosgraph.names
 
 from . import core, names
-from ._publisher_impl import PublisherImpl
-from ._subscriber_impl import SubscriberImpl
-from ._topic_impl import TopicImpl
 from ._topic_manager import TopicManager, manager
+from ._topics import PublisherImpl, SubscriberImpl, TopicImpl
 from .exceptions import ROSException, ROSSerializationException
 from .impl.registration import Registration
 from .impl.tcpros_base import DEFAULT_BUFF_SIZE

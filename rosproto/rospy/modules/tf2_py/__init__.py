@@ -4,8 +4,8 @@ The engine is that of `rosproto.tf`, whose arithmetic is tf2's, to the last digi
 look up. The texts of errors, the warnings on stderr and what counts as a name are tf2's here.
 """
 
-from ._core import BufferCore
-from ._errors import (
+from ._core import (
+    BufferCore,
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,

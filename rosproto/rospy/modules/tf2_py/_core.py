@@ -1,6 +1,7 @@
 """BufferCore: the transforms of all frames, and lookups that do not wait.
 
-Source: tf2 buffer_core.cpp and tf2_py.cpp (names, texts, what is a warning on stderr).
+Source: tf2 buffer_core.cpp and tf2_py.cpp (names, texts, what is a warning on stderr). The exceptions'
+names in tracebacks are those of its C module, tf2; the graph of all frames is view_frames'.
 """
 
 import math
@@ -17,6 +18,7 @@ from rosproto.tf.tree import (
     OLD,
     REPEATED,
     FrameTree,
+    Gap,
     History,
     Loop,
     NoWay,
@@ -24,8 +26,108 @@ from rosproto.tf.tree import (
     seconds,
 )
 
-from ._dot import all_frames_as_dot, span
-from ._errors import InvalidArgumentException, LookupException, TransformException, error_of
+EDGE = (
+    '"%s" -> "%s"[label="Broadcaster: %s\\nAverage rate: %.3f Hz\\nMost recent transform: %.3f %s\\n'
+    'Buffer length: %.3f sec\\n"];\n'
+)
+ROOT = (
+    'edge [style=invis];\n subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";\n'
+    '"Recorded at time: %.3f"[ shape=plaintext ] ;\n }->"%s";\n'
+)
+
+
+def span(edge):
+    """(newest, oldest) stamp, nanoseconds; a static transform has no time of its own."""
+    return (0, 0) if edge.static else (edge.newest.stamp, edge.earliest)
+
+
+def all_frames_as_dot(names, edges, now):
+    """The graph's text.
+
+    Args:
+        names: All frames, in the order in which they became known.
+        edges: The history of each frame that has a parent.
+        now: Seconds, for the age of each transform; 0 for none.
+    """
+    if not names:
+        return 'digraph G {\n"no tf data recieved"}'  # spelled as tf2 does
+    lines = ["digraph G {\n"]
+    roots = []
+    for name in names:
+        edge = edges.get(name)
+        if not edge:
+            roots.append(name)
+            continue
+        newest, oldest = span(edge)
+        length = (newest - oldest) / 1e9
+        age = "( %.3f sec old)" % (now - newest / 1e9) if now > 0 else ""
+        rate = len(edge) / max(length, 0.0001)
+        lines.append(EDGE % (edge.newest.parent, name, edge.authority, rate, newest / 1e9, age, length))
+    if now > 0:
+        lines += [ROOT % (now, name) for name in roots]
+    return "".join([*lines, "}"])
+
+
+class TransformException(Exception):
+    """A transform is not available."""
+
+
+class ConnectivityException(TransformException):
+    """Both frames are known, but not connected."""
+
+
+class LookupException(TransformException):
+    """A frame is unknown."""
+
+
+class ExtrapolationException(TransformException):
+    """It is known, but not for that time."""
+
+
+class InvalidArgumentException(TransformException):
+    """An argument makes no sense."""
+
+
+class TimeoutException(TransformException):
+    """It took too long."""
+
+
+for _error in (TransformException, *TransformException.__subclasses__()):
+    _error.__module__ = "tf2"
+
+
+def error_of(no_way, target, source):
+    """The exception for a `Gap` or `Unconnected` of the tree."""
+    if isinstance(no_way, Gap):
+        return ExtrapolationException(
+            "%s, when looking up transform from frame [%s] to frame [%s]" % (_why(no_way), source, target)
+        )
+    return ConnectivityException(
+        "Could not find a connection between '%s' and '%s' because they are not part of the same tree."
+        "Tf has two or more unconnected trees." % (target, source)
+    )
+
+
+def _why(gap):
+    stamp, known = gap.stamp, gap.history
+    if not known:  # cleared: tf2 gives no reason
+        return ""
+    if len(known) == 1:
+        return (
+            "Lookup would require extrapolation at time %.09f, but only time %.09f is in the buffer"
+            % (seconds(stamp), seconds(known.earliest))
+        )[:115]  # the size of tf2's buffer for it
+    if stamp > known.newest.stamp:
+        return _beyond(stamp, known.newest.stamp, "future", "latest")
+    return _beyond(stamp, known.earliest, "past", "earliest")
+
+
+def _beyond(asked, known, where, which):
+    return (
+        "Lookup would require extrapolation %.09fs into the %s.  Requested time %.09f but the %s data is at"
+        " time %.09f" % (seconds(abs(asked - known)), where, seconds(asked), which, seconds(known))
+    )
+
 
 _NOT_TAKEN = {
     OLD: "TF_OLD_DATA ignoring data from the past"

@@ -7,8 +7,6 @@ from collections import namedtuple
 
 from sensor_msgs.msg import PointCloud2, PointField
 
-__all__ = ["create_cloud", "create_cloud_xyz32", "read_points", "read_points_list"]
-
 _DATATYPES = {
     PointField.INT8: ("b", 1),
     PointField.UINT8: ("B", 1),

@@ -2,7 +2,5 @@
 
 from . import _unserved
 
-__all__ = ["ROSHandler", "apivalidate"]
-
 ROSHandler = _unserved.class_of("rospy.impl.masterslave.ROSHandler")
 apivalidate = _unserved.function("rospy.impl.masterslave.apivalidate")

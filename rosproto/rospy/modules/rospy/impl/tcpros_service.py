@@ -1,25 +1,117 @@
-"""rospy.impl.tcpros_service: Service, ServiceProxy, wait_for_service."""
+"""rospy.impl.tcpros_service: Service, ServiceProxy, wait_for_service, and rospy's exceptions for failed
+calls."""
 
 import logging
 import sys
 import threading
+import time
 import traceback
 
 import genpy
 import rosgraph
 import rosgraph.names
 
-from rosproto.errors import Md5sumMismatch, RosError, ServiceError
+from rosproto.errors import ConnectionLost, MasterError, Md5sumMismatch, RosError, RosTimeout, ServiceError
 from rosproto.names import is_usable_name
 from rosproto.rospy.host import refusal
 from rosproto.rospy.messages import Encoded, is_ours, node_service
 
 from .. import core, names
+from ..exceptions import ROSException, ROSInterruptException
 from ..msg import args_kwds_to_message
+from ..rostime import Duration
 from ..service import ServiceException, manager
 from .registration import Registration, get_registration_listeners
-from .service_errors import service_exception
-from .service_wait import wait_for_service
+
+
+def service_exception(service, error):
+    """The ServiceException that rospy raises for what went wrong in a call of that service."""
+    if core.is_shutdown():  # what rospy raises then (measured), though its documentation names another
+        return ServiceException("service [%s] returned no response" % service)
+    if isinstance(error, Md5sumMismatch):
+        who, asked, theirs = names.get_caller_id(), error.md5sum, error.remote_md5sum
+        return ServiceException(
+            "unable to connect to service: remote error reported: "
+            "request from [%s]: md5sums do not match: [%s] vs. [%s]" % (who, asked, theirs)
+        )
+    cause = error.__cause__
+    if isinstance(error, ServiceError):
+        if isinstance(cause, MasterError):
+            return ServiceException("service [%s] unavailable" % service)
+        if type(error) is not ServiceError:  # refused in the handshake
+            return ServiceException("unable to connect to service: remote error reported: %s" % error.text)
+        data = error.text.encode("utf-8", "surrogateescape")
+        return ServiceException("service [%s] responded with an error: %s" % (service, data))
+    if isinstance(error, (ConnectionLost, RosTimeout)) and isinstance(cause, OSError):
+        return ServiceException("unable to connect to service: %s" % cause)
+    if isinstance(error, ConnectionLost):
+        return ServiceException(
+            "transport error completing service call: unable to receive data from sender,"
+            " check sender's logs for details"
+        )
+    return ServiceException("unable to connect to service: %s" % error)
+
+
+PAUSE = 0.1  # seconds between checks for a service (rospy: 0.3)
+
+
+def wait_for_service(service, timeout=None):
+    """Wait until a service is provided and its provider can be reached.
+
+    Raises:
+        ROSException: It was not in time.
+        ROSInterruptException: The node was shut down meanwhile.
+    """
+    if isinstance(timeout, Duration):
+        timeout = timeout.to_sec()
+    if timeout == 0.0:
+        raise ValueError("timeout must be non-zero")
+    resolved = names.resolve_name(service)
+    master = rosgraph.Master(names.get_caller_id())
+    end = time.time() + timeout if timeout else None
+    failed = False
+    while not core.is_shutdown() and (end is None or time.time() < end):
+        try:
+            uri = _contact(master, resolved, 10.0 if end is None else max(0.05, end - time.time()))
+            if uri:
+                if failed:
+                    core.loginfo("wait_for_service(%s): finally were able to contact [%s]" % (resolved, uri))
+                return
+        except KeyboardInterrupt:
+            raise
+        except Exception:
+            failed = True
+            core.logwarn_throttle(10, "wait_for_service(%s): failed to contact, will keep trying" % resolved)
+        time.sleep(PAUSE)
+    if core.is_shutdown():
+        raise ROSInterruptException("rospy shutdown")
+    raise ROSException("timeout exceeded while waiting for service %s" % resolved)
+
+
+def _contact(master, resolved, timeout):
+    """URI of a provider that answers, None when there is none."""
+    from rosproto.node.options import host_names
+    from rosproto.protocol.handshake import service_client_header
+    from rosproto.transport.connecting import connect
+    from rosproto.transport.deadline import Deadline
+    from rosproto.transport.host_names import HostNames
+    from rosproto.transport.tcpros_io import write_header
+
+    try:
+        uri = master.lookupService(resolved)
+    except rosgraph.MasterException:
+        return None
+    deadline = Deadline(timeout)
+    sock = connect(*core.parse_rosrpc_uri(uri), deadline, hosts=HostNames(host_names()))
+    try:
+        fields = service_client_header(
+            service=resolved, md5sum="*", callerid=names.get_caller_id(), probe=True
+        )
+        write_header(sock, fields, deadline)
+    finally:
+        sock.close()
+    return uri
+
 
 __all__ = ["Service", "ServiceProxy", "wait_for_service"]
 
