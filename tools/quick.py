@@ -14,15 +14,10 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
+from tools.layers import TESTS_OF
+
 ROOT = Path(__file__).resolve().parent.parent
 ALWAYS = ("tests/test_layers.py", "tests/test_faces.py", "tests/test_exports.py")
-TESTS_OF = {
-    "woosh_pure/cli": "tests/unit/woosh_cli",
-    "woosh_pure/language": "tests/unit/language",
-    "woosh_pure": "tests/unit/woosh",
-    "tools": "tests/unit/tools",
-}
-"""Where the tests of a folder are whose name is not the same below tests/unit."""
 
 
 def changed(base: str) -> list[str]:

@@ -1,0 +1,65 @@
+"""The layers of the project, from the ground up, and where their tests are (tests/test_layers.py watches)."""
+
+from __future__ import annotations
+
+LAYERS = [
+    "rosproto.text",
+    "rosproto.sentence",
+    "rosproto.errors",
+    "rosproto.files",
+    "rosproto.bounded_cache",
+    "rosproto.logs",
+    "rosproto.version",
+    "rosproto.typed_values",
+    "rosproto.numbers",
+    "rosproto.quaternion",
+    "rosproto.rates",
+    "rosproto.names",
+    "rosproto.time",
+    "rosproto.msg",
+    "rosproto.codec",
+    "rosproto.numeric",
+    "msgdefs",
+    "rosproto.protocol",
+    "rosproto.bag",
+    "rosproto.transport",
+    "rosproto.master",
+    "rosproto.node",
+    "rosproto.rosout_aggregator",
+    "rosproto.action",
+    "rosproto.tf",
+    "rosproto.recording",
+    "rosproto.watchdog",
+    "rosproto.aio",
+    "rosproto.gateway",
+    "rosproto.selftest",
+    "rosproto.rospy",
+    "rosproto.cli",
+    "rosproto",
+    "woosh_pure",
+]
+"""From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
+
+PURE = [
+    "rosproto.msg",
+    "rosproto.text",
+    "rosproto.sentence",
+    "rosproto.errors",
+    "rosproto.typed_values",
+    "rosproto.numbers",
+    "rosproto.quaternion",
+    "rosproto.rates",
+    "rosproto.names",
+    "rosproto.time",
+    "rosproto.codec",
+    "rosproto.protocol",
+]
+"""Values in, values out: no sockets, threads or clocks."""
+
+TESTS_OF = {
+    "woosh_pure/cli": "tests/unit/woosh_cli",
+    "woosh_pure/language": "tests/unit/language",
+    "woosh_pure": "tests/unit/woosh",
+    "tools": "tests/unit/tools",
+}
+"""Where the tests of a folder are whose name is not the same below tests/unit."""
