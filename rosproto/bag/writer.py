@@ -21,6 +21,16 @@ from typing import Any, BinaryIO, Literal
 from rosproto.bag.bag_file import BagFile, system_errors
 from rosproto.bag.compression import compressor
 from rosproto.bag.index import open_index
+from rosproto.bag.inputs import (
+    as_raw,
+    check_header,
+    check_message,
+    data_of,
+    identity,
+    out_of_range,
+    own_text,
+    seconds_and_rest,
+)
 from rosproto.bag.messages import RawMessage
 from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.records import (
@@ -35,8 +45,6 @@ from rosproto.bag.records import (
 )
 from rosproto.bag.rows import MESSAGE_HEAD
 from rosproto.bag.scan import BagIndex
-from rosproto.bag.stamps import out_of_range, seconds_and_rest
-from rosproto.bag.writer_input import as_raw, check_header, check_message, data_of, identity, own_text
 from rosproto.codec import Message, encode_parts, encoder
 from rosproto.errors import BagError
 from rosproto.time import Time

@@ -16,16 +16,16 @@ from rosproto.bag.arrow.schema import (
     time_name,
     wanted_fields,
 )
+from rosproto.bag.inputs import to_ns
 from rosproto.bag.records import NS
-from rosproto.bag.stamps import to_ns
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rosproto.bag.arrow.schema import Want
+    from rosproto.bag.inputs import Stamp
     from rosproto.bag.reader import BagReader
-    from rosproto.bag.stamps import Stamp
     from rosproto.codec import Message
     from rosproto.codec.layout import FieldLayout, Layout
 

@@ -9,11 +9,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, BinaryIO, Literal
 
+from rosproto.bag.inputs import (
+    Stamp,
+    as_raw,
+    check_header,
+    check_message,
+    identity,
+    out_of_range,
+    own_text,
+    seconds_and_rest,
+)
 from rosproto.bag.mcap.chunks import library
 from rosproto.bag.messages import RawMessage
 from rosproto.bag.records import NS, Connection
-from rosproto.bag.stamps import Stamp, out_of_range, seconds_and_rest
-from rosproto.bag.writer_input import as_raw, check_header, check_message, identity, own_text
 from rosproto.codec import Message, encode
 from rosproto.errors import BagError
 from rosproto.version import __version__
