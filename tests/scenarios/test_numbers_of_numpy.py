@@ -125,6 +125,8 @@ def test_feeds_and_states_are_waited_for_in_time(sim, chassis, kind):
     with pytest.raises(RosTimeout):
         chassis.wait_until(lambda _: False, kind(0.0625))
     assert time.monotonic() - began < 4.0
+    chassis.readiness()
+    eventually(lambda: chassis.feed("status").sources, 20.0)  # the state is told once, to who is there
     sim.press_emergency_stop()
     eventually(lambda: chassis.readiness().blocked, 20.0)
     began = time.monotonic()
