@@ -7,6 +7,8 @@ import ssl
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+from rosproto.sentence import say
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Broker:
@@ -31,7 +33,7 @@ class Broker:
             parts = urlsplit(self.url)
             port = parts.port
         except ValueError as error:
-            raise ValueError(f"{expected} ({error})") from None
+            raise ValueError(say("{expected} ({error})", expected=expected, error=error)) from None
         beside = parts.path.strip("/") or parts.query or parts.fragment
         if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or beside or port == 0:
             raise ValueError(expected)
@@ -83,7 +85,9 @@ def load_certificates(context: ssl.SSLContext, broker: Broker) -> None:
             context.load_cert_chain(broker.cert_file, broker.key_file)
     except ssl.SSLError as error:
         files = ", ".join(name for name in (broker.ca_file, broker.cert_file, broker.key_file) if name)
-        raise ValueError(f"the certificates in {files} cannot be used: {error}") from error
+        raise ValueError(
+            say("the certificates in {files} cannot be used: {error}", files=files, error=error)
+        ) from error
 
 
 def tls_context(broker: Broker) -> ssl.SSLContext:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.files import read_text
+from rosproto.sentence import say
 from woosh_pure.fleet.broker import Broker
 from woosh_pure.geometry import Footprint
 
@@ -95,24 +96,52 @@ class VehicleConfig:
         for each in fields(self):
             fits, expected = _KINDS[str(each.type)]
             if not fits(getattr(self, each.name)):
-                raise ValueError(f"{each.name} {getattr(self, each.name)!r}: expected {expected}")
+                raise ValueError(
+                    say(
+                        "{name} {value!r}: expected {expected}",
+                        name=each.name,
+                        value=getattr(self, each.name),
+                        expected=expected,
+                    )
+                )
         for name in ("manufacturer", "serial", "interface"):
             value = getattr(self, name)
             if not value or not set(value) <= _ALLOWED:
-                raise ValueError(f"{name} {value!r}: it is part of a topic; use A-Z a-z 0-9 _ . : - only")
+                raise ValueError(
+                    say(
+                        "{name} {value!r}: it is part of a topic; use A-Z a-z 0-9 _ . : - only",
+                        name=name,
+                        value=value,
+                    )
+                )
         if self.version not in VERSIONS:
-            raise ValueError(f"version {self.version!r}: expected {' or '.join(VERSIONS)}")
+            raise ValueError(
+                say(
+                    "version {version!r}: expected {names}", version=self.version, names=" or ".join(VERSIONS)
+                )
+            )
         for name in ("tolerance", "turn_tolerance"):
             if not 0.0 < getattr(self, name) <= 2.0:
-                raise ValueError(f"{name} {getattr(self, name)}: expected more than 0 and at most 2")
+                raise ValueError(
+                    say(
+                        "{name} {value}: expected more than 0 and at most 2",
+                        name=name,
+                        value=getattr(self, name),
+                    )
+                )
         if not (-2.0 <= self.undock <= 2.0):
-            raise ValueError(f"undock {self.undock} m: expected -2 to 2")
+            raise ValueError(say("undock {undock} m: expected -2 to 2", undock=self.undock))
         if self.map_actions and self.version.startswith("2.0"):
             raise ValueError("map_actions: maps are a part of the protocol since version 2.1.0")
         if self.footprint:
             Footprint.from_points(self.footprint)
         if not (self.visualization == 0.0 or 0.05 <= self.visualization <= 60.0):
-            raise ValueError(f"visualization {self.visualization} s: expected 0, or 0.05 to 60")
+            raise ValueError(
+                say(
+                    "visualization {visualization} s: expected 0, or 0.05 to 60",
+                    visualization=self.visualization,
+                )
+            )
 
     @property
     def prefix(self) -> str:
@@ -141,7 +170,10 @@ class FleetConfig:
         twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
         if twice:
             raise ValueError(
-                f"several vehicles are called {', '.join(sorted(twice))}; each needs its own serial"
+                say(
+                    "several vehicles are called {names}; each needs its own serial",
+                    names=", ".join(sorted(twice)),
+                )
             )
 
 
@@ -156,12 +188,16 @@ def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
         user, password = (os.environ.get(name) or None for name in _SECRETS)
         return user, password
     if path.is_dir():
-        raise ValueError(f"{path} is a folder; expected a file of two lines, user and password")
+        raise ValueError(
+            say("{path} is a folder; expected a file of two lines, user and password", path=path)
+        )
     if os.name == "posix" and path.stat().st_mode & 0o077:
-        raise ValueError(f"{path}: others may read it; run chmod 600 {path}")
+        raise ValueError(say("{path}: others may read it; run chmod 600 {path}", path=path))
     lines = read_text(path).splitlines()
     if len(lines) < 2 or not lines[0]:
-        raise ValueError(f"{path}: expected the user in its first line and the password in its second")
+        raise ValueError(
+            say("{path}: expected the user in its first line and the password in its second", path=path)
+        )
     return lines[0], lines[1]
 
 
@@ -185,20 +221,23 @@ def load_config(path: Path) -> FleetConfig:
     try:
         data = tomllib.loads(read_text(path))
     except UnicodeDecodeError:
-        raise ValueError(f"{path} is no text in UTF-8; a fleet.toml is") from None
+        raise ValueError(say("{path} is no text in UTF-8; a fleet.toml is", path=path)) from None
     except ValueError as error:
-        raise ValueError(f"{path} is no TOML: {error}") from None
+        raise ValueError(say("{path} is no TOML: {error}", path=path, error=error)) from None
     try:
         return _fleet(data, path.parent)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(say("{path}: {error}", path=path, error=error)) from None
 
 
 def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
     unknown = set(data) - {"broker", "vehicle", "folder"}
     if unknown:
         raise ValueError(
-            f"{', '.join(sorted(unknown))} is not known; expected [broker], [[vehicle]] and folder"
+            say(
+                "{names} is not known; expected [broker], [[vehicle]] and folder",
+                names=", ".join(sorted(unknown)),
+            )
         )
     given, vehicles = data.get("broker", {}), data.get("vehicle", [])
     if not isinstance(given, dict):
@@ -208,7 +247,7 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
     texts = {**given, "folder": data.get("folder", "")}
     for name, value in texts.items():
         if not isinstance(value, str):
-            raise ValueError(f"{name} {value!r}: expected a text in quotes")
+            raise ValueError(say("{name} {value!r}: expected a text in quotes", name=name, value=value))
     given = dict(given)
     file = given.pop("secrets_file", None)
     user, password = secrets(folder / file if file else None)
@@ -217,16 +256,20 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
         raise ValueError("[broker] has no url")
     if len(vehicles) > MOST_VEHICLES:
         raise ValueError(
-            f"{len(vehicles)} vehicles are too many for one process, which takes {MOST_VEHICLES}: each needs "
-            "some 30 open files, and MQTT takes no more than 1024; write several files, and start `woosh "
-            "vda5050` once for each"
+            say(
+                "{count} vehicles are too many for one process, which takes {most_vehicles}: each "
+                "needs some 30 open files, and MQTT takes no more than 1024; write several files, and"
+                " start `woosh vda5050` once for each",
+                count=len(vehicles),
+                most_vehicles=MOST_VEHICLES,
+            )
         )
     known = [each.name for each in fields(VehicleConfig)]
     for raw in vehicles:
         _require_known(raw, known, "[[vehicle]]")
         missing = [name for name in ("manufacturer", "serial") if name not in raw]
         if missing:
-            raise ValueError(f"a [[vehicle]] has no {' and no '.join(missing)}")
+            raise ValueError(say("a [[vehicle]] has no {names}", names=" and no ".join(missing)))
     kept = data.get("folder")
     return FleetConfig(
         broker=Broker(user=user, password=password, **given),
@@ -239,4 +282,12 @@ def _require_known(given: Mapping[str, Any], known: Any, where: str) -> None:
     unknown = sorted(set(given) - set(known))
     if unknown:
         hint = " (secrets are in the environment or a secrets_file)" if "password" in unknown else ""
-        raise ValueError(f"{where}: {', '.join(unknown)} is not known{hint}; expected {', '.join(known)}")
+        raise ValueError(
+            say(
+                "{where}: {names} is not known{hint}; expected {known}",
+                where=where,
+                names=", ".join(unknown),
+                hint=hint,
+                known=", ".join(known),
+            )
+        )

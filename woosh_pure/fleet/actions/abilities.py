@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.actions.map_archive import fetch, unpack
@@ -74,7 +75,9 @@ def abilities_of(
             found[name] = (ability, _carrying(direction))
     for name, target in config.actions.items():
         if name in BUILT_IN:
-            raise ValueError(f"the action {name} is the standard's own, and cannot be replaced")
+            raise ValueError(
+                say("the action {name} is the standard's own, and cannot be replaced", name=name)
+            )
         handler = handler_of(name, target)
         ability = Ability(
             name,
@@ -105,11 +108,17 @@ def _init_position(task: Task, maps: MapStore | None, own: MapEntry) -> str:
     pose = Pose2D(float(given["x"]), float(given["y"]), float(given["theta"]))
     wanted = str(given["mapId"])
     if maps is None and wanted != own.map_id:
-        raise ChassisError(f"the vehicle has no map {wanted}, only {own.map_id}")
+        raise ChassisError(
+            say("the vehicle has no map {wanted}, only {map_id}", wanted=wanted, map_id=own.map_id)
+        )
     if maps is not None and wanted != maps.active:
         entry = maps.enabled(wanted)
         if entry is None:
-            raise ChassisError(f"no version of map {wanted} is ENABLED on the vehicle; use enableMap first")
+            raise ChassisError(
+                say(
+                    "no version of map {wanted} is ENABLED on the vehicle; use enableMap first", wanted=wanted
+                )
+            )
         maps.use(task.chassis, wanted, entry.version, pose)
     else:
         task.chassis.set_pose(pose)
@@ -205,7 +214,13 @@ def map_actions(maps: MapStore) -> dict[str, tuple[Ability, Handler]]:
         given = {key: str(value) for key, value in task.parameters.items()}
         name, version = given["mapId"], given["mapVersion"]
         if maps.find(name, version) is not None:
-            raise ChassisError(f"map {name} {version} is on the vehicle already; delete it first")
+            raise ChassisError(
+                say(
+                    "map {name} {version} is on the vehicle already; delete it first",
+                    name=name,
+                    version=version,
+                )
+            )
         data = fetch(given["mapDownloadLink"], task.cancelled.is_set, given.get("mapHash", ""))
         grid = unpack(data)
         maps.add(name, version, grid)
@@ -214,7 +229,13 @@ def map_actions(maps: MapStore) -> dict[str, tuple[Ability, Handler]]:
     def enable(task: Task) -> str:
         name, version = str(task.parameters["mapId"]), str(task.parameters["mapVersion"])
         if maps.find(name, version) is None:
-            raise ChassisError(f"map {name} {version} is not on the vehicle; download it first")
+            raise ChassisError(
+                say(
+                    "map {name} {version} is not on the vehicle; download it first",
+                    name=name,
+                    version=version,
+                )
+            )
         if name == maps.active:
             maps.use(task.chassis, name, version, task.chassis.pose.wait(_POSE_SECONDS, new=False))
         maps.enable(name, version)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError
 from woosh_pure.maps.gridmap import GridMap
@@ -39,11 +40,14 @@ def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
 
     where = printable(link)[:200]
     if urlsplit(link).scheme not in ("http", "https") or not urlsplit(link).hostname:
-        raise ChassisError(f"mapDownloadLink {where}: expected http:// or https://")
+        raise ChassisError(say("mapDownloadLink {where}: expected http:// or https://", where=where))
     kind = _HASHES.get(len(digest)) if digest else "sha256"
     if kind is None:
         raise ChassisError(
-            f"mapHash of {len(digest)} characters: expected 32, 40, 64 or 128 hexadecimal digits"
+            say(
+                "mapHash of {count} characters: expected 32, 40, 64 or 128 hexadecimal digits",
+                count=len(digest),
+            )
         )
     found = bytearray()
     try:
@@ -51,13 +55,21 @@ def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
             while piece := reply.read(65536):
                 found += piece
                 if len(found) > MOST_DOWNLOAD:
-                    raise ChassisError(f"{where}: more than {MOST_DOWNLOAD} bytes; send a smaller map")
+                    raise ChassisError(
+                        say(
+                            "{where}: more than {most_download} bytes; send a smaller map",
+                            where=where,
+                            most_download=MOST_DOWNLOAD,
+                        )
+                    )
                 if cancelled():
                     raise ChassisError("the download was cancelled")
     except (OSError, ValueError, URLError) as error:
-        raise ChassisError(f"{where} could not be fetched: {error}") from error
+        raise ChassisError(say("{where} could not be fetched: {error}", where=where, error=error)) from error
     if digest and hashlib.new(kind, found).hexdigest() != digest.lower():
-        raise ChassisError(f"{where}: what came is not what mapHash says ({kind})")
+        raise ChassisError(
+            say("{where}: what came is not what mapHash says ({kind})", where=where, kind=kind)
+        )
     return bytes(found)
 
 
@@ -76,18 +88,26 @@ def unpack(data: bytes) -> GridMap:
         with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:
             infos = [info for info in packed.infolist() if not info.is_dir()]
             if sum(info.file_size for info in infos) > MOST_UNPACKED:
-                raise ChassisError(f"the map is larger than {MOST_UNPACKED} bytes when unpacked")
+                raise ChassisError(
+                    say(
+                        "the map is larger than {most_unpacked} bytes when unpacked",
+                        most_unpacked=MOST_UNPACKED,
+                    )
+                )
             names = [Path(info.filename.replace("\\", "/")).name for info in infos]
             sheets = [name for name in names if name.lower().endswith((".yaml", ".yml"))]
             if len(sheets) != 1 or len(set(names)) != len(names):
                 listed = ", ".join(printable(name) for name in names[:10]) or "nothing"
                 raise ChassisError(
-                    f"a map is a ZIP of one YAML of map_server and its picture; in this are {listed}"
+                    say(
+                        "a map is a ZIP of one YAML of map_server and its picture; in this are {listed}",
+                        listed=listed,
+                    )
                 )
             for info, name in zip(infos, names, strict=True):
                 (Path(folder) / name).write_bytes(packed.read(info))
             return GridMap.load(Path(folder) / sheets[0], beside=True)
     except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, OSError) as error:
-        raise ChassisError(f"the file is no ZIP of a map: {error}") from error
+        raise ChassisError(say("the file is no ZIP of a map: {error}", error=error)) from error
     except (ValueError, RuntimeError) as error:
-        raise ChassisError(f"the map cannot be read: {error}") from error
+        raise ChassisError(say("the map cannot be read: {error}", error=error)) from error

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.facts import MapEntry
 from woosh_pure.maps.gridmap import GridMap
@@ -71,9 +72,17 @@ class MapStore:
         """
         with self._lock:
             if self.find(map_id, version) is not None:
-                raise ChassisError(f"map {map_id} {version} is on the vehicle already; delete it first")
+                raise ChassisError(
+                    say(
+                        "map {map_id} {version} is on the vehicle already; delete it first",
+                        map_id=map_id,
+                        version=version,
+                    )
+                )
             if len(self._entries) >= MOST_MAPS:
-                raise ChassisError(f"there are {MOST_MAPS} maps on the vehicle; delete one first")
+                raise ChassisError(
+                    say("there are {most_maps} maps on the vehicle; delete one first", most_maps=MOST_MAPS)
+                )
             self._write(map_id, version, grid)
             self._entries.append(MapEntry(map_id, version, enabled=False))
             self._save()
@@ -82,7 +91,13 @@ class MapStore:
         """Mark one version of a map as enabled, and the others of it as not."""
         with self._lock:
             if self.find(map_id, version) is None:
-                raise ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
+                raise ChassisError(
+                    say(
+                        "map {map_id} {version} is not on the vehicle; download it first",
+                        map_id=map_id,
+                        version=version,
+                    )
+                )
             self._entries = [
                 each if each.map_id != map_id else replace(each, enabled=each.version == version)
                 for each in self._entries
@@ -98,11 +113,25 @@ class MapStore:
         with self._lock:
             found = self.find(map_id, version)
             if found is None:
-                raise ChassisError(f"map {map_id} {version} is not on the vehicle")
+                raise ChassisError(
+                    say("map {map_id} {version} is not on the vehicle", map_id=map_id, version=version)
+                )
             if found.enabled:
-                raise ChassisError(f"map {map_id} {version} is ENABLED; enable another version of it first")
+                raise ChassisError(
+                    say(
+                        "map {map_id} {version} is ENABLED; enable another version of it first",
+                        map_id=map_id,
+                        version=version,
+                    )
+                )
             if (map_id, version) == (self.own.map_id, self.own.version):
-                raise ChassisError(f"map {map_id} {version} is the chassis's own, and stays")
+                raise ChassisError(
+                    say(
+                        "map {map_id} {version} is the chassis's own, and stays",
+                        map_id=map_id,
+                        version=version,
+                    )
+                )
             self._entries.remove(found)
             self._save()
             for path in self._place(map_id, version):
@@ -122,7 +151,13 @@ class MapStore:
                 self._write(self.active, self.version, chassis.get_map())
             sheet = self._place(map_id, version)[0]
             if self.find(map_id, version) is None or not sheet.exists():
-                raise ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
+                raise ChassisError(
+                    say(
+                        "map {map_id} {version} is not on the vehicle; download it first",
+                        map_id=map_id,
+                        version=version,
+                    )
+                )
             chassis.set_map(_loaded(sheet), pose)
             self.active, self.version = map_id, version
             self._save()

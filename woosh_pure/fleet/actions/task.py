@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
 from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.fleet.facts import Load
@@ -88,13 +89,28 @@ def handler_of(name: str, target: str) -> Handler:
 def _function(name: str, target: str) -> Handler:
     module, colon, attribute = target.partition(":")
     if not colon:
-        raise ValueError(f"action {name}={target}: expected python.module:function, or !program argument ...")
+        raise ValueError(
+            say(
+                "action {name}={target}: expected python.module:function, or !program argument ...",
+                name=name,
+                target=target,
+            )
+        )
     try:
         found = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError) as error:
-        raise ValueError(f"action {name}={target} cannot be loaded: {error}") from error
+        raise ValueError(
+            say("action {name}={target} cannot be loaded: {error}", name=name, target=target, error=error)
+        ) from error
     if not callable(found):
-        raise ValueError(f"action {name}={target}: {attribute} is no function")
+        raise ValueError(
+            say(
+                "action {name}={target}: {attribute} is no function",
+                name=name,
+                target=target,
+                attribute=attribute,
+            )
+        )
     handler: Handler = found
     return handler
 
@@ -121,7 +137,14 @@ def _program(command: str) -> Handler:
             output, _ = process.communicate(given)
         output = output.strip()[-_LONGEST_RESULT:]
         if process.returncode:
-            raise ChassisError(f"{name} ended with {process.returncode}: {output}")
+            raise ChassisError(
+                say(
+                    "{name} ended with {returncode}: {output}",
+                    name=name,
+                    returncode=process.returncode,
+                    output=output,
+                )
+            )
         return output
 
     return run
