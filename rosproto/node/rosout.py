@@ -1,8 +1,8 @@
-"""/rosout: log records go out as messages, and messages of other nodes come in as log records.
+"""/rosout: log records go out as messages.
 
-Out: `node.logger` (and any logger the program adds `Rosout.handler` to) is published as rosgraph_msgs/Log,
-latched, as rospy and roscpp do. In: `log_messages` subscribes /rosout and feeds a logger. The library's own
-records are not published: a record about /rosout on /rosout would go round for ever (pitfall 61).
+`node.logger` (and any logger the program adds `Rosout.handler` to) is published as rosgraph_msgs/Log,
+latched, as rospy and roscpp do. The library's own records are not published: a record about /rosout on
+/rosout would go round for ever (pitfall 61).
 
 `logging` is not imported for this: the handler is put on `node.logger` when the program asks for that, when
 `logging` is there already, or within a second of its import (the master monitor looks).
@@ -21,14 +21,12 @@ import itertools
 import sys
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.node.context import Context
-from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.outgoing.publisher import Publisher
-from rosproto.node.revisions.topic_types import TypeGiven
 from rosproto.node.services.server import ServiceServer
 
 if TYPE_CHECKING:
@@ -51,11 +49,6 @@ LEVELS = {name: python for name, _, python in _TABLE}
 def ros_level(levelno: int) -> int:
     """The level of rosgraph_msgs/Log for one of `logging`: the highest that is not above it."""
     return next((ros for _, ros, python in reversed(_TABLE) if levelno >= python), 1)
-
-
-def python_level(level: int) -> int:
-    """The level of `logging` for one of rosgraph_msgs/Log."""
-    return next((python for _, ros, python in reversed(_TABLE) if level >= ros), 10)
 
 
 def level_name(levelno: int) -> str:
@@ -136,17 +129,6 @@ class Loggers:
 OWN = "rosproto"
 
 
-class Subscribes(Protocol):
-    """A `Node`, as far as it is needed here."""
-
-    @property
-    def name(self) -> str: ...
-
-    def subscriber(
-        self, topic: str, type: TypeGiven, callback: Callable[[Any], object], *, queue_size: int
-    ) -> Subscriber: ...
-
-
 class Rosout:
     """Publisher of /rosout for one node.
 
@@ -217,28 +199,3 @@ class Rosout:
         with self._attaching:
             if self._handler is not None:
                 self._context.logger.removeHandler(self._handler)
-
-
-def log_messages(node: Subscribes, logger: logging.Logger, *, topic: str = "/rosout") -> Subscriber:
-    """Feed the /rosout messages of all *other* nodes into a logger; close the subscriber to stop.
-
-    Args:
-        node: Subscribes for it.
-        logger: Gets records with the sender's level; `record.ros_node` is its name. It must not have this
-            node's own /rosout handler, or every message would be sent again: records of other nodes carry a
-            mark and are left out there.
-        topic: "/rosout_agg" is the aggregate of a running rosout node.
-    """
-
-    def forward(message: Any) -> None:
-        if message.name == node.name:
-            return
-        level = python_level(message.level)
-        if logger.isEnabledFor(level):
-            record = logger.makeRecord(
-                OWN + ".rosout", level, message.file, message.line, message.msg, (), None, message.function
-            )
-            record.ros_node = message.name
-            logger.handle(record)
-
-    return node.subscriber(topic, message_class("rosgraph_msgs/Log"), forward, queue_size=100)

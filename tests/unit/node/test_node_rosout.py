@@ -1,15 +1,12 @@
-"""/rosout out and in."""
+"""/rosout: log records as messages, and the services for log levels."""
 
 from __future__ import annotations
 
-import logging
 import subprocess
 import sys
-import threading
 
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.rosout import log_messages
 
 
 def test_the_nodes_logger_goes_to_rosout() -> None:
@@ -27,34 +24,6 @@ def test_the_nodes_logger_goes_to_rosout() -> None:
         assert "/rosout" in heard.topics
         assert heard.header.stamp.secs > 1_600_000_000
     assert node.logger.handlers == []
-
-
-def test_rosout_goes_to_a_logger_without_a_loop() -> None:
-    """Other nodes' messages become records; our own do not come back, and none is sent again."""
-    records: list[logging.LogRecord] = []
-    came = threading.Event()
-
-    class Keep(logging.Handler):
-        def emit(self, record: logging.LogRecord) -> None:
-            records.append(record)
-            came.set()
-
-    with (
-        Master() as master,
-        Node("/talker", master_uri=master.uri) as talker,
-        Node("/both", master_uri=master.uri) as both,
-    ):
-        logger = both.logger  # the worst choice: it has the handler that publishes
-        logger.addHandler(Keep())
-        log_messages(both, logger).wait_for_connection()
-        talker.logger.warning("once")
-        assert came.wait(20)
-        assert [(r.getMessage(), r.levelno, r.ros_node) for r in records] == [  # type: ignore[attr-defined]
-            ("once", logging.WARNING, "/talker")
-        ]
-        (own,) = [link for link in both.stats().links if (link.topic, link.direction) == ("/rosout", "out")]
-        assert own.messages == 0
-        logger.handlers.clear()
 
 
 def test_a_logger_by_name_is_heard_though_logging_came_later_than_the_node() -> None:

@@ -4,7 +4,8 @@ import os
 import socket
 import sys
 
-from rosproto.errors import ProtocolError
+from rosproto.errors import ProtocolError, RosError
+from rosproto.transport.address import is_loopback, local_address_towards
 
 from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
 
@@ -51,21 +52,18 @@ def get_local_address():
     if override:
         return override
     routed = _routed_address()
-    if routed is not None and not _is_loopback(routed):
+    if routed is not None and not is_loopback(routed):
         return routed
     found = get_local_addresses()
     if len(found) == 1:
         return found[0]
-    return next((one for one in found if not _is_loopback(one)), "::1" if use_ipv6() else "127.0.0.1")
+    return next((one for one in found if not is_loopback(one)), "::1" if use_ipv6() else "127.0.0.1")
 
 
 get_host_name = get_local_address
 
 
 def _routed_address():
-    from rosproto.errors import RosError
-    from rosproto.transport.address import local_address_towards
-
     try:
         return local_address_towards(*parse_http_host_and_port(get_master_uri()), timeout=1.0)
     except (RosError, OSError, ValueError):
@@ -89,11 +87,7 @@ def is_local_address(hostname):
     except (OSError, UnicodeError):
         return False
     found = {info[4][0] for info in infos}
-    return any(_is_loopback(one) for one in found) or not found.isdisjoint(get_local_addresses())
-
-
-def _is_loopback(address):
-    return address.startswith("127.") or address == "::1"
+    return any(is_loopback(one) for one in found) or not found.isdisjoint(get_local_addresses())
 
 
 _local_addresses = {}
@@ -114,7 +108,7 @@ def get_bind_address(address=None):
     """The address to listen on: the loopback one, when that is what ROS_IP or ROS_HOSTNAME asks for."""
     if address is None:
         address = get_address_override()
-    if address and (address == "localhost" or _is_loopback(address)):
+    if address and (address == "localhost" or is_loopback(address)):
         if use_ipv6():
             return "::1"
         return address if address.startswith("127.") else "127.0.0.1"
