@@ -115,7 +115,7 @@ class Robot:
         if self.node.clock.simulated:
             self._follow_clock()
             with self._telling_time:
-                now = self._simulated_now or self.node.clock.now_nsec()
+                now = max(self._simulated_now, self.node.clock.now_nsec())
                 if now:
                     session.tell_time(now)
         session.show(self.view)
@@ -236,4 +236,7 @@ class _ClockReceiver:
     def offer(self, event: MessageEvent) -> None:
         if event.type_name == "rosgraph_msgs/Clock":
             seconds = event.message.clock
-            self._robot.tell_time(seconds.secs * 1_000_000_000 + seconds.nsecs)
+            now = seconds.secs * 1_000_000_000 + seconds.nsecs
+            if event.latched:  # it may be older than what the node has had meanwhile
+                now = max(now, self._robot.node.clock.now_nsec())
+            self._robot.tell_time(now)

@@ -542,6 +542,7 @@ def test_simulated_time() -> None:
                 assert (
                     viewer.wait(lambda one: isinstance(one, tuple) and one[0] == "time")[1] == 41_000_000_005
                 )
+                until(lambda: "/clock" in server.stats().topics, "the server follows no clock")
                 clock.publish(clock=Time(42, 0))
                 viewer.wait(lambda one: one == ("time", 42_000_000_000))
                 until(lambda: node.clock.now_nsec() == 42_000_000_000, "the node's clock")
