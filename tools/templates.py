@@ -18,8 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple, TypeGuard
 
-from woosh_pure import enums
-from woosh_pure.faults import codes
+from woosh_pure import enums, faults
 from woosh_pure.language.table import forms_of, key_of, read_table, words_for
 
 __all__ = [
@@ -41,9 +40,9 @@ TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
 _COMMANDS = "doctor status ready goto move rotate drive stop faults selftest connect".split()
 _CLI = "config connection drive_line entry readiness arguments".split()
 _ROOMS = (
-    "connection/address connection/clients connection/connection doctor/definitions doctor/examination "
-    "doctor/nodes feed/feed feed/feeds motion/action_goal motion/goal motion/motion motion/steps motion/task "
-    "motion/task_tracker outcome readiness/assessment readiness/knowledge readiness/other_goals selftest "
+    "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
+    "feed/feed feed/feeds motion/action_goal motion/goal motion/motion motion/steps motion/task "
+    "motion/task_tracker outcome readiness/assessment readiness/knowledge selftest "
     "stopping/keeper stopping/other_clients stopping/report stopping/running "
     "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/watch"
 ).split()
@@ -189,7 +188,7 @@ def mixed() -> list[tuple[str, Said]]:
 
 def unsaid() -> list[str]:
     """Rows of the tables that no source says."""
-    members = [each for kind in {**vars(enums), **vars(codes)}.values() if _is_enum(kind) for each in kind]
+    members = [each for kind in {**vars(enums), **vars(faults)}.values() if _is_enum(kind) for each in kind]
     said = {*map(str, members), *(each.name.lower() for each in members), *FROM_ARGPARSE, *texts()}
     rows = (row for path in TABLES for row in read_table(path.read_text("utf-8"), path.name))
     return [row.english for row in rows if row.english not in said]

@@ -15,8 +15,7 @@ from rosproto.numbers import as_float
 from rosproto.sentence import led, say
 from rosproto.transport import Deadline, HostNames
 from woosh_pure import interface
-from woosh_pure.connection.address import master_uri_of
-from woosh_pure.connection.timeouts import LONGEST, require_timeout
+from woosh_pure.connection.arguments import LONGEST, master_uri_of, require_timeout
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused

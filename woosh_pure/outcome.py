@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from rosproto.sentence import both, say, shown
-from woosh_pure.faults.codes import with_words
+from woosh_pure.faults import with_words
 
 __all__ = ["NOT_CONFIRMED", "Outcome", "OutcomeKind"]
 

@@ -15,11 +15,9 @@ from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
 from woosh_pure.interface.table import row
-from woosh_pure.maps.gridmap_message import grid_from_message, grid_message
+from woosh_pure.maps.gridmap import grid_from_message, grid_message
 from woosh_pure.motion.steps import MAX_SPEED
-from woosh_pure.values.messages import polygon, pose_with_covariance, stamped_pose
-from woosh_pure.values.poses import pose_of
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type, polygon, pose_of, pose_with_covariance, stamped_pose
 
 if TYPE_CHECKING:
     from woosh_pure.core import Core

@@ -12,7 +12,7 @@ from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure import interface
 from woosh_pure.core import Core
-from woosh_pure.faults.codes import Faults, StatusCode
+from woosh_pure.faults import Faults, StatusCode
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.geometry import Pose2D, Velocity
 
@@ -177,7 +177,7 @@ class Readings:
 
 def known_path(chassis: Readings) -> list[Pose2D]:
     """The path being driven, as the navigation published it last; empty when nothing was heard."""
-    from woosh_pure.values.poses import pose_of
+    from woosh_pure.values.messages import pose_of
 
     message = chassis.feed("plan").latest
     if message is None:

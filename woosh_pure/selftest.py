@@ -16,8 +16,8 @@ _SPEED = 8.0  # simulated seconds per second
 def check_table() -> str:
     """The rows of the chassis's interface have definitions, and the status codes have words."""
     from woosh_pure import interface
-    from woosh_pure.faults.codes import all_codes
-    from woosh_pure.values.rostypes import message_type
+    from woosh_pure.faults import all_codes
+    from woosh_pure.values.messages import message_type
 
     rows = [row for row in interface.topics() if row.definition_known]
     for row in rows:

@@ -16,7 +16,7 @@ from woosh_pure import Chassis, MotionRefused, Pose2D, interface
 from woosh_pure.enums import LedState, NavigationMode, TaskType
 from woosh_pure.interface.table import Row
 from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 PROGRAM = Path(__file__).with_name("programs") / "chassis_of_the_table.py"
 ROWS = [row for row in interface.ROWS if row.definition_known]

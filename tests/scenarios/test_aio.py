@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D, SimulatedChassis, aio
-from woosh_pure.faults.codes import StatusCode
+from woosh_pure.faults import StatusCode
 from woosh_pure.outcome import Outcome
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ import pytest
 import rosproto
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
-from woosh_pure.doctor.definitions import finding_of
+from woosh_pure.doctor.checks import finding_of
 from woosh_pure.doctor.examination import Level, check_own_address, examine
 
 pytestmark = pytest.mark.whole

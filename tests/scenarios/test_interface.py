@@ -13,7 +13,7 @@ from woosh_pure.enums import LedState, NavDirection, NavigationMode, RobotState
 from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.geometry import Velocity
 from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 DEFINED = [row for row in interface.ROWS if row.definition_known]
 

@@ -18,8 +18,7 @@ from rosproto.msg.user_folder import learned_paths
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli.commands import load
 from woosh_pure.cli.output import Output
-from woosh_pure.firmware.learn import Knowledge, judge
-from woosh_pure.firmware.learned_sets import make_sets, write_set
+from woosh_pure.firmware.learn import KnownDefinitions, judge, make_sets, write_set
 from woosh_pure.firmware.survey import Answer, survey
 
 FUTURE_BATTERY = "uint16 cells\n" + bundled().message("woosh_msgs/Battery").text.replace(
@@ -139,7 +138,7 @@ def test_contradicting_definitions_go_into_different_sets(tmp_path: Path) -> Non
     paths = [write_set(learned, tmp_path, "169.254.128.2") for learned in sets]
     assert paths == [write_set(learned, tmp_path, "169.254.128.2") for learned in sets]
     assert sorted(paths) == learned_paths(tmp_path)
-    knowledge = Knowledge(paths)
+    knowledge = KnownDefinitions(paths)
     for library, path in zip(libraries, paths, strict=True):
         found = knowledge.find("msg", "my_msgs/Note", library.md5sum("my_msgs/Note"))
         assert found is not None
@@ -189,7 +188,7 @@ def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
 )
 def test_a_lie_is_not_learned(definition: str, md5sum: str, words: str) -> None:
     """A text counts only when it can be parsed and has the md5sum that was announced."""
-    finding = judge(Answer("topic", "/t", "my_msgs/T", md5sum, definition), Knowledge())
+    finding = judge(Answer("topic", "/t", "my_msgs/T", md5sum, definition), KnownDefinitions())
     assert finding.verdict == "unusable"
     assert words in finding.note
 
@@ -201,8 +200,8 @@ def test_a_lie_is_not_learned(definition: str, md5sum: str, words: str) -> None:
 def test_no_name_leads_out_of_the_folder(name: str) -> None:
     """What is no ROS name of a type is not learned, however well its text and md5sum agree."""
     md5sum = define("my_msgs/T", "uint8 a")._md5sum
-    assert judge(Answer("topic", "/t", "my_msgs/T", md5sum, "uint8 a"), Knowledge()).verdict == "new"
-    assert judge(Answer("topic", "/t", name, md5sum, "uint8 a"), Knowledge()).verdict == "unusable"
+    assert judge(Answer("topic", "/t", "my_msgs/T", md5sum, "uint8 a"), KnownDefinitions()).verdict == "new"
+    assert judge(Answer("topic", "/t", name, md5sum, "uint8 a"), KnownDefinitions()).verdict == "unusable"
 
 
 @pytest.mark.promise("`--dry-run` writes nothing")

@@ -21,8 +21,8 @@ from tests.scenarios.test_ends_of_programs import program, start
 from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
 from woosh_pure.reasons import Ready
-from woosh_pure.values.rostypes import message_type
-from woosh_pure.velocity import boottime
+from woosh_pure.values.messages import message_type
+from woosh_pure.velocity import watch
 
 # -- a stop meets what is just beginning -----------------------------------------------------------------------
 
@@ -251,8 +251,8 @@ def test_a_drive_without_feedback_says_when_nobody_can_be_asked(sim, chassis, mo
 def test_a_laptop_that_slept_ends_its_drive(sim, chassis, until, monkeypatch):
     """time.monotonic() stands still in sleep, so that the last command would be fresh; the watch's clock does not."""
     slept = [0.0]
-    seconds = boottime.seconds
-    monkeypatch.setattr(boottime, "seconds", lambda: seconds() + slept[0])
+    seconds = watch.boot_seconds
+    monkeypatch.setattr(watch, "boot_seconds", lambda: seconds() + slept[0])
     with (  # noqa: PT012
         chassis.velocity(bypasses_protection=True) as drive,
         pytest.raises(MotionRefused, match="not run for"),
@@ -277,9 +277,9 @@ def test_a_clock_that_is_set_changes_nothing(sim, chassis, monkeypatch, jump):
 
 
 def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
-    assert boottime.seconds() == pytest.approx(boottime.seconds(), abs=1.0)
+    assert watch.boot_seconds() == pytest.approx(watch.boot_seconds(), abs=1.0)
     if sys.platform == "linux":
-        assert boottime._SOURCE == time.CLOCK_BOOTTIME
+        assert watch._SOURCE == time.CLOCK_BOOTTIME
 
 
 # -- the emergency stop ----------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from woosh_pure.enums import TaskState
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
 from woosh_pure.sim import Settings
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 
 def test_a_task_drives_through_the_robots_own_client(sim, chassis, until):
@@ -327,7 +327,7 @@ def test_waiting_for_readiness_says_what_is_in_the_way(sim, chassis, until):
 
 def test_the_costmap_of_the_navigation_is_told_to_who_listens(sim, chassis, until):
     """With what it has seen; the real one is assumed to name it as move_base does."""
-    from woosh_pure.maps.gridmap_message import grid_from_message
+    from woosh_pure.maps.gridmap import grid_from_message
 
     with chassis.node.subscriber(
         "/move_base/global_costmap/costmap", "nav_msgs/OccupancyGrid", queue_size=1

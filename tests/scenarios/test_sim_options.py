@@ -15,7 +15,7 @@ import pytest
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.cli.commands import sim as command
-from woosh_pure.faults.codes import FaultLevel
+from woosh_pure.faults import FaultLevel
 from woosh_pure.maps.marks import MarkFile
 from woosh_pure.sim import Settings
 

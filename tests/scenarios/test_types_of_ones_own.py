@@ -14,7 +14,7 @@ from rosproto.msg import bundled
 from woosh_pure import Chassis, Pose2D, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.interface import ROWS
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 ALSO = ("actionlib_msgs/GoalID", "actionlib_msgs/GoalStatusArray", "rosgraph_msgs/Log", "tf2_msgs/TFMessage")
 

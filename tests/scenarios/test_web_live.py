@@ -24,8 +24,7 @@ from tests.support.slow_link import SlowLink
 from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis, SimulatedChassis, interface
 from woosh_pure.geometry import Pose2D
-from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.maps.gridmap_message import grid_message
+from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.web.api import session
 from woosh_pure.web.live import driving, frames, outgoing
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN

@@ -56,7 +56,7 @@ import asyncio, sys, time
 from woosh_pure import Chassis, Pose2D
 from woosh_pure.enums import Direction
 from woosh_pure.values.messages import stamped_pose
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 from woosh_pure.motion import Step
 
 def navigation_goal():

@@ -120,7 +120,7 @@ def load() -> None:
         interface,
         sim,  # noqa: F401
     )
-    from woosh_pure.values.rostypes import message_type
+    from woosh_pure.values.messages import message_type
 
     for package in (rosproto, woosh_pure):
         for name in package.__all__:

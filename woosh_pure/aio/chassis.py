@@ -2,28 +2,107 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import logging
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Coroutine, Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 from rosproto.logs import get_logger
 from woosh_pure.aio.calls import Calls, Later
-from woosh_pure.aio.goals import ActionHandle, NavigationHandle, StepHandle, TaskHandle
-from woosh_pure.aio.readings import Readings
-from woosh_pure.aio.verbs import block, goal, like, stopping, verb
+from woosh_pure.aio.drive import VelocityBlock
+from woosh_pure.aio.feed import Readings
+from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
 from woosh_pure.chassis import Chassis as Threaded
 from woosh_pure.chassis import core_of
-from woosh_pure.faults.codes import Faults
+from woosh_pure.faults import Faults
 
 if TYPE_CHECKING:
     from rosproto import aio as ros
     from woosh_pure import values
     from woosh_pure.lease import ChassisLease
+    from woosh_pure.motion import goal as threaded
+    from woosh_pure.velocity.drive import Drive
 
-__all__ = ["Chassis", "view"]
+__all__ = ["Chassis", "block", "goal", "like", "stopping", "verb", "view"]
+
+# -- from a verb of the threaded `Chassis` to the awaited one: same name, same arguments, same types ---------
+#
+# The signature is taken over by type checkers (a ParamSpec) and at run time (`help`, `inspect.signature`), so
+# that an argument that a verb gets is there, too, and nothing is written twice.
 
 P = ParamSpec("P")
+R = TypeVar("R")
+H = TypeVar("H", bound=GoalHandle[Any])
+
+
+class Face(Protocol):
+    """What a verb finds in the awaited `Chassis`."""
+
+    @property
+    def chassis(self) -> object: ...
+
+    @property
+    def _calls(self) -> Calls: ...
+
+
+def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
+    """Name, documentation and signature of a threaded verb for the awaited one; its own return, if given."""
+    functools.update_wrapper(made, method)  # type: ignore[arg-type]  # a function, of whatever type
+    signature = inspect.signature(method)
+    if returns:
+        signature = signature.replace(return_annotation=returns)
+    vars(made)["__signature__"] = signature
+    vars(made).pop("__wrapped__")
+    return made
+
+
+def verb(
+    method: Callable[Concatenate[Any, P], R],
+) -> Callable[Concatenate[Face, P], Coroutine[Any, Any, R]]:
+    """A verb that is awaited. Cancelled, what has not been sent is not sent any more."""
+
+    async def call(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return await self._calls.call(lambda: method(self.chassis, *args, **kwargs))
+
+    return like(method, call)
+
+
+def stopping(
+    method: Callable[Concatenate[Any, P], R],
+) -> Callable[Concatenate[Face, P], Coroutine[Any, Any, R]]:
+    """A verb that ends something: it completes, and a cancelled task waits for that."""
+
+    async def call(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return await self._calls.finish(lambda: method(self.chassis, *args, **kwargs))
+
+    return like(method, call)
+
+
+def goal(
+    method: Callable[Concatenate[Any, P], threaded.GoalHandle[Any]], handle: type[H]
+) -> Callable[Concatenate[Face, P], Goal[H]]:
+    """A verb that begins a goal: see `Goal`."""
+
+    def begin(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
+        def send() -> threaded.GoalHandle[Any]:
+            return method(self.chassis, *args, **kwargs)
+
+        return Goal(method.__name__, self._calls, send, handle)
+
+    return like(method, begin, f"Goal[{handle.__name__}]")
+
+
+def block(method: Callable[Concatenate[Any, P], Drive]) -> Callable[Concatenate[Face, P], VelocityBlock]:
+    """The verb that opens a velocity block."""
+
+    def begin(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> VelocityBlock:
+        return VelocityBlock(self._calls, lambda: method(self.chassis, *args, **kwargs))
+
+    return like(method, begin, "VelocityBlock")
+
+
 _log: logging.Logger = get_logger("woosh_pure.aio")
 
 

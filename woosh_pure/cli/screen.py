@@ -15,7 +15,7 @@ import numpy as np
 
 from rosproto.errors import RosError
 from rosproto.text import cut, printable, width
-from woosh_pure.faults.codes import StatusCode
+from woosh_pure.faults import StatusCode
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.readings import known_path, scan_in_map

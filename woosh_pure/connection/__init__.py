@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from woosh_pure.connection.address import master_uri_of
+from woosh_pure.connection.arguments import master_uri_of
 from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection
 

@@ -20,7 +20,7 @@ from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.limits import limit_error, require_message
 from woosh_pure.enums import TaskCommand
 from woosh_pure.interface import row
-from woosh_pure.values.rostypes import message_type, service_type
+from woosh_pure.values.messages import message_type, service_type
 
 __all__ = ["Clients"]
 

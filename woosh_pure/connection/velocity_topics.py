@@ -18,8 +18,7 @@ from rosproto.logs import get_logger
 from woosh_pure.connection.connection import LastWord
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
-from woosh_pure.values.messages import twist
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type, twist
 
 if TYPE_CHECKING:
     import rosproto

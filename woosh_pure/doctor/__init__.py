@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
+from woosh_pure.doctor.checks import Finding, Level
 from woosh_pure.doctor.examination import examine
-from woosh_pure.doctor.finding import Finding, Level
 
 __all__ = ["Finding", "Level", "examine"]

@@ -18,12 +18,10 @@ from rosproto.sentence import both, say
 from rosproto.transport import Deadline, HostNames, hosts_advice, parse_uri
 from rosproto.watchdog import is_watchdog_name
 from woosh_pure import interface
-from woosh_pure.doctor.definitions import check_definitions
-from woosh_pure.doctor.finding import Finding, Level
-from woosh_pure.doctor.nodes import chassis_nodes, check_nodes
+from woosh_pure.doctor.checks import Finding, Level, chassis_nodes, check_definitions, check_nodes
 from woosh_pure.feed.feed import Feed
 from woosh_pure.interface.table import Row
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 __all__ = ["Finding", "Level", "examine"]
 

@@ -19,10 +19,10 @@ from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
-from woosh_pure.connection.timeouts import require_timeout
+from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.interface.table import Row
 from woosh_pure.values.convert import stamp_of, to_value
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 if TYPE_CHECKING:
     from rosproto import Node, Subscriber

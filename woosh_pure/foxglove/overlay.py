@@ -19,7 +19,7 @@ from woosh_pure.geometry import Pose2D, quaternion_from_yaw
 
 if TYPE_CHECKING:
     from rosproto.time import Time
-    from woosh_pure.faults.codes import StatusCode
+    from woosh_pure.faults import StatusCode
     from woosh_pure.maps.marks import UserMark
     from woosh_pure.values.state import Battery, RobotStatus
 

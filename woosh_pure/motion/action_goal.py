@@ -21,9 +21,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.goal import GoalHandle
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
-from woosh_pure.values.messages import require_finite, stamped_pose
-from woosh_pure.values.poses import pose_of
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose
 
 if TYPE_CHECKING:
     import rosproto

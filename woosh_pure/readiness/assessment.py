@@ -13,18 +13,97 @@ The chassis is never probed, because every possible probe has side effects:
 
 from __future__ import annotations
 
+import re
+import threading
 from collections.abc import Collection, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from rosproto.sentence import say
 from woosh_pure.enums import RobotMode, RobotState, WorkMode
-from woosh_pure.faults.codes import Department, FaultLevel, StatusCode
-from woosh_pure.readiness.other_goals import ROBOT_ITSELF
+from woosh_pure.faults import Department, FaultLevel, StatusCode, decode_status_code
 from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
 if TYPE_CHECKING:
     from woosh_pure.values.state import RobotStatus
+
+__all__ = ["Refusals"]
+
+_CODE = re.compile(r"(?<!\d)\d{12}(?!\d)")
+_STOPPED = (RobotState.FAULT, RobotState.MAPPING)
+_SAYS_NOTHING = (None, RobotState.UNDEFINED, RobotState.UNINITIALISED)
+
+
+@dataclass(frozen=True, slots=True)
+class _Refusal:
+    at: float
+    reason: Reason
+    sources: frozenset[tuple[int, int, int, int]]
+
+
+class Refusals:
+    """The newest refusal or failure of a motion, remembered until its cause is shown to be over.
+
+    A cause from before we connected (a pressed emergency stop, a bumper that was hit) may never appear on a
+    topic. Its only trace is that a motion is refused. So the refusal is remembered, and readiness lists it as
+    a reason. Safe from any thread.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._last: _Refusal | None = None
+
+    def note(self, text: str, at: float, state: RobotState | None = None) -> None:
+        """Remember that a motion was refused or has failed.
+
+        Args:
+            text: Which motion, and the chassis's words for why.
+            at: When, by the monotonic clock.
+            state: The robot's state reported along with it; None when it was not.
+        """
+        severe = [code for code in _codes(text) if code.level is FaultLevel.SEVERE]
+        blocking = bool(severe) or state in _STOPPED
+        doubt = not blocking and state in _SAYS_NOTHING
+        reason = Reason(ReasonKey.REFUSED, text, blocking, doubt)
+        with self._lock:
+            self._last = _Refusal(at, reason, frozenset(code.source for code in severe))
+
+    def end(self) -> None:
+        """Forget the refusal: the robot has moved since."""
+        with self._lock:
+            self._last = None
+
+    def end_before(self, moment: float) -> None:
+        """Forget a refusal from before this moment, at which the robot reported that it is over."""
+        with self._lock:
+            if self._last is not None and self._last.at < moment:
+                self._last = None
+
+    def doubt(self) -> None:
+        """Its cause may be over: the robot may have been started again."""
+        with self._lock:
+            if self._last is not None:
+                self._last = replace(self._last, reason=self._last.reason.doubted())
+
+    def receive(self, code: StatusCode) -> None:
+        """Take in a status code; one that ends a fault also ends the refusal because of it."""
+        if not code.known or code.level is not FaultLevel.NORMAL:
+            return
+        depth = 4 if code.submodule else 3
+        with self._lock:
+            last = self._last
+            if last is not None and any(s[:depth] == code.source[:depth] for s in last.sources):
+                self._last = None
+
+    def reasons(self) -> tuple[Reason, ...]:
+        """The remembered refusal as reasons, for a `Readiness`."""
+        with self._lock:
+            return () if self._last is None else (self._last.reason,)
+
+
+def _codes(text: str) -> list[StatusCode]:
+    return [decode_status_code(int(number)) for number in _CODE.findall(text)]
+
 
 NOT_HEARD = (
     "no /robot_status heard yet (it is sent on change only), so an emergency stop, a fault or a mode from "
@@ -37,6 +116,10 @@ KEY_TRIGGERED = (
     "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "
     "is not documented"
 )
+
+
+ROBOT_ITSELF = "/ros_interface"
+"""The chassis's own node that carries out tasks, which is a client of the action servers."""
 
 
 def assess(

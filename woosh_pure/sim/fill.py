@@ -10,7 +10,7 @@ import numpy as np
 
 from woosh_pure.geometry import Pose2D, Velocity, quaternion_from_yaw
 from woosh_pure.sim.sensors import Camera, cast
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 if TYPE_CHECKING:
     from woosh_pure.sim.world import World

@@ -15,7 +15,7 @@ from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.interface.table import Row
 from woosh_pure.sim.costmap import TOPIC as COSTMAP
 from woosh_pure.sim.network import Network, RobotNode
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 __all__ = ["Graph", "Handlers", "RevisedGoal", "revised_action", "revised_listener", "revised_service"]
 

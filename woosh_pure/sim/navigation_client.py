@@ -16,8 +16,7 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
-from woosh_pure.values.messages import stamped_pose
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type, stamped_pose
 
 if TYPE_CHECKING:
     from woosh_pure.firmware.revisions import Firmware

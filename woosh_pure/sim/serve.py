@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from woosh_pure.enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.maps.gridmap_message import grid_from_message, grid_message
+from woosh_pure.maps.gridmap import grid_from_message, grid_message
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.fill import fill_plan
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.tasks import TaskRequest
 from woosh_pure.sim.world import NavigationSettings
-from woosh_pure.values.messages import stamped_pose
-from woosh_pure.values.poses import pose_of
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type, pose_of, stamped_pose
 
 if TYPE_CHECKING:
     import threading

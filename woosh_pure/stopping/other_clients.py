@@ -30,7 +30,7 @@ from woosh_pure.interface.table import actions
 from woosh_pure.stopping.keeper import Job, begin
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.running import Running
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.values.messages import message_type
 
 logger = get_logger("woosh_pure.stop")
 _ANSWER = 2.0  # seconds for the master

@@ -13,7 +13,7 @@ from rosproto.watchdog import LastCall, LastMessage, Watch, Watchdog
 from woosh_pure.connection.connection import Connection
 from woosh_pure.enums import TaskCommand
 from woosh_pure.interface.table import row
-from woosh_pure.values.rostypes import message_type, service_type
+from woosh_pure.values.messages import message_type, service_type
 
 __all__ = ["Watched"]
 

@@ -20,10 +20,10 @@ from woosh_pure.enums import (
     TaskType,
     WorkMode,
 )
-from woosh_pure.faults.codes import StatusCode, decode_status_code
+from woosh_pure.faults import StatusCode, decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.values import state as v
-from woosh_pure.values.poses import pose_of
+from woosh_pure.values.messages import pose_of
 
 __all__ = ["stamp_of", "to_value"]
 

@@ -6,12 +6,35 @@ import math
 import time
 from typing import Any
 
+import rosproto
 from rosproto.numbers import as_float
 from rosproto.sentence import say
-from woosh_pure.geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw
-from woosh_pure.values.rostypes import message_type
+from woosh_pure.geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw, yaw_from_quaternion
 
-__all__ = ["polygon", "pose_message", "pose_with_covariance", "require_finite", "stamped_pose", "twist"]
+__all__ = [
+    "message_type",
+    "polygon",
+    "pose_message",
+    "pose_of",
+    "pose_with_covariance",
+    "require_finite",
+    "service_type",
+    "stamped_pose",
+    "twist",
+]
+
+# -- message classes by name, typed Any: their fields are made at run time, so no type checker can know them -
+
+
+def message_type(name: str) -> Any:
+    """The class of a message type, "package/Type"."""
+    return rosproto.message_class(name)
+
+
+def service_type(name: str) -> Any:
+    """The class of a service type, "package/Type"."""
+    return rosproto.service_class(name)
+
 
 _LARGEST = 3.4e38
 
@@ -100,3 +123,11 @@ def polygon(footprint: Footprint) -> Any:
     point = message_type("geometry_msgs/Point32")
     message.points = [point(x=x, y=y, z=0.0) for x, y in footprint.points]
     return message
+
+
+def pose_of(pose: Any, frame: str, child: str = "base_link") -> Pose2D:
+    """geometry_msgs/Pose to a `Pose2D`; height, roll and pitch are left out."""
+    q = pose.orientation
+    return Pose2D(
+        pose.position.x, pose.position.y, yaw_from_quaternion(q.x, q.y, q.z, q.w), frame.lstrip("/"), child
+    )

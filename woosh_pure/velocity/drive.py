@@ -27,9 +27,8 @@ from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
 from woosh_pure.stopping.keeper import SLICE, Flag
-from woosh_pure.velocity.heartbeat import Heartbeat
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
-from woosh_pure.velocity.watch import DriveWatch
+from woosh_pure.velocity.watch import DriveWatch, Heartbeat
 
 if TYPE_CHECKING:
     from types import TracebackType

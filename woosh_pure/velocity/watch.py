@@ -5,23 +5,123 @@ A drive that has ended is never resumed: it may have been a person who stopped t
 
 from __future__ import annotations
 
+import threading
 import time
 from typing import TYPE_CHECKING
 
-from rosproto.errors import ConnectionLost, RosError
+from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError
+from rosproto.logs import get_logger
+from rosproto.node import NodeClient
 from rosproto.sentence import say
+from rosproto.transport import parse_uri
+from woosh_pure.connection.other_drivers import is_refused
 from woosh_pure.errors import MotionRefused
-from woosh_pure.velocity import boottime
-from woosh_pure.velocity.heartbeat import LATE
+from woosh_pure.interface.table import ROBOT_NODES
 
 if TYPE_CHECKING:
     import rosproto
     from woosh_pure.feed.feed import Feed
     from woosh_pure.geometry import Velocity
     from woosh_pure.readiness.knowledge import Knowledge
-    from woosh_pure.velocity.heartbeat import Heartbeat
+    from woosh_pure.stopping.keeper import Flag
 
-__all__ = ["DriveWatch"]
+__all__ = ["LATE", "DriveWatch", "Heartbeat", "boot_seconds"]
+
+
+def _source() -> int | None:
+    # Linux: CLOCK_BOOTTIME. macOS and the BSDs: CLOCK_MONOTONIC, unlike what time.monotonic() takes there.
+    # Windows has neither; its time.monotonic() goes on in sleep.
+    found: int | None = getattr(time, "CLOCK_BOOTTIME", getattr(time, "CLOCK_MONOTONIC", None))
+    return found
+
+
+_SOURCE = _source()
+
+
+def boot_seconds() -> float:
+    """Seconds since an arbitrary moment; never set, and going on while the computer sleeps.
+
+    `time.monotonic()` stands still on Linux and macOS while a laptop is closed, so that a command given
+    before would seem fresh afterwards. Wall time does count it, but people and NTP set it.
+    """
+    if _SOURCE is None or not hasattr(time, "clock_gettime"):
+        return time.monotonic()
+    now: float = time.clock_gettime(_SOURCE)
+    return now
+
+
+LATE = 1.0
+"""Seconds without an answer after which what is sent counts as late."""
+_PERIOD = 0.25
+logger = get_logger("woosh_pure.velocity")
+
+
+class Heartbeat:
+    """Whether velocities still reach the robot in time: the node that listens is asked now and then.
+
+    For a drive that does without measured velocities. A link alone tells nothing for many seconds: TCP keeps
+    what the network does not deliver, and delivers it later. The question is `getPid` of
+    wiki.ros.org/ROS/Slave_API, which every node answers at once. It is asked in a thread, until `over` is
+    set.
+
+    Args:
+        node: In whose name to ask.
+        publisher: Of the velocity topic; somebody is connected.
+        over: Ends it.
+    """
+
+    def __init__(self, node: rosproto.Node, publisher: rosproto.Publisher, over: Flag) -> None:
+        self._node = node
+        self._publisher = publisher
+        self._over = over
+        self._answered: float | None = None
+
+    def start(self) -> None:
+        """Ask for the first time, at most two seconds, and go on in the background.
+
+        A node that cannot be asked at all (a firewall) is no reason not to drive: that is logged, and `late`
+        stays false.
+        """
+        try:
+            listener = min(self._publisher.subscribers, key=lambda name: name not in ROBOT_NODES)
+            uri = self._node.master.lookup_node(listener, timeout=LATE)
+            with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
+                self._ask(client)
+        except (RosError, ValueError) as error:
+            logger.warning(
+                "! %s: who listens cannot be asked (%s): nothing ends this drive when the network delivers "
+                "late; watch the robot",
+                self._publisher.topic,
+                error,
+            )
+            return
+        threading.Thread(target=self._run, args=(uri,), name="woosh:heartbeat", daemon=True).start()
+
+    @property
+    def late(self) -> bool:
+        """Whether the last answered question is too long ago."""
+        return self._answered is not None and boot_seconds() - self._answered > LATE
+
+    def _run(self, uri: str) -> None:
+        with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
+            while not self._over.wait(_PERIOD):
+                try:
+                    self._ask(client)
+                except RosError:
+                    continue
+
+    def _ask(self, client: NodeClient) -> None:
+        """One question. What counts is when an answered one was asked: a late answer is no answer."""
+        asked = boot_seconds()
+        try:
+            client.get_pid(timeout=LATE)
+        except (MasterError, RemoteProtocolError):
+            pass  # an odd answer, but one
+        except ConnectionLost as error:
+            if not is_refused(error) or self._node.hosts.is_guess(parse_uri(client.uri)[0]):
+                raise  # refused: the robot's computer has answered; that the node is gone tells its link
+        self._answered = asked
+
 
 PAUSED = 1.0
 """A drive is over when its sending thread has not run for so many seconds."""
@@ -58,7 +158,7 @@ class DriveWatch:
         self._heartbeat = heartbeat
         self._check = check
         self._measured = measured
-        self._last = self._obeyed = boottime.seconds()
+        self._last = self._obeyed = boot_seconds()
 
     def problem(self, sent: Velocity) -> RosError | None:
         """Why the drive is over now; None while it is not.
@@ -70,7 +170,7 @@ class DriveWatch:
 
     def _paused(self) -> RosError | None:
         """A stopped process, a debugger, a closed laptop: the robot drove on, and is not where it was."""
-        now = boottime.seconds()
+        now = boot_seconds()
         pause, self._last = now - self._last, now
         if pause <= PAUSED:
             return None
@@ -124,7 +224,7 @@ class DriveWatch:
         The chassis does not report an emergency stop that was pressed before we connected; without this, the
         robot would start as soon as somebody releases the button.
         """
-        now = boottime.seconds()
+        now = boot_seconds()
         if sent.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR) or not measured.is_standing():
             self._obeyed = now
             if not measured.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR):

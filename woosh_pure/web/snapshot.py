@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.text import printable
 
 if TYPE_CHECKING:
-    from woosh_pure.faults.codes import Faults
+    from woosh_pure.faults import Faults
     from woosh_pure.feed.feed import Reading
     from woosh_pure.geometry import Pose2D, Velocity
     from woosh_pure.lease import LeaseState

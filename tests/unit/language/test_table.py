@@ -12,7 +12,7 @@ from rosproto.errors import RosError
 from rosproto.sentence import both, led, say
 from rosproto.text import width
 from woosh_pure.cli.output import Output
-from woosh_pure.faults.codes import all_codes, decode_status_code, with_words
+from woosh_pure.faults import all_codes, decode_status_code, with_words
 from woosh_pure.language import LANGUAGES
 from woosh_pure.language.table import Row, Words, read_table, words_for
 from woosh_pure.stopping.report import StopReport

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from woosh_pure.connection.address import master_uri_of
+from woosh_pure.connection.arguments import master_uri_of
 from woosh_pure.enums import (
     ActionState,
     ActionType,
@@ -17,7 +17,7 @@ from woosh_pure.enums import (
     TaskType,
     WorkMode,
 )
-from woosh_pure.faults.codes import decode_status_code
+from woosh_pure.faults import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.marks import MarkFile
 from woosh_pure.motion.steps import Step, check_steps
@@ -197,7 +197,7 @@ def test_only_an_arrival_is_true():
 def test_goals_of_other_clients_are_known_by_the_name_in_their_id():
     from types import SimpleNamespace
 
-    from woosh_pure.readiness.other_goals import OtherGoals
+    from woosh_pure.readiness.knowledge import OtherGoals
 
     def message(*goals):
         entries = [SimpleNamespace(goal_id=SimpleNamespace(id=i), status=s) for i, s in goals]

@@ -26,7 +26,7 @@ from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_
 from woosh_pure.cli.screen import Scene, Screen
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import GoalFailed, MotionRefused
-from woosh_pure.faults.codes import decode_status_code
+from woosh_pure.faults import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.outcome import Outcome, OutcomeKind

@@ -33,7 +33,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _save(address: str, args: Namespace, out: Output) -> int:
-    from woosh_pure.connection.address import master_uri_of
+    from woosh_pure.connection.arguments import master_uri_of
 
     uri = master_uri_of(address)
     if not args.unchecked:

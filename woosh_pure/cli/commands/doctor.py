@@ -22,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
-    from woosh_pure.connection.address import master_uri_of
+    from woosh_pure.connection.arguments import master_uri_of
     from woosh_pure.doctor.examination import Level, examine
 
     with ExitStack() as stack:

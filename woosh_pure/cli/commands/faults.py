@@ -13,7 +13,7 @@ from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.cli.readiness import is_there, nobody_there
 from woosh_pure.errors import ChassisError
-from woosh_pure.faults.codes import StatusCode, all_codes, decode_status_code
+from woosh_pure.faults import StatusCode, all_codes, decode_status_code
 
 HELP = "show active faults, or what a status code means (exit code 1: there are faults; 5: not known)"
 

@@ -42,8 +42,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
     from rosproto import Node
-    from woosh_pure.connection.address import master_uri_of
-    from woosh_pure.firmware.learn import Knowledge, judge
+    from woosh_pure.connection.arguments import master_uri_of
+    from woosh_pure.firmware.learn import KnownDefinitions, judge
     from woosh_pure.firmware.survey import survey
 
     folder = args.folder or revisions_folder()
@@ -63,7 +63,9 @@ def run(args: Namespace, out: Output) -> int:
             )
         answers = survey(node, timeout=args.timeout, parallel=args.parallel)
         learned = () if args.no_learned else learned_paths(folder)
-        knowledge = Knowledge([*learned, *map(Path, args.msg_path or ()), *map(Path, environment_paths())])
+        knowledge = KnownDefinitions(
+            [*learned, *map(Path, args.msg_path or ()), *map(Path, environment_paths())]
+        )
         judgements = [judge(answer, knowledge) for answer in answers]
     _print(judgements, out, everything=args.all)
     skipped: list[str] = []
@@ -103,7 +105,7 @@ def _keep(
 ) -> list[Path]:
     """Write what is new; what no file can be named after goes to `skipped`."""
     from rosproto.transport import parse_uri
-    from woosh_pure.firmware.learned_sets import make_sets, why_not_kept, write_set
+    from woosh_pure.firmware.learn import make_sets, why_not_kept, write_set
 
     new = []
     for judgement in judgements:

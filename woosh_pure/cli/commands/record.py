@@ -37,7 +37,7 @@ def run(args: Namespace, out: Output) -> int:
     from rosproto import Node
     from rosproto.cli import follow_recording, interrupt_on_signals, recorder_options
     from rosproto.recording import Recorder
-    from woosh_pure.connection.address import master_uri_of
+    from woosh_pure.connection.arguments import master_uri_of
 
     if not args.output_name and not args.output_prefix:
         args.output_prefix = "woosh"

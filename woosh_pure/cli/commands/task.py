@@ -94,7 +94,7 @@ def run(args: Namespace, out: Output) -> int:
 
 def _command(chassis: Chassis, args: Namespace, out: Output) -> int:
     from rosproto.errors import RosTimeout
-    from woosh_pure.values.rostypes import service_type
+    from woosh_pure.values.messages import service_type
 
     task_id = args.id
     if task_id is None:

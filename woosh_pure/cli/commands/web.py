@@ -146,7 +146,7 @@ def _further(args: Namespace) -> list[tuple[str, str]]:
 
 def _called(address: str) -> str:
     """A robot without a name has that of its computer, and of its port where it is not the usual one."""
-    from woosh_pure.connection.address import DEFAULT_PORT, master_uri_of
+    from woosh_pure.connection.arguments import DEFAULT_PORT, master_uri_of
 
     master = urlsplit(master_uri_of(address))
     port = "" if master.port in (None, DEFAULT_PORT) else f":{master.port}"

@@ -18,7 +18,7 @@ from rosproto.sentence import say
 from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
-from woosh_pure.maps.gridmap_message import grid_from_message
+from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, context_of, problems, robot_of
 from woosh_pure.web.camera import jpeg_of, png_of

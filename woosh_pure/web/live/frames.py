@@ -22,7 +22,7 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
-from woosh_pure.maps.gridmap_message import grid_from_message
+from woosh_pure.maps.gridmap import grid_from_message
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -28,7 +28,7 @@ from woosh_pure.enums import (
     TaskType,
     WorkMode,
 )
-from woosh_pure.faults.codes import ActiveFaults, FaultLevel, all_codes, decode_status_code
+from woosh_pure.faults import ActiveFaults, FaultLevel, all_codes, decode_status_code
 from woosh_pure.geometry import Footprint, Pose2D, normalize_angle, quaternion_from_yaw, yaw_from_quaternion
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.sim.site import built_in_site

@@ -10,9 +10,8 @@ import pytest
 from tests.unit.woosh.test_values import status
 from woosh_pure.enums import RobotMode, RobotState
 from woosh_pure.errors import MotionRefused
-from woosh_pure.faults.codes import Faults, decode_status_code
-from woosh_pure.readiness.assessment import assess, triggered_keys
-from woosh_pure.readiness.refusals import Refusals
+from woosh_pure.faults import Faults, decode_status_code
+from woosh_pure.readiness.assessment import Refusals, assess, triggered_keys
 from woosh_pure.reasons import Readiness, Ready, Reason, ReasonKey
 
 STOP, RELEASED = 110201000013, 110201000000

@@ -1,12 +1,14 @@
-"""Which master: a host, a URI, or nothing ($ROS_MASTER_URI)."""
+"""What a caller gives, checked: which master (a host, a URI, nothing: $ROS_MASTER_URI), and time limits."""
 
 from __future__ import annotations
 
+import math
 import os
 
+from rosproto.numbers import as_float
 from rosproto.sentence import say
 
-__all__ = ["DEFAULT_PORT", "VENDOR_ADDRESS", "master_uri_of"]
+__all__ = ["DEFAULT_PORT", "LONGEST", "VENDOR_ADDRESS", "master_uri_of", "require_limit", "require_timeout"]
 
 DEFAULT_PORT = 11311
 VENDOR_ADDRESS = "169.254.128.2"
@@ -67,3 +69,44 @@ def _as_uri(address: str | None) -> str:
     host = f"[{text}]" if bare_ipv6 else text
     has_port = host.rpartition(":")[2].isdigit() and not host.endswith("]")
     return f"http://{host}/" if has_port else f"http://{host}:{DEFAULT_PORT}/"
+
+
+LONGEST = 864_000.0
+"""Seconds."""
+
+
+def require_timeout(timeout: float | None, name: str = "timeout") -> float | None:
+    """A time limit, checked, as a float: seconds of at least 0, or None for no limit.
+
+    Raises:
+        ValueError: It is negative or NaN. (A NaN would never be over, a negative one over at once.)
+    """
+    seconds = as_float(timeout)
+    if seconds is None or (seconds >= 0.0 and not math.isnan(seconds)):
+        return seconds
+    raise ValueError(
+        say(
+            "{name}={timeout}: expected seconds of at least 0, or None to wait for ever",
+            name=name,
+            timeout=timeout,
+        )
+    )
+
+
+def require_limit(timeout: float, name: str = "timeout") -> float:
+    """As `require_timeout`, where there is always a limit: at most 10 days, since the system's own waits take
+    no number as large as a float can be.
+
+    Raises:
+        ValueError: It is negative, NaN or infinite.
+    """
+    seconds = as_float(timeout)
+    if seconds is None or not 0.0 <= seconds < math.inf:
+        raise ValueError(
+            say(
+                "{name}={timeout}: expected seconds of at least 0, and not for ever",
+                name=name,
+                timeout=timeout,
+            )
+        )
+    return min(seconds, LONGEST)
