@@ -65,7 +65,9 @@ class Drive:
 
     @property
     def others(self) -> tuple[str, ...]:
-        """Nodes that can send velocities, too, as last seen."""
+        """Nodes that can send velocities, too, as last seen: looked for every 2 s, each newcomer is logged
+        as a warning, and one that is seen to send ends the drive.
+        """
         return self.drive.others
 
     def set(
@@ -77,7 +79,7 @@ class Drive:
         valid_for: float = 0.5,
         since: float | None = None,
     ) -> None:
-        """Command a body velocity that lapses by itself, as `woosh_pure.velocity.Drive.set`; does not wait.
+        """Command a body velocity that lapses by itself. Does not wait.
 
         Args:
             vx: Forward speed, m/s, in base_link (REP 103: x forward).
@@ -94,7 +96,7 @@ class Drive:
         self.drive.set(vx, wz, vy=vy, valid_for=valid_for, since=since)
 
     async def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
-        """Keep a velocity for `seconds`, then zero; raises as soon as the drive is over (see `set`).
+        """Keep a velocity for `seconds`, then zero; raises at once when the drive is over (see `set`).
         Cancelled, zero follows at once.
 
         Args:
@@ -122,7 +124,7 @@ class Drive:
         self.set(0.0, 0.0)
 
     def halt(self, why: str) -> None:
-        """End the drive; zero follows at once and nothing resumes. Does not wait."""
+        """End the drive from outside; zero follows at once and nothing resumes. Waits for nothing."""
         self.drive.halt(why)
 
 

@@ -65,7 +65,7 @@ class Feed(Generic[T]):
         return self
 
     async def wait_connected(self, timeout: float = FIRST_USE) -> bool:
-        """Wait until every publisher the master names is connected (or cannot be), latched values included.
+        """Wait until each publisher the master lists is connected or has failed, latched values included.
 
         Returns:
             True when at least one publisher is connected.
@@ -76,7 +76,7 @@ class Feed(Generic[T]):
 
     @property
     def known(self) -> Reading[T] | None:
-        """The newest reading, None when nothing was heard; does not subscribe."""
+        """As `reading`, but neither subscribes nor waits; also None when this feed was never used."""
         return self.feed.known
 
     @property
@@ -116,7 +116,7 @@ class Feed(Generic[T]):
 
     @property
     def history(self) -> tuple[Reading[T], ...]:
-        """The last readings, oldest first: 100 of them, of pictures and clouds 3."""
+        """The last readings, oldest first: 100 of them, or 3 for pictures and point clouds."""
         return self.feed.known_history if self.reading is not None else ()
 
     @property
@@ -126,23 +126,23 @@ class Feed(Generic[T]):
 
     @property
     def sources(self) -> frozenset[str]:
-        """Addresses ("host:port") of the publishers connected now."""
+        """Addresses ("host:port") of the publishers connected now; a new address means a new process."""
         return self.feed.sources
 
     @property
     def errors(self) -> list[Exception]:
-        """What went wrong on its links, the last few."""
+        """The last few errors on its links: refused by a publisher, connection lost ..."""
         return self.feed.errors
 
     @property
     def unreachable(self) -> str:
-        """Why none of its publishers is connected, although the master names some; "" else."""
+        """Why none of its publishers is connected although the master lists some; "" otherwise."""
         return self.feed.unreachable
 
     @property
     def outdated(self) -> bool:
-        """True when what was heard of a topic that is sent on change only may be over: its link has broken
-        since, and a change in between was told to nobody here.
+        """True when the last value of a topic sent only on change may be out of date, because its link has
+        broken since, and a change in between was missed.
         """
         return self.feed.outdated
 
@@ -260,7 +260,7 @@ class Readings:
     _calls: Calls
 
     def feed(self, name: str) -> Feed[Any]:
-        """A feed by its name in the interface table, or by its topic: any topic that the chassis publishes.
+        """A feed by its name in the interface table or by its topic; works for every topic of the chassis.
 
         Topics without a property of their own give the messages themselves.
 
@@ -315,7 +315,7 @@ class Readings:
 
     @property
     def measured_velocity(self) -> Feed[Velocity]:
-        """`/odom_twist`: what the base really does, m/s and rad/s."""
+        """`/odom_twist`: how the base actually moves, m/s and rad/s."""
         return self._feed(self.chassis.measured_velocity)
 
     @property
@@ -335,12 +335,12 @@ class Readings:
 
     @property
     def odometry_raw(self) -> Feed[values.Odometry]:
-        """`/odom_raw`: by the wheels alone."""
+        """`/odom_raw`: from the wheels alone."""
         return self._feed(self.chassis.odometry_raw)
 
     @property
     def odometry(self) -> Feed[values.Odometry]:
-        """`/odom`: wheels and IMU."""
+        """`/odom`: from wheels and IMU."""
         return self._feed(self.chassis.odometry)
 
     @property

@@ -102,7 +102,7 @@ class GoalHandle(Generic[P]):
         self.handle.on_progress(lambda progress: notify(loop, callback, progress))
 
     async def progress(self) -> AsyncIterator[P]:
-        """Reports as they come, a slow loop skips to the newest; ends with the goal."""
+        """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
         newest: Mailbox[P] = Mailbox(1)
         self.handle.on_progress(newest.put)
         known = self.handle.latest_progress
@@ -123,8 +123,8 @@ class GoalHandle(Generic[P]):
             newest.close()
 
     async def wait(self, timeout: float | Default | None = OWN_DEFAULT, *, raises: bool = True) -> Outcome:
-        """Wait for the end, as `motion.goal.GoalHandle.wait`. Cancelling the task that waits cancels
-        the goal, and waits for the chassis to confirm it.
+        """Wait for the end. Cancelling the task that waits cancels the goal, and waits for the chassis to
+        confirm it.
 
         Args:
             timeout: Seconds; then the goal is cancelled. None waits for ever; left out: `default_timeout`.
@@ -159,7 +159,7 @@ class GoalHandle(Generic[P]):
         return self.wait().__await__()
 
     async def cancel(self, timeout: float = 5.0) -> Outcome:
-        """End it now and wait until the chassis confirms; begun it completes, also when this task is
+        """End it now and wait until the chassis confirms. Begun it completes, also when this task is
         cancelled.
 
         Returns:
@@ -198,11 +198,11 @@ class TaskHandle(GoalHandle[RobotStatus]):
         await self._calls.finish(self.handle.pause)
 
     async def resume(self) -> None:
-        """Go on after `pause`; cancelled meanwhile, the task is cancelled."""
+        """Go on after `pause`. Cancelled meanwhile, the task is cancelled."""
         await self._calls.or_end(self.handle.resume, self._end)
 
     async def interrupt_wait(self) -> None:
-        """End the wait the task is in; cancelled meanwhile, the task is cancelled."""
+        """End the wait the task is in (task state 5). Cancelled meanwhile, the task is cancelled."""
         await self._calls.or_end(self.handle.interrupt_wait, self._end)
 
 
@@ -230,7 +230,7 @@ class StepHandle(ActionHandle):
 
     @property
     def percent(self) -> float:
-        """How much of the whole goal is done, each step counting the same; goes on over a pause."""
+        """How much of the whole goal is done, each step weighing the same; continues across a pause."""
         return self.handle.percent
 
     def remaining(self) -> tuple[Step, ...]:
@@ -246,7 +246,10 @@ class StepHandle(ActionHandle):
         await self._calls.finish(self.handle.pause)
 
     async def resume(self) -> None:
-        """Go on after `pause` with the steps that remain; cancelled meanwhile, the move is cancelled."""
+        """Go on after `pause` by sending the remaining steps again, as the interface prescribes.
+
+        Cancelled meanwhile, the move is cancelled.
+        """
         await self._calls.or_end(self.handle.resume, self._end)
 
 

@@ -57,7 +57,7 @@ class ActionHandle(GoalHandle[Any]):
 
     @property
     def drives(self) -> bool:
-        """True while it may move the base."""
+        """True while this goal may move the base."""
         return self._drives
 
     def send(
@@ -307,7 +307,7 @@ class StepHandle(ActionHandle):
 
     @property
     def drives(self) -> bool:
-        """True while it may move the base."""
+        """True while this goal may move the base."""
         return not self._paused
 
     @property

@@ -63,7 +63,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     @property
     def drives(self) -> bool:
-        """True while the task may move the base."""
+        """True while this goal may move the base."""
         return self.state not in (TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
     def send(self, since: int, *, check: bool, replace: bool) -> None:

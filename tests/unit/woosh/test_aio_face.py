@@ -1,8 +1,9 @@
-"""Whatever the threaded face has, the awaited one has, with the same arguments."""
+"""Whatever the threaded face has, the awaited one has, with the same arguments and the same words."""
 
 from __future__ import annotations
 
 import inspect
+import re
 from typing import Any
 
 import pytest
@@ -46,6 +47,20 @@ OTHER_ARGUMENTS = {
     "wait": {"meanwhile"},  # other tasks run meanwhile; `progress()` shows how far it is
     "on": {"connect"},  # of use inside only
 }
+OTHER_WORDS = {
+    "Chassis.faults": "it is awaited",
+    "Chassis.node": "it is awaited",
+    "Chassis.wait_until": "its example is awaited",
+    "Feed.on": "the callback is called in the loop",
+    "Feed.open": "it waits for the links",
+    "Feed.wait_for": "`accept` is called in the loop",
+    "GoalHandle.on_progress": "the callback is called in the loop",
+    "TaskHandle.on_progress": "the callback is called in the loop",
+    "ActionHandle.on_progress": "the callback is called in the loop",
+    "NavigationHandle.on_progress": "the callback is called in the loop",
+    "StepHandle.on_progress": "the callback is called in the loop",
+}
+"""Members whose first sentence differs, and why."""
 
 
 def public(cls: type) -> set[str]:
@@ -75,6 +90,20 @@ def test_a_member_is_there_with_the_same_arguments(threaded: type, awaited: type
     for left_out in OTHER_ARGUMENTS.get(name, ()):
         wanted.pop(left_out, None)
     assert {p.name: p.default for p in list(inspect.signature(other).parameters.values())[1:]} == wanted
+
+
+def first_sentence(member: object) -> str:
+    words = " ".join((inspect.getdoc(member) or "").partition("\n\n")[0].split())
+    return re.split(r"(?<=\.)\s", words)[0]
+
+
+@pytest.mark.parametrize(
+    ("threaded", "awaited", "name"), MEMBERS, ids=[f"{t.__name__}.{n}" for t, _, n in MEMBERS]
+)
+def test_a_member_says_first_what_the_threaded_one_says(threaded: type, awaited: type, name: str) -> None:
+    """One feed is not "how the base moves" on one face and "what it does" on the other."""
+    one, other = (first_sentence(inspect.getattr_static(cls, name)) for cls in (threaded, awaited))
+    assert (one == other) is (f"{threaded.__name__}.{name}" not in OTHER_WORDS), (one, other)
 
 
 @pytest.mark.parametrize("name", sorted(LEFT_OUT))
