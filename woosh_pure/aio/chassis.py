@@ -224,7 +224,8 @@ class Chassis(Readings):
 
     @property
     def lease(self) -> ChassisLease:
-        """Who commands this robot now, among those who use this object: the page, the REST door, your program.
+        """Who commands this robot now, among those who use this object: the page, the REST door, your
+        program.
 
         Its methods answer at once.
         """

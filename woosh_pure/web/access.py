@@ -24,6 +24,7 @@ from urllib.parse import urlsplit
 
 from rosproto.sentence import say
 from rosproto.text import printable
+from rosproto.transport import is_loopback
 
 COOKIE = "woosh_token"
 _AUTHORITY = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::[0-9]{1,5})?")
@@ -43,16 +44,6 @@ def host_of(header: str) -> str:
     """The lower-case name in a Host header or a URL's authority, without the port; "" if it is malformed."""
     found = _AUTHORITY.fullmatch(header.strip())
     return "" if found is None else (found[1] or found[2]).rstrip(".").lower()
-
-
-def is_loopback(address: str) -> bool:
-    """Whether an address to listen on can be reached from this computer only."""
-    if address.lower() == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(address.strip("[]")).is_loopback
-    except ValueError:
-        return False
 
 
 def _is_number(host: str) -> bool:

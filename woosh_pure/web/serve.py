@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from woosh_pure.web.access import is_loopback
+from rosproto.transport import is_loopback
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine

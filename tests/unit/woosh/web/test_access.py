@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from woosh_pure.web.access import MOST_BUCKETS, AccessRules, TokenBucket, host_of, is_loopback
+from woosh_pure.web.access import MOST_BUCKETS, AccessRules, TokenBucket, host_of
 
 GOOD_HOSTS = [
     "localhost",
@@ -151,19 +151,3 @@ def test_a_bucket_does_not_fill_beyond_its_burst_or_by_a_clock_that_goes_back() 
 def test_hosts_lose_their_port_and_their_case() -> None:
     assert host_of("ROBOT.local.:80") == "robot.local"
     assert host_of("[2001:db8::1]:80") == "2001:db8::1"
-
-
-@pytest.mark.parametrize(
-    ("bind", "inside"),
-    [
-        ("127.0.0.1", True),
-        ("localhost", True),
-        ("::1", True),
-        ("0.0.0.0", False),
-        ("::", False),
-        ("robot", False),
-        ("", False),
-    ],
-)
-def test_loopback(bind: str, inside: bool) -> None:
-    assert is_loopback(bind) == inside
