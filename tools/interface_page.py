@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from woosh_pure.chassis import Chassis
+from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Row
-from woosh_pure.interface.table import ROWS, row
+from woosh_pure.interface.table import row
 
 __all__ = ["VERBS", "Verb", "how", "page"]
 

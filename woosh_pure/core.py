@@ -17,8 +17,6 @@ from woosh_pure.readiness.knowledge import Knowledge
 from woosh_pure.stopping.running import Running
 from woosh_pure.stopping.watched import Watched
 
-__all__ = ["Core"]
-
 logger = get_logger("woosh_pure.core")
 
 

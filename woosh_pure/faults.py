@@ -389,7 +389,3 @@ class ActiveFaults:
     def active(self) -> tuple[StatusCode, ...]:
         """Active faults, the worst first, then in order of arrival."""
         return tuple(sorted((fault for fault, _ in self._active.values()), key=lambda fault: -fault.level))
-
-    def has_source(self, department: Department, module: int, submodule: int) -> bool:
-        """True when a fault of this submodule is active."""
-        return any(f.source[1:] == (department, module, submodule) for f in self.active)

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from woosh_pure.core import Core
     from woosh_pure.maps.gridmap import GridMap
 
-__all__ = ["Peripherals"]
 
 _STRIPS = {"base": ("/rgbled",), "shelf": ("/rgbled_shelf", "/kShelfLedColorPubName")}
 _FOOTPRINTS = {

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from woosh_pure import values
     from woosh_pure.values.state import LaserScan
 
-__all__ = ["Readings", "in_base", "known_path", "scan_in_base", "scan_in_map"]
-
 
 class Readings:
     """The part of `Chassis` that only listens."""

@@ -19,8 +19,6 @@ from weakref import WeakSet
 from rosproto.aio import Pool
 from woosh_pure.connection.call_scope import CallScope, call_scope
 
-__all__ = ["Calls", "Later"]
-
 T = TypeVar("T")
 _THREADS = 64
 

@@ -15,7 +15,7 @@ from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.faults import StatusCode
 from woosh_pure.feed.feed import FIRST_USE, Reading
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.interface.table import Row
+from woosh_pure.interface.schema import Row
 
 if TYPE_CHECKING:
     from woosh_pure import readings, values

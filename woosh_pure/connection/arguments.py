@@ -8,8 +8,6 @@ import os
 from rosproto.numbers import as_float
 from rosproto.sentence import say
 
-__all__ = ["DEFAULT_PORT", "LONGEST", "VENDOR_ADDRESS", "master_uri_of", "require_limit", "require_timeout"]
-
 DEFAULT_PORT = 11311
 VENDOR_ADDRESS = "169.254.128.2"
 """The chassis on its debug Ethernet port."""

@@ -16,8 +16,6 @@ from rosproto.node import Cancellation
 from rosproto.sentence import say
 from woosh_pure.errors import MotionRefused
 
-__all__ = ["CallScope", "call_scope", "current"]
-
 logger = get_logger("woosh_pure.aio")
 _here = threading.local()
 

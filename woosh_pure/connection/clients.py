@@ -22,8 +22,6 @@ from woosh_pure.enums import TaskCommand
 from woosh_pure.interface import row
 from woosh_pure.values.messages import message_type, service_type
 
-__all__ = ["Clients"]
-
 
 class Clients:
     """Publishers, service clients and action clients of one chassis.

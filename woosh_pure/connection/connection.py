@@ -16,8 +16,6 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import say
 from rosproto.watchdog import Place, place_beside
 
-__all__ = ["Connection", "LastWord", "say_elsewhere"]
-
 _MAKING = 3.0  # seconds; what a signal handler has interrupted is made only afterwards
 
 

@@ -19,7 +19,6 @@ from woosh_pure.firmware.revisions import revision_of
 if TYPE_CHECKING:
     import rosproto
 
-__all__ = ["limit_error", "require_goal", "require_message", "require_steps"]
 
 # A kind of step needs its constant in the goal, and a diagonal one needs the field for its direction.
 _STEP_CONSTANTS = {StepMode.LATERAL: "LATERAL", StepMode.DIAGONAL: "DIAGONALIZE"}

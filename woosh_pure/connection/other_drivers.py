@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import rosproto
     from rosproto.node import SystemState
 
-__all__ = ["OtherDriver", "is_refused", "other_drivers"]
 
 _ASK = 1.0  # seconds for one node to answer
 _WHOLE_TOPIC = -1  # in place of a connection's number, which is never negative

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     import rosproto
     from woosh_pure.connection.connection import Connection
 
-__all__ = ["VELOCITY_TOPICS", "VelocityTopics"]
 
 VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.velocity")

@@ -19,14 +19,12 @@ from rosproto.sentence import both, led, say
 from rosproto.transport import Deadline, connect, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import revision_label
-from woosh_pure.interface.table import Row
+from woosh_pure.interface.schema import Row
 from woosh_pure.values.messages import message_type, service_type
 
 if TYPE_CHECKING:
     import rosproto
     from rosproto.transport import HostNames
-
-__all__ = ["Finding", "Level", "chassis_nodes", "check_definitions", "check_nodes", "finding_of", "name_list"]
 
 
 class Level(Enum):

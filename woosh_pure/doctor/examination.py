@@ -20,10 +20,8 @@ from rosproto.watchdog import is_watchdog_name
 from woosh_pure import interface
 from woosh_pure.doctor.checks import Finding, Level, chassis_nodes, check_definitions, check_nodes
 from woosh_pure.feed.feed import Feed
-from woosh_pure.interface.table import Row
+from woosh_pure.interface.schema import Row
 from woosh_pure.values.messages import message_type
-
-__all__ = ["Finding", "Level", "examine"]
 
 CORE = ("/robot_status", "/exec_task", "/move_base")
 """Without these it is no chassis; all else depends on the model."""

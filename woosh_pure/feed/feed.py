@@ -20,14 +20,13 @@ from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.arguments import require_timeout
-from woosh_pure.interface.table import Row
+from woosh_pure.interface.schema import Row
 from woosh_pure.values.convert import stamp_of, to_value
 from woosh_pure.values.messages import message_type
 
 if TYPE_CHECKING:
     from rosproto import Node, Subscriber
 
-__all__ = ["Feed", "Reading"]
 
 T = TypeVar("T")
 logger = get_logger("woosh_pure.feed")

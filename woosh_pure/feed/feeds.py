@@ -15,8 +15,6 @@ from woosh_pure.feed.feed import Feed
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface import find, row
 
-__all__ = ["Feeds"]
-
 # A link counts as lost when its publisher has been away for this long. A restart of one of the chassis's
 # nodes takes about a second and is no reason to give up a task.
 _LOST_AFTER = 5.0

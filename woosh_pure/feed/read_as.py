@@ -16,7 +16,6 @@ from rosproto.node import TopicType, Unfit, revised_type
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["ReadAs"]
 
 _log = get_logger("woosh_pure")
 

@@ -20,8 +20,6 @@ from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_f
 from rosproto.sentence import say
 from woosh_pure.firmware.survey import Answer
 
-__all__ = ["Judgement", "KnownDefinitions", "LearnedSet", "judge", "make_sets", "why_not_kept", "write_set"]
-
 
 class Judgement(NamedTuple):
     """What was found out about one answer.

@@ -17,7 +17,6 @@ from rosproto.transport import Deadline
 if TYPE_CHECKING:
     import rosproto
 
-__all__ = ["Answer", "survey"]
 
 ONE_QUESTION = 3.0  # seconds for one peer
 

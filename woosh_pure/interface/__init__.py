@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Flow, Row
 from woosh_pure.interface.table import (
     PAGE_ALIASES,
     ROBOT_NODES,
-    ROWS,
     actions,
     feeds,
     find,

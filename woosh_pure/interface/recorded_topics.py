@@ -11,7 +11,6 @@ from woosh_pure.interface.table import topics as rows
 if TYPE_CHECKING:
     from rosproto.recording import TopicSelection
 
-__all__ = ["ALWAYS", "HEAVY", "selection_of"]
 
 ALWAYS = ("pose", "battery")
 """Feeds that are in every recording: without them nobody can tell later where and how the robot was."""

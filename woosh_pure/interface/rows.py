@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from woosh_pure.interface.schema import Row
 
-__all__ = ["ROWS"]
-
 _BASE = "/mobile_base_nodelet_manager"
 _RI = "/ros_interface"
 _MOVE = "/move_base"

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["Flow", "Kind", "Row", "Source"]
-
 Kind = Literal["topic", "service", "action"]
 Flow = Literal["read", "write", "call", "act"]
 Source = Literal["page", "seen", "package"]

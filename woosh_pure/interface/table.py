@@ -9,20 +9,6 @@ from rosproto.sentence import say
 from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Flow, Row
 
-__all__ = [
-    "PAGE_ALIASES",
-    "ROBOT_NODES",
-    "ROWS",
-    "Row",
-    "actions",
-    "driving_patterns",
-    "feeds",
-    "find",
-    "row",
-    "services",
-    "topics",
-]
-
 PAGE_ALIASES: dict[str, dict[str, str]] = {
     "woosh_msgs/ExecTask": {"task_exec": "task_exect", "statuscode": "statusCode"},
     "woosh_msgs/StepControlGoal": {"StepControl": "stepControl"},

@@ -22,7 +22,6 @@ from woosh_pure.geometry import Pose2D
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["read_map", "write_map"]
 
 _MODES = ("trinary", "scale", "raw")
 _CHANNELS = {b"P2": 1, b"P5": 1, b"P3": 3, b"P6": 3}

@@ -28,14 +28,6 @@ if TYPE_CHECKING:
     from woosh_pure.core import Core
     from woosh_pure.interface.schema import Row
 
-__all__ = [
-    "ActionHandle",
-    "NavigationHandle",
-    "NavigationProgress",
-    "StepHandle",
-    "StepProgress",
-    "start_action",
-]
 
 logger = get_logger("woosh_pure.goal")
 

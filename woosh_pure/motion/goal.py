@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from woosh_pure.connection.connection import LastWord
     from woosh_pure.core import Core
 
-__all__ = ["OWN_DEFAULT", "Default", "GoalHandle"]
 
 P = TypeVar("P")
 logger = get_logger("woosh_pure.goal")

@@ -23,8 +23,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import Enum
 
-__all__ = ["Event", "State", "next_state", "state_after"]
-
 
 class State(Enum):
     """Where a motion is."""

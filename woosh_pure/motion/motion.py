@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from woosh_pure.connection.connection import LastWord
     from woosh_pure.core import Core
 
-__all__ = ["Kind", "Motion"]
 
 R = TypeVar("R")
 logger = get_logger("woosh_pure.goal")

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from woosh_pure.core import Core
 
-__all__ = ["Moving"]
-
 
 class Moving:
     """The part of `Chassis` that moves the robot under the chassis's own protection."""

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from rosproto.node import PreparedCall
     from woosh_pure.core import Core
 
-__all__ = ["TaskHandle", "TaskOptions", "TaskOrder", "start_task"]
 
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS, _ONCE_MORE = 10.0, 2.0

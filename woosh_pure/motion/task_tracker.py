@@ -21,8 +21,6 @@ from woosh_pure.enums import RobotState, TaskState
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.state import RobotStatus
 
-__all__ = ["Ending", "TaskTracker", "new_task_id"]
-
 _ENDS = {
     TaskState.COMPLETED: OutcomeKind.ARRIVED,
     TaskState.CANCELLED: OutcomeKind.CANCELLED,

@@ -27,7 +27,6 @@ from woosh_pure.reasons import Readiness, Reason, ReasonKey
 if TYPE_CHECKING:
     from woosh_pure.values.state import RobotStatus
 
-__all__ = ["Refusals"]
 
 _CODE = re.compile(r"(?<!\d)\d{12}(?!\d)")
 _STOPPED = (RobotState.FAULT, RobotState.MAPPING)

@@ -23,7 +23,6 @@ from woosh_pure.values.messages import message_type
 if TYPE_CHECKING:
     import rosproto
 
-__all__ = ["OtherGoals"]
 
 _ACTIONS = ("/move_base", "/cmd_vel_control")
 _UNDER_WAY = (0, 1, 6, 7)  # actionlib_msgs/GoalStatus: pending, active, preempting, recalling

@@ -20,17 +20,6 @@ from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.planner import Planner
 from woosh_pure.sim.settings import Settings
 
-__all__ = [
-    "Avoidance",
-    "NavigationSettings",
-    "NavigationWorld",
-    "Obstacle",
-    "Surroundings",
-    "Touch",
-    "leaves_room_to_stop",
-]
-
-
 Obstacle = tuple[float, float, float]
 """A round obstacle: x, y, radius in m in the map."""
 

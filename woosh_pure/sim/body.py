@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 
 from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
 
-__all__ = ["Body", "BodyLimits", "integrate"]
-
 
 @dataclass(frozen=True, slots=True)
 class BodyLimits:

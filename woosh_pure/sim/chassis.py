@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from woosh_pure.maps.gridmap import GridMap
     from woosh_pure.sim.tasks import StatusRecord
 
-__all__ = ["SimulatedChassis"]
 
 logger = get_logger("woosh_pure.sim")
 MOST_FILES = 1024

@@ -13,7 +13,6 @@ from woosh_pure.maps.gridmap import GridMap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["TOPIC", "Costmap"]
 
 TOPIC = "/move_base/global_costmap/costmap"
 """As move_base names it; whether the real one publishes it is not known (assumed)."""

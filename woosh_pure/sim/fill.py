@@ -15,7 +15,6 @@ from woosh_pure.values.messages import message_type
 if TYPE_CHECKING:
     from woosh_pure.sim.world import World
 
-__all__ = ["FILLERS", "RATES", "fill_plan", "fill_status", "fill_transforms", "stamp"]
 
 BEAMS = 360
 RANGE_MIN, RANGE_MAX = 0.05, 30.0

@@ -12,13 +12,10 @@ from rosproto.action import action_type
 from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
-from woosh_pure.interface.table import Row
+from woosh_pure.interface.schema import Row
 from woosh_pure.sim.costmap import TOPIC as COSTMAP
 from woosh_pure.sim.network import Network, RobotNode
 from woosh_pure.values.messages import message_type
-
-__all__ = ["Graph", "Handlers", "RevisedGoal", "revised_action", "revised_listener", "revised_service"]
-
 
 _ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
 """Types whose definition is not published: what the simulated chassis has instead; clients learn it."""

@@ -13,8 +13,6 @@ from dataclasses import replace
 from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.sim.body import Body
 
-__all__ = ["Localization"]
-
 _LOCATED, _LOST, _STARTED, _NOT_THERE = 130103000000, 130103000012, 130103000021, 140201000022
 _NEAR, _NEAR_ANGLE = 1.0, 0.6  # m, rad: a hint this near to the truth lets the localisation converge
 

@@ -16,8 +16,6 @@ from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.body import Body
 
-__all__ = ["Motion", "MotionState", "PathMotion", "StepMotion"]
-
 
 class MotionState(Enum):
     """Where a motion is, or how it ended."""

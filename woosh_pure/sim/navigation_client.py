@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from woosh_pure.firmware.revisions import Firmware
     from woosh_pure.sim.graph import Graph
 
-__all__ = ["NavigationClient", "NavigationMotion"]
 
 logger = get_logger("woosh_pure.sim")
 

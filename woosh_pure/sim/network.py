@@ -15,8 +15,6 @@ from typing import Any
 
 import rosproto
 
-__all__ = ["Network", "RobotNode"]
-
 _KEPT = 10  # messages of one publisher that wait for the link: as many as a publisher's queue holds
 
 

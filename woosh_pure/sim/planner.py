@@ -15,7 +15,6 @@ from woosh_pure.maps.gridmap import GridMap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Planner"]
 
 _Cell = tuple[int, int]
 _NEIGHBOURS = [(-1, 0, 1.0), (1, 0, 1.0), (0, -1, 1.0), (0, 1, 1.0)] + [

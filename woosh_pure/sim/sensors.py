@@ -19,8 +19,6 @@ from woosh_pure.maps.gridmap import GridMap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Camera", "cast"]
-
 
 def cast(
     grid: GridMap,

@@ -11,10 +11,10 @@ from woosh_pure.enums import NavigationMode, StepControlMode, StepMode, TaskComm
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import grid_from_message, grid_message
 from woosh_pure.motion.steps import Step
+from woosh_pure.sim.avoidance import NavigationSettings
 from woosh_pure.sim.fill import fill_plan
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.tasks import TaskRequest
-from woosh_pure.sim.world import NavigationSettings
 from woosh_pure.values.messages import message_type, pose_of, stamped_pose
 
 if TYPE_CHECKING:
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from woosh_pure.sim.graph import Graph
     from woosh_pure.sim.network import Network
     from woosh_pure.sim.world import World
-
-__all__ = ["Server", "Simulation"]
 
 
 def _poses(messages: Any) -> list[Pose2D]:

@@ -8,8 +8,6 @@ from typing import Literal
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.body import BodyLimits
 
-__all__ = ["Settings"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:

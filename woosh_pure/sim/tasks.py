@@ -24,8 +24,6 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
 from woosh_pure.sim.site import Site
 
-__all__ = ["StatusRecord", "TaskMachine", "TaskReply", "TaskRequest", "TaskWorld"]
-
 
 @dataclass(frozen=True, slots=True)
 class TaskRequest:

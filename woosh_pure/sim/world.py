@@ -25,8 +25,6 @@ from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site, built_in_site
 from woosh_pure.sim.tasks import StatusRecord, TaskMachine
 
-__all__ = ["NavigationSettings", "SimulatedBattery", "World"]
-
 
 class SimulatedBattery:
     """A 24 V, 40 Ah battery, as far as a client can see it: drains by time and by driving, charges at the

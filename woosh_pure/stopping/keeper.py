@@ -27,8 +27,6 @@ from typing import Any, Generic, TypeVar
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 
-__all__ = ["SLICE", "Flag", "Job", "Keeper", "begin"]
-
 SLICE = 0.1
 """Seconds: on Windows a lock that waits cannot be interrupted, so waits are cut into slices."""
 

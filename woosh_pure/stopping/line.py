@@ -21,8 +21,6 @@ from typing import Protocol
 
 from woosh_pure.stopping.keeper import Flag
 
-__all__ = ["Ending", "StopLine", "Stoppable"]
-
 _SOON, _SOON_TIMES = 0.05, 5  # seconds; how often after a stop: a velocity may just have been on its way
 _AGAIN = 1.0  # seconds
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 
 from rosproto.sentence import both, say, shown
 
-__all__ = ["StopReport"]
-
 
 @dataclass(slots=True)
 class StopReport:

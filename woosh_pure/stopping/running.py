@@ -29,8 +29,6 @@ from woosh_pure.stopping.keeper import Job, Keeper, begin
 from woosh_pure.stopping.line import Ending, StopLine, Stoppable
 from woosh_pure.stopping.report import StopReport
 
-__all__ = ["OwnDrive", "OwnMotion", "Running", "cancel_goals"]
-
 logger = get_logger("woosh_pure.core")
 _JUST = 5.0  # seconds
 _WRITTEN = 0.5  # seconds for the first round, before what takes time

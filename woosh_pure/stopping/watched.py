@@ -15,8 +15,6 @@ from woosh_pure.enums import TaskCommand
 from woosh_pure.interface.table import row
 from woosh_pure.values.messages import message_type, service_type
 
-__all__ = ["Watched"]
-
 
 class Watched:
     """Tells the watchdog what begins and ends. Safe from any thread; without a watchdog it does nothing.

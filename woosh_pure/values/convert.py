@@ -25,8 +25,6 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.values import state as v
 from woosh_pure.values.messages import pose_of
 
-__all__ = ["stamp_of", "to_value"]
-
 
 def stamp_of(message: Any) -> float | None:
     """The message's own stamp in s since 1970; None when it has no header or an empty stamp."""

@@ -11,18 +11,6 @@ from rosproto.numbers import as_float
 from rosproto.sentence import say
 from woosh_pure.geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw, yaw_from_quaternion
 
-__all__ = [
-    "message_type",
-    "polygon",
-    "pose_message",
-    "pose_of",
-    "pose_with_covariance",
-    "require_finite",
-    "service_type",
-    "stamped_pose",
-    "twist",
-]
-
 # -- message classes by name, typed Any: their fields are made at run time, so no type checker can know them -
 
 

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
     from woosh_pure.core import Core
 
-__all__ = ["Drive"]
 
 logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0

@@ -9,8 +9,6 @@ from rosproto.numbers import as_float
 from rosproto.sentence import say
 from woosh_pure.geometry import Velocity
 
-__all__ = ["DEFAULT_ANGULAR", "DEFAULT_LINEAR", "DriveLimits", "Shaper"]
-
 DEFAULT_LINEAR = 0.3
 """m/s, where /driver_base/parameter is silent."""
 DEFAULT_ANGULAR = 0.5

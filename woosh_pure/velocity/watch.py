@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from woosh_pure.readiness.knowledge import Knowledge
     from woosh_pure.stopping.keeper import Flag
 
-__all__ = ["LATE", "DriveWatch", "Heartbeat", "boot_seconds"]
-
 
 def _source() -> int | None:
     # Linux: CLOCK_BOOTTIME. macOS and the BSDs: CLOCK_MONOTONIC, unlike what time.monotonic() takes there.

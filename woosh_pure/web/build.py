@@ -27,8 +27,6 @@ from woosh_pure.web.middleware import SecurityMiddleware
 from woosh_pure.web.problems import MEDIA_TYPE, Problem, problem_of
 from woosh_pure.web.snapshot import text_of
 
-__all__ = ["PAGE", "build"]
-
 PAGE = Path(__file__).parent / "page"
 _ROBOT = (
     *(readings.state, commands.goals, stop.router, readings.maps, readings.pictures, readings.feeds),

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from woosh_pure.feed.feed import Reading
     from woosh_pure.values.state import Image
 
-__all__ = ["FEEDS", "SharedCamera", "jpeg_of", "png_of"]
 
 FEEDS = {"color": "camera", "depth": "depth"}
 MOST_WIDTH, QUALITY = 640, 70

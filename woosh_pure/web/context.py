@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from woosh_pure.web.access import AccessRules
     from woosh_pure.web.robot import Robot
 
-__all__ = ["WebContext"]
-
 
 class WebContext:
     """What the parts of one application share.

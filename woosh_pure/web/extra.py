@@ -9,8 +9,6 @@ from typing import Any
 
 from rosproto.sentence import say
 
-__all__ = ["pillow", "require"]
-
 
 def require() -> None:
     """Check that all of them are installed.

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from woosh_pure.motion.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = ["Entry", "Goal", "GoalManager", "Journal"]
 
 MOST_KEPT, MOST_RUNNING = 200, 8
 

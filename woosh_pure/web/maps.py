@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from woosh_pure.geometry import Pose2D
     from woosh_pure.maps.gridmap import GridMap
 
-__all__ = ["KnownMap", "MapCache", "WebMark", "marks_of"]
 
 FRESH = 30.0
 """Seconds after which the map is fetched again if somebody looks at it."""

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from woosh_pure.web.access import Key
     from woosh_pure.web.context import WebContext
 
-__all__ = ["CONTENT_POLICY", "MOST_BODY", "SecurityMiddleware", "token_of"]
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]

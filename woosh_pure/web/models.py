@@ -6,18 +6,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = [
-    "Answer",
-    "GoalRequest",
-    "GrantRequest",
-    "LeaseRequest",
-    "LoginRequest",
-    "PoseRequest",
-    "ProblemDocument",
-    "RecordingRequest",
-    "StopRequest",
-]
-
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e5, le=1e5, description="m")]
 Radians = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0, description="rad")]
 Seconds = Annotated[

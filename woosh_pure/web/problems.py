@@ -15,8 +15,6 @@ from rosproto.logs import get_logger
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 
-__all__ = ["MEDIA_TYPE", "Problem", "problem_of"]
-
 MEDIA_TYPE = "application/problem+json"
 _logger = get_logger("woosh_pure.web")
 _TITLES = {

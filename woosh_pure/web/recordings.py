@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rosproto.recording import Recorder
     from woosh_pure.chassis import Chassis
 
-__all__ = ["Recording", "RecordingManager"]
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 

@@ -27,8 +27,6 @@ ALSO_SHOWN = ("scan", "plan", "tf_static")
 STOP_SECONDS = 5.0
 """Seconds that a stop watches whether the robot comes to rest."""
 
-__all__ = ["Robot", "Stops"]
-
 
 class Stops:
     """The stops of one robot. They have threads of their own, which no request and no other robot can take.

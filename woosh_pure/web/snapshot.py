@@ -23,18 +23,6 @@ if TYPE_CHECKING:
     from woosh_pure.stopping.report import StopReport
     from woosh_pure.values.state import Battery, RobotStatus
 
-__all__ = [
-    "LISTENED",
-    "ages",
-    "faults_part",
-    "lease_part",
-    "plain",
-    "pose_part",
-    "readiness_part",
-    "state_parts",
-    "stop_part",
-    "text_of",
-]
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
 """The feeds that the snapshot is made from."""

@@ -23,7 +23,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
     from woosh_pure.connection.arguments import master_uri_of
-    from woosh_pure.doctor.examination import Level, examine
+    from woosh_pure.doctor.checks import Level
+    from woosh_pure.doctor.examination import examine
 
     with ExitStack() as stack:
         address: str | None

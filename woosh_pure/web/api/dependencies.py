@@ -15,17 +15,6 @@ if TYPE_CHECKING:
     from woosh_pure.web.context import WebContext
     from woosh_pure.web.robot import Robot
 
-__all__ = [
-    "PROBLEMS",
-    "address_of",
-    "check_command",
-    "client_of",
-    "context_of",
-    "name_of",
-    "named_robot",
-    "problems",
-    "robot_of",
-]
 
 SESSION = "x-woosh-session"
 

@@ -28,8 +28,6 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["LATEST", "SILENCE", "DeadMan", "State", "Verdict"]
-
 SILENCE = 0.4
 """A drive is over after so many seconds without a beat in time."""
 VALID_FOR = 0.3

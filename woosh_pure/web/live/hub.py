@@ -26,7 +26,6 @@ from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
 if TYPE_CHECKING:
     from woosh_pure.web.robot import Robot
 
-__all__ = ["STATE_PARTS", "Hub", "Workers"]
 
 R = TypeVar("R")
 

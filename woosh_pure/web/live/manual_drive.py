@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.velocity.drive import Drive
 
-__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "ManualDrive"]
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive at most. Lower limits of the chassis hold, too."""

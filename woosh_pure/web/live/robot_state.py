@@ -19,15 +19,6 @@ if TYPE_CHECKING:
     from woosh_pure.values.state import LaserScan
     from woosh_pure.web.robot import Robot
 
-__all__ = [
-    "LASER_FEEDS",
-    "Mounting",
-    "laser_mounting",
-    "path_points",
-    "round_outline",
-    "slow_parts",
-    "snapshot",
-]
 
 LASER_FEEDS = ("scan", "plan", "tf_static")
 ASSUMED_RADIUS = 0.3
