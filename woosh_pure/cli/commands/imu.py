@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, count, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -33,8 +34,13 @@ def run(args: Namespace, out: Output) -> int:
 def _show(imu: Imu, out: Output) -> None:
 
     w, a = imu.angular_velocity, imu.linear_acceleration
-    yaw = "none" if imu.orientation is None else f"{math.degrees(yaw_from_quaternion(*imu.orientation)):.1f}°"
+    turned = imu.orientation
+    yaw = say("none") if turned is None else f"{math.degrees(yaw_from_quaternion(*turned)):.1f}°"
     out.line(
-        f"rates {w[0]:+.3f} {w[1]:+.3f} {w[2]:+.3f} rad/s   "
-        f"acceleration {a[0]:+.3f} {a[1]:+.3f} {a[2]:+.3f} m/s²   yaw {yaw}"
+        say(
+            "rates {rates} rad/s   acceleration {acceleration} m/s²   yaw {yaw}",
+            rates=f"{w[0]:+.3f} {w[1]:+.3f} {w[2]:+.3f}",
+            acceleration=f"{a[0]:+.3f} {a[1]:+.3f} {a[2]:+.3f}",
+            yaw=yaw,
+        )
     )

@@ -57,8 +57,18 @@ def _facts(grid: GridMap) -> dict[str, Any]:
 
 
 def _say(grid: GridMap, out: Output) -> None:
-    metres = f"{grid.width * grid.resolution:.1f} m x {grid.height * grid.resolution:.1f} m"
-    out.line(f"{grid.width} x {grid.height} cells of {grid.resolution:.3f} m, {metres}, from {grid.origin}")
+    cells = "{width} x {height} cells of {metres:.3f} m, {across:.1f} m x {along:.1f} m, from {origin}"
+    out.line(
+        say(
+            cells,
+            width=grid.width,
+            height=grid.height,
+            metres=grid.resolution,
+            across=grid.width * grid.resolution,
+            along=grid.height * grid.resolution,
+            origin=grid.origin,
+        )
+    )
 
 
 def _get(chassis: Chassis, out: Output) -> GridMap:
@@ -88,7 +98,7 @@ def _save(args: Namespace, out: Output) -> int:
             files[-1].write_bytes(_draw(chassis, grid, args.listen, out))
     _say(grid, out)
     for file in files:
-        out.line(f"wrote {file}")
+        out.line(say("wrote {path}", path=file))
     out.result({**_facts(grid), "files": [str(file) for file in files]})
     return 0
 

@@ -50,8 +50,13 @@ def run(args: Namespace, out: Output) -> int:
         points = scan_in_base(chassis, scan)
         ways, nearest = free_ways(points, args.width), nearest_of(points)
         out.line(
-            f"{counted(scan.ranges.size, 'ray')} in {scan.frame}, {len(points)} see something, "
-            f"{scan.range_max:g} m at most"
+            say(
+                "{all} in {frame}, {seeing} see something, {most:g} m at most",
+                all=counted(scan.ranges.size, "ray"),
+                frame=scan.frame,
+                seeing=len(points),
+                most=scan.range_max,
+            )
         )
         if nearest is not None:
             out.line(
