@@ -63,12 +63,23 @@ def test_interrupts_neither_end_nor_hasten_it_and_are_raised_afterwards(keeper):
 
 
 def test_an_interrupt_does_not_hide_what_went_wrong(keeper):
+    interrupted = threading.Event()
+
+    def interrupt(number, frame):
+        interrupted.set()
+        raise KeyboardInterrupt
+
     def work() -> None:
         signal.raise_signal(signal.SIGINT)
+        assert interrupted.wait(10.0), "the main thread has not seen the signal"
         raise ValueError("not stopped")
 
-    with pytest.raises(KeyboardInterrupt) as caught:
-        keeper.do(work, 20.0)
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt) as caught:
+            keeper.do(work, 20.0)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert isinstance(caught.value.__cause__, ValueError)
 
 
