@@ -7,10 +7,11 @@ they use. It imports no part. What a part needs of another one is handed to it b
 from __future__ import annotations
 
 import itertools
+import logging
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto import names
 from rosproto.logs import PeerLog, get_logger
@@ -25,10 +26,6 @@ from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.host_names import HostNames
-
-if TYPE_CHECKING:
-    import logging
-
 
 _log = get_logger("rosproto.node")
 
@@ -173,9 +170,7 @@ class Context:
 
     @property
     def logger(self) -> logging.Logger:
-        """The logger that carries the node's name; whether it is published is the business of `rosout/`."""
-        import logging
-
+        """The logger that carries the node's name; whether it is published is the business of `rosout.py`."""
         return logging.getLogger("ros" + self.name.replace("/", "."))
 
     def resolve_name(self, name: str) -> str:

@@ -8,6 +8,7 @@ as a callable; nothing below this file names `Node`.
 
 from __future__ import annotations
 
+import logging
 import os
 import threading
 from collections.abc import Callable, Iterable, Mapping
@@ -42,8 +43,6 @@ from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
 
 if TYPE_CHECKING:
-    import logging
-
     from rosproto.node.rosout import Rosout
     from rosproto.node.services.table import Services
 
@@ -157,9 +156,7 @@ class Node:
             on_topic=self._accept,
         )
         self._topics = TopicTable(context)
-        self._master_monitor = MasterMonitor(
-            context, self._topics, listen=self._listen, moved=self._moved, each_look=self._attach_rosout
-        )
+        self._master_monitor = MasterMonitor(context, self._topics, listen=self._listen, moved=self._moved)
         context.check_again = self._master_monitor.verify
         context.fork_callbacks.append(self._topics.abandon)
         self._slave = SlaveApi(
@@ -430,8 +427,6 @@ class Node:
     @property
     def logger(self) -> logging.Logger:
         """A logger whose records also go to /rosout (with `rosout=True`)."""
-        if self._rosout is not None:
-            _ = self._rosout.handler  # the logger has it now
         return self._context.logger
 
     @property
@@ -573,7 +568,3 @@ class Node:
         if self.closed:
             why = f" ({self.close_reason})" if self.close_reason else ""
             raise LocalProtocolError(f"node {self.name} is closed{why}; open another one")
-
-    def _attach_rosout(self) -> None:
-        if self._rosout is not None:
-            self._rosout.attach_if_used()

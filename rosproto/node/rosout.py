@@ -4,9 +4,6 @@
 latched, as rospy and roscpp do. The library's own records are not published: a record about /rosout on
 /rosout would go round for ever (pitfall 61).
 
-`logging` is not imported for this: the handler is put on `node.logger` when the program asks for that, when
-`logging` is there already, or within a second of its import (the master monitor looks).
-
 Every ROS node has the services ~get_loggers and ~set_logger_level for its log levels. Python's loggers
 belong to the process, so all nodes of a process answer alike. A level is changed only when somebody asks
 for it by the service; names that no program uses are refused, since a logger once made is never freed.
@@ -18,20 +15,16 @@ client.py `_get_loggers`.
 from __future__ import annotations
 
 import itertools
-import sys
+import logging
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.node.context import Context
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.services.server import ServiceServer
-
-if TYPE_CHECKING:
-    import logging
-
 
 _TABLE = (
     # name, rosgraph_msgs/Log, logging
@@ -61,15 +54,11 @@ ROOT = "root"
 
 def logger_names() -> list[str]:
     """The root logger and every logger that a program has asked for, sorted."""
-    import logging
-
     made = logging.root.manager.loggerDict.items()
     return [ROOT, *sorted(name for name, entry in list(made) if isinstance(entry, logging.Logger))]
 
 
 def _logger(name: str) -> logging.Logger:
-    import logging
-
     return logging.getLogger(None if name in (ROOT, "") else name)
 
 
@@ -129,6 +118,21 @@ class Loggers:
 OWN = "rosproto"
 
 
+class _Handler(logging.Handler):
+    """Publishes records, with the text that the formatter makes of them."""
+
+    def __init__(self, publish: Callable[[logging.LogRecord, str], None]) -> None:
+        super().__init__()
+        self._publish = publish
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Publish one record; what goes wrong is `logging`'s to report (`raiseExceptions`)."""
+        try:
+            self._publish(record, self.format(record))
+        except Exception:
+            self.handleError(record)
+
+
 class Rosout:
     """Publisher of /rosout for one node.
 
@@ -136,6 +140,9 @@ class Rosout:
         context: Of the node.
         publish: `Node.publisher`.
         topics: Lists the node's topics, for every record; None leaves them out.
+
+    Attributes:
+        handler: Publishes what it handles; add it to any logger. The node's own has it.
     """
 
     def __init__(
@@ -150,27 +157,9 @@ class Rosout:
         self._busy = threading.local()
         self._topics = topics
         self._publisher = publish("/rosout", self._log_class, latch=True, queue_size=100)
-        self._handler: logging.Handler | None = None
-        self._attaching = threading.Lock()
+        self.handler = _Handler(self.publish)
         context.closers.append(self._close)
-        self.attach_if_used()
-
-    @property
-    def handler(self) -> logging.Handler:
-        """Publishes what it handles; add it to any logger. The node's own has it from now on."""
-        with self._attaching:
-            if self._handler is None:
-                from rosproto.node.rosout_handler import RosoutHandler
-
-                self._handler = RosoutHandler(self.publish)
-                if not self._context.closed:
-                    self._context.logger.addHandler(self._handler)
-            return self._handler
-
-    def attach_if_used(self) -> None:
-        """Have the node's logger publish, if the program has imported `logging`: nobody can log before."""
-        if self._handler is None and "logging" in sys.modules:
-            _ = self.handler
+        context.logger.addHandler(self.handler)
 
     def publish(self, record: logging.LogRecord, text: str) -> None:
         """Send one record; one that arises meanwhile in the same thread is not sent (no loops)."""
@@ -196,6 +185,4 @@ class Rosout:
         return message
 
     def _close(self) -> None:
-        with self._attaching:
-            if self._handler is not None:
-                self._context.logger.removeHandler(self._handler)
+        self._context.logger.removeHandler(self.handler)

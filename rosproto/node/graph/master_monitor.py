@@ -89,7 +89,6 @@ class MasterMonitor:
         topics: Its topics.
         listen: Opens its servers (`Listen`).
         moved: Told the old URI when they have been opened on another address.
-        each_look: Called at each look, first.
 
     Attributes:
         period: Seconds between two looks at a master that answers.
@@ -103,13 +102,12 @@ class MasterMonitor:
         *,
         listen: Listen,
         moved: Callable[[str], None],
-        each_look: Callable[[], None],
     ) -> None:
         self.period = PERIOD
         self.full_check_every = FULL_CHECK_EVERY
         self._context = context
         self._topics = topics
-        self._listen, self._moved, self._each_look = listen, moved, each_look
+        self._listen, self._moved = listen, moved
         self._wake = threading.Condition()
         self._to_verify: dict[str, FollowedTopic] = {}
         self._hurry = False
@@ -162,7 +160,6 @@ class MasterMonitor:
             try:
                 self._notice_sleep(pause + took)  # a master that is slow to answer is no sleep
                 begun = time.monotonic()
-                self._each_look()
                 pause = self._look()
                 took = time.monotonic() - begun
             except Exception:
