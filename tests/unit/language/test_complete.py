@@ -32,6 +32,7 @@ def test_the_sources_are_read() -> None:
     assert set(NOT_FOR_PEOPLE) <= {said.template for said in all_said}
 
 
+@pytest.mark.slow
 def test_what_has_no_chinese_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
     """Shown in English; the number is for whoever reads the log of the check."""
     assert templates.main(["--check"]) == 0
