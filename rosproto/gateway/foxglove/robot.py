@@ -236,7 +236,4 @@ class _ClockReceiver:
     def offer(self, event: MessageEvent) -> None:
         if event.type_name == "rosgraph_msgs/Clock":
             seconds = event.message.clock
-            now = seconds.secs * 1_000_000_000 + seconds.nsecs
-            if event.latched:  # it may be older than what the node has had meanwhile
-                now = max(now, self._robot.node.clock.now_nsec())
-            self._robot.tell_time(now)
+            self._robot.tell_time(seconds.secs * 1_000_000_000 + seconds.nsecs)

@@ -23,9 +23,6 @@ class Topic(Protocol):
     name: str
     unfit: int
 
-    def remember(self, link: object, message: Any) -> None:
-        """Keep a latched message of that link for subscribers who come later."""
-
     def report(self, error: Exception) -> None:
         """Note an error, and tell who asked to be told."""
 
@@ -71,13 +68,11 @@ class Delivery:
             self._recipients[0].offer_one if len(recipients) == 1 and self._recipients else None
         )
 
-    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: object) -> None:
+    def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
         """Hand messages to every subscriber; runs in the link's thread."""
         stamp = self._now()
         for message in batch:
             message._connection_header = header
-        if header.get("latching") == "1":
-            self._topic.remember(link, batch[-1])
         if self._raw_recipients:
             for recipient in self._raw_recipients:
                 recipient.offer(batch, stamp)
@@ -125,10 +120,10 @@ class RevisedDelivery(Delivery):
         self._told = False
         self.offer_one = None
 
-    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: object) -> None:
+    def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
         batch = self._fitting(batch)
         if batch:
-            super().deliver(batch, header, link)
+            super().deliver(batch, header)
 
     def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
         return self._fitting(super()._decode_all(batch, header))

@@ -197,7 +197,8 @@ class LocalLink(PublisherLink):
             if delivery.newest is not None and len(frames) > delivery.newest:
                 subscription.skipped += len(frames) - delivery.newest
                 frames = frames[-delivery.newest :]
-            delivery.deliver([delivery.decode(frame, 4, len(frame)) for frame in frames], header, self)
+            batch = [delivery.decode(frame, 4, len(frame)) for frame in frames]
+            subscription.hand_out(self, delivery, batch, header, revised)
 
     def _interrupt(self) -> None:
         pipe = self._pipe

@@ -7,8 +7,9 @@ received is left to `TcprosLink` and to `LocalLink` (a publisher in this process
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from time import monotonic
-from typing import Protocol
+from typing import Any, Protocol
 
 from rosproto.errors import (
     CodecError,
@@ -61,6 +62,16 @@ class LinkOwner(Topic, Protocol):
 
     def forget_revised(self, revised: RevisedType) -> None:
         """The session that needed it is over."""
+
+    def hand_out(
+        self,
+        link: object,
+        delivery: Delivery,
+        batch: Sequence[Any],
+        header: dict[str, str],
+        revised: RevisedType | None,
+    ) -> None:
+        """Give messages that were received for `delivery` to the subscribers, and keep a latched one."""
 
     def link_changed(self) -> None:
         """A link was made or lost."""

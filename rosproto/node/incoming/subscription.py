@@ -27,7 +27,7 @@ from rosproto.node.incoming.local_link import LocalLink
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.incoming.tcpros_link import TcprosLink
-from rosproto.node.revisions.revisions import RevisedType, note_differences, revised_type
+from rosproto.node.revisions.revisions import RevisedType, Unfit, note_differences, revised_type
 from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import PublisherReply
@@ -297,10 +297,32 @@ class Subscription:
             message_definition=reply.message_definition,
         )
 
-    def remember(self, link: object, message: Any) -> None:
-        """Keep a latched message for subscribers of this node that come later."""
-        if link in self.links.values():
-            self._latched[link] = message
+    def hand_out(
+        self,
+        link: object,
+        delivery: Delivery,
+        batch: Sequence[Any],
+        header: dict[str, str],
+        revised: RevisedType | None,
+    ) -> None:
+        """Give messages that a link received for `delivery` to the subscribers.
+
+        A latched one is kept for those that come later. Keeping it and looking who is there is one step, so
+        that a subscriber that came since `delivery` was asked for gets it too, and gets it once.
+        """
+        if header.get("latching") == "1":
+            with self._condition:
+                self._keep_latched(link, batch, header)
+                present = self.delivery if revised is None else self.delivery_for(revised)
+            if present is not delivery:
+                present.deliver_to_newcomers(delivery, batch, header)
+        delivery.deliver(batch, header)
+
+    def _keep_latched(self, link: object, batch: Sequence[Any], header: dict[str, str]) -> None:
+        fitting = [message for message in batch if type(message) is not Unfit]
+        if fitting and link in self.links.values():
+            fitting[-1]._connection_header = header
+            self._latched[link] = fitting[-1]
 
     def report(self, error: Exception) -> None:
         """A link failed: note it and tell who asked to be told."""

@@ -294,7 +294,7 @@ class TcprosLink(PublisherLink):
     def _receive(self) -> None:
         reader, subscription, header, revised = self._reader, self.subscription, self.header, self._revised
         assert reader is not None
-        latching = header.get("latching") == "1"  # then `deliver` remembers the message
+        latching = header.get("latching") == "1"
         plain = revised is None and not latching
         while True:
             present = subscription.delivery
@@ -303,12 +303,15 @@ class TcprosLink(PublisherLink):
                 present = subscription.delivery  # what came is for whoever is there now
             delivery = present if revised is None else subscription.delivery_for(revised)
             batch = reader.receive(delivery.decode, delivery.owns, delivery.newest)
+            if latching:
+                subscription.hand_out(self, delivery, batch, header, revised)
+                continue
             if subscription.delivery is not present:
                 # Somebody subscribed while we waited for this, and has been told that the topic is open.
                 renewed = subscription.delivery if revised is None else subscription.delivery_for(revised)
                 renewed.deliver_to_newcomers(delivery, batch, header)
-            if len(batch) > 1 or latching or delivery.offer_one is None:
-                delivery.deliver(batch, header, self)
+            if len(batch) > 1 or delivery.offer_one is None:
+                delivery.deliver(batch, header)
             else:
                 # By far the most frequent case: after the wait for a message every call costs its latency.
                 message = batch[0]

@@ -133,7 +133,8 @@ class UdprosLink(TcprosLink):
         self._messages += 1
         subscription, revised = self.subscription, self._revised
         delivery = subscription.delivery if revised is None else subscription.delivery_for(revised)
-        delivery.deliver([delivery.decode(body, 0, len(body))], self.header, self)
+        batch = [delivery.decode(body, 0, len(body))]
+        subscription.hand_out(self, delivery, batch, self.header, revised)
 
     def _ask_whether_connected(self, sock: socket.socket) -> None:
         """Raises ConnectionLost when the publisher does not have us among its connections, or is gone.

@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 
+from rosproto.errors import RosTimeout
 from rosproto.master import Master
 from rosproto.node import Node
+from rosproto.node.incoming.delivery import Delivery
 from rosproto.node.incoming.subscription import Subscription
 from tests.support.victim import eventually
 
@@ -60,3 +62,41 @@ def test_a_decoder_is_made_by_the_link() -> None:
         assert subscription.delivery is first
         with pytest.raises(AttributeError, match="nothing"):
             _ = subscription.nothing
+
+
+@pytest.mark.parametrize("intraprocess", [False, True], ids=["TCPROS", "intraprocess"])
+@pytest.mark.parametrize(
+    ("owner", "name", "expected"),
+    [(Subscription, "hand_out", ["old", "new"]), (Delivery, "deliver", ["new"])],
+    ids=["before it is kept", "after"],
+)
+def test_who_subscribes_while_a_latched_message_arrives_gets_it_once(
+    nodes: tuple[Node, Node],
+    monkeypatch: pytest.MonkeyPatch,
+    intraprocess: bool,
+    owner: type,
+    name: str,
+    expected: list[str],
+) -> None:
+    """Not only the one before it, which would stay for ever; and not this one twice."""
+    a, _ = nodes
+    with Node("/here", master_uri=a.master_uri, rosout=False, intraprocess=intraprocess) as node:
+        publisher = (node if intraprocess else a).publisher("/kept", String, latch=True)
+        publisher.publish(data="old")
+        first = node.subscriber("/kept", String)
+        assert first.next(20).data == "old"
+        original = getattr(owner, name)
+        came: list[Any] = []
+
+        def meanwhile(*words: Any) -> None:
+            if not came:
+                came.append(node.subscriber("/kept", String, queue_size=10))
+            original(*words)
+
+        monkeypatch.setattr(owner, name, meanwhile)
+        publisher.publish(data="new")
+        assert first.next(20).data == "new"
+        (second,) = came
+        assert [second.next(20).data for _ in expected] == expected
+        with pytest.raises(RosTimeout):
+            second.next(0.1)
