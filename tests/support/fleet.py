@@ -27,13 +27,13 @@ from woosh_pure.fleet.order.events import (
     StopEnded,
     Tell,
 )
-from woosh_pure.fleet.order.limits import AgvPosition, Limits
+from woosh_pure.fleet.order.limits import AgvPosition, Capabilities
 from woosh_pure.fleet.order.state import OrderState
 
 __all__ = ["LIMITS", "MemoryFile", "PureVehicle", "action", "instant", "order_json"]
 
 EVERYWHERE = (Scope.NODE, Scope.EDGE, Scope.INSTANT)
-LIMITS = Limits(
+LIMITS = Capabilities(
     abilities={
         each.type: each
         for each in (
@@ -162,7 +162,7 @@ class PureVehicle:
 
     def __init__(
         self,
-        limits: Limits = LIMITS,
+        limits: Capabilities = LIMITS,
         *,
         x: float = 0.0,
         kept: dict[str, Any] | None = None,

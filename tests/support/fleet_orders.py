@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tests.support.fleet import LIMITS, PureVehicle
-from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.order.limits import Capabilities
 
 __all__ = ["finish_order", "kinds", "restart"]
 
@@ -17,7 +17,7 @@ def kinds(vehicle: PureVehicle) -> list[str]:
     return vehicle.problems
 
 
-def restart(vehicle: PureVehicle, limits: Limits = LIMITS) -> PureVehicle:
+def restart(vehicle: PureVehicle, limits: Capabilities = LIMITS) -> PureVehicle:
     """As after kill -9: what was put on disk last is all that is left."""
     place = vehicle.state.position
     return PureVehicle(limits, kept=vehicle.disk.kept, x=0.0 if place is None else place.x)

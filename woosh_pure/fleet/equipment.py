@@ -15,7 +15,7 @@ from woosh_pure.fleet.actions.map_store import MapStore
 from woosh_pure.fleet.actions.task import Handler, Triggers
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.facts import Facts, MapEntry
-from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.order.limits import Capabilities
 from woosh_pure.fleet.store import Store
 from woosh_pure.geometry import Footprint
 
@@ -33,7 +33,7 @@ class Equipment:
         maps: Its maps; None where the fleet manager may not change them.
     """
 
-    limits: Limits
+    limits: Capabilities
     handlers: Mapping[str, Handler]
     facts: Facts
     triggers: Triggers
@@ -60,7 +60,7 @@ def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[s
             maps = MapStore(store.path.parent / "maps" / store.path.stem, own)
     triggers = Triggers()
     found = abilities_of(config, maps=maps, report=None if store is None else report, triggers=triggers)
-    limits = Limits(
+    limits = Capabilities(
         abilities={name: ability for name, (ability, _) in found.items()},
         maps=(config.map_id,) if maps is None else maps.enabled_ids,
         tolerance=config.tolerance,

@@ -24,7 +24,7 @@ from woosh_pure.fleet.order.events import (
     Write,
     stops,
 )
-from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.order.limits import Capabilities
 from woosh_pure.fleet.order.machine import step
 from woosh_pure.fleet.order.state import OrderState, first_state, read_state
 
@@ -58,7 +58,7 @@ class KeptOrder:
         owed: The state was not written and told yet; `write` does it.
     """
 
-    def __init__(self, limits: Limits, store: StateFile | None, name: str) -> None:
+    def __init__(self, limits: Capabilities, store: StateFile | None, name: str) -> None:
         self.state = first_state(limits)
         self.failing = self.owed = False
         self._store, self._name = store, name

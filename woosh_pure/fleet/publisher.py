@@ -19,7 +19,7 @@ from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.messages.schema import timestamp
 from woosh_pure.fleet.order.actions import BUILT_IN, Ability
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.order.limits import Capabilities
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.values import Parameters
 
@@ -76,7 +76,7 @@ class Publisher:
         """Pose and velocity for displays."""
         self.connection.send("visualization", visualization_message(facts, self._header("visualization")))
 
-    def send_factsheet(self, limits: Limits, known: Parameters | None) -> None:
+    def send_factsheet(self, limits: Capabilities, known: Parameters | None) -> None:
         """What the vehicle is and can.
 
         Args:
@@ -269,7 +269,7 @@ _OPTIONAL = {
 }
 
 
-def _optional_parameters(limits: Limits) -> list[dict[str, Any]]:
+def _optional_parameters(limits: Capabilities) -> list[dict[str, Any]]:
     given = dict(_OPTIONAL)
     if limits.speed:
         given["order.edges.maxSpeed"] = "set before the edge is driven"
@@ -302,7 +302,7 @@ def _ability(ability: Ability) -> dict[str, Any]:
 
 def factsheet_message(
     body: Body,
-    limits: Limits,
+    limits: Capabilities,
     header: Mapping[str, Any],
     *,
     version: str,

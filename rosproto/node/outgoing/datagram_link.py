@@ -91,7 +91,7 @@ class DatagramLink(QueuedLink):
         with self._lock:
             if self._closed:
                 return
-            self._outbox.put(frame)
+            self._queue.put(frame)
             error = None if self._blocked or self._sending else self._drain()
         if error is not None:
             self._fail(error)
@@ -133,7 +133,7 @@ class DatagramLink(QueuedLink):
         while self._datagram is None:
             self._datagram = next(self._under_way, None)
             if self._datagram is None:
-                frame = self._outbox.pop()
+                frame = self._queue.pop()
                 if frame is None:
                     return False
                 self._begin(frame)
@@ -151,7 +151,7 @@ class DatagramLink(QueuedLink):
     def _give_up(self, error: Exception) -> None:
         """The rest of a message: it is too long, or the network is away for the moment."""
         self._under_way = iter(())
-        self._outbox.dropped += 1
+        self._queue.dropped += 1
         if str(error) != self._error:
             self._error = str(error)
             _log.warning("! %s: not sent to %s: %s", self.topic, self.caller_id or self.address, error)
@@ -171,7 +171,7 @@ class DatagramLink(QueuedLink):
 
     @property
     def _queued(self) -> int:
-        return len(self._outbox) + (self._datagram is not None)
+        return len(self._queue) + (self._datagram is not None)
 
     def _farewell(self, error: OSError | None) -> str:
         return f"takes no datagrams any more: {error}"

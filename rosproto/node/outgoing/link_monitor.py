@@ -3,7 +3,7 @@
 `publish()` sends in the caller's thread whenever the socket takes it. What is left is this thread's work:
 
 * a subscriber's FIN or RST is only seen by reading, and subscribers never send anything to read;
-* a socket that was full becomes writable again: the link sends what waits in its outbox;
+* a socket that was full becomes writable again: the link sends what waits in its queue;
 * the last messages of a burst sit in a batch which nobody else would send (`flush_later`);
 * what a socket took may not arrive: twice a second each link looks how old that is (`Backlog`).
 

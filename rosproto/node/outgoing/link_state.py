@@ -7,7 +7,7 @@ a socket did not take does, so such a link begins with `FULL`.
 
 From then on it goes back and forth between two states. `SENDING`: nothing waits; what is published is sent
 at once in the publisher's thread, or joined with others for a moment. `BLOCKED`: the socket took no more;
-what is published goes to the outbox, which drops the oldest, and the monitor sends when the socket takes
+what is published goes to the queue, which drops the oldest, and the monitor sends when the socket takes
 more.
 
 It never comes back from `CLOSED`: a subscriber that connects again gets another link.

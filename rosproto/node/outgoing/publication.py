@@ -381,7 +381,7 @@ class Publication:
         return link is not None
 
     def flush(self, timeout: float) -> None:
-        """Wait until every subscriber's outbox is empty."""
+        """Wait until every subscriber's queue is empty."""
         deadline = Deadline(timeout)
         for link in self.all_links:
             link.wait_empty(deadline.remaining() or 0.0)

@@ -1,4 +1,4 @@
-"""What the links to subscribers share, over TCPROS and in datagrams: state, outbox, counters, end.
+"""What the links to subscribers share, over TCPROS and in datagrams: state, queue, counters, end.
 
 The two differ in how bytes are written: `SubscriberLink` writes a stream, and joins small messages of a
 burst; `DatagramLink` cuts each message into datagrams. Both send in the publisher's own thread as long as the
@@ -25,10 +25,10 @@ from rosproto.node.stats import LinkStats
 BATCH = 64 << 10  # bytes joined for one send: more gains nothing (measured)
 
 NONE: deque[Frame] = deque()
-"""What an outbox holds that was never used, as most are: a deque of its own would be half of an idle link."""
+"""What a queue holds that was never used, as most are: a deque of its own would be half of an idle link."""
 
 
-class Outbox:
+class FrameQueue:
     """What one subscriber has not taken yet: a bounded queue of frames, oldest dropped.
 
     No I/O here: the link sends what `take` hands out and says with `sent` how far it came.
@@ -146,7 +146,7 @@ class QueuedLink:
         "_messages",
         "_monitor",
         "_on_closed",
-        "_outbox",
+        "_queue",
         "_sending",
         "_state",
         "address",
@@ -178,7 +178,7 @@ class QueuedLink:
         self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
         self._sending = False  # under the lock: True is seen only by such a handler
         self._empty: threading.Condition | None = None  # made by who waits for it
-        self._outbox = Outbox(queue_size)
+        self._queue = FrameQueue(queue_size)
         self._state = OutgoingState.OPENING
         self._blocked = False  # `_state.waits`, which is asked with every message
         self._messages = 0
@@ -225,7 +225,7 @@ class QueuedLink:
     @property
     def _queued(self) -> int:
         """Messages that wait."""
-        return len(self._outbox)
+        return len(self._queue)
 
     def _fail(self, error: OSError) -> None:
         """A write has found that the link is broken: the monitor ends it a moment later.
@@ -295,7 +295,7 @@ class QueuedLink:
             self._empty = self._empty or threading.Condition(self._lock)
             if not self._empty.wait_for(lambda: not self._blocked, timeout):
                 raise RosTimeout(
-                    f"{self.topic}: {len(self._outbox)} messages wait for {self.caller_id or self.address}"
+                    f"{self.topic}: {len(self._queue)} messages wait for {self.caller_id or self.address}"
                     f" after {timeout:g} s; the subscriber is slow or the network is",
                     what=f"subscriber {self.caller_id}",
                     seconds=timeout,
@@ -306,7 +306,7 @@ class QueuedLink:
                 )
 
     def close(self, *, deliver: bool = True) -> None:
-        """End the link; the outbox is dropped.
+        """End the link; what waits is dropped.
 
         Args:
             deliver: The operating system delivers what it has, and repeats it for a while where the network
@@ -320,7 +320,7 @@ class QueuedLink:
                 return
             self._before_end(error, deliver)
             self._error = str(error) if error is not None else ""
-            self._outbox.dropped += self._outbox.clear()
+            self._queue.dropped += self._queue.clear()
             self._step(OutgoingEvent.ENDED)
         self._hang_up(deliver)
         lost = None
@@ -334,12 +334,12 @@ class QueuedLink:
     @property
     def queue_size(self) -> int:
         """Most messages that wait."""
-        return self._outbox.size
+        return self._queue.size
 
     @queue_size.setter
     def queue_size(self, size: int) -> None:
         with self._lock:
-            self._outbox.size = size
+            self._queue.size = size
 
     def stats(self) -> LinkStats:
         """Counters so far; what the other side made of it nobody knows."""
@@ -353,7 +353,7 @@ class QueuedLink:
                 connected=not self._closed and self._failure is None,
                 bytes=max(0, self._bytes),
                 messages=max(0, self._messages),
-                dropped=self._outbox.dropped,
+                dropped=self._queue.dropped,
                 queued=self._queued,
                 state=self._state.value,
                 last_error=self._error,

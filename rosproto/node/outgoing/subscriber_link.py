@@ -1,4 +1,4 @@
-"""One connected subscriber over TCPROS, seen from the publisher: a socket, an outbox, and when to use which.
+"""One connected subscriber over TCPROS, seen from the publisher: a socket, a queue, and when to use which.
 
 Its states are in link_state.py. While it sends, messages that come faster than a system call is worth are
 joined and sent together: after `BATCH_BYTES` or `BATCH_SECONDS`, by the next message that comes alone, or by
@@ -138,7 +138,7 @@ class SubscriberLink(QueuedLink):
         self._ends = _ends(sock) if expect_acknowledgement(sock, round(MOST_AGE)) else None
         if greeting:
             # As a message of which a part is sent: it is never dropped, and all others wait behind it.
-            self._outbox.begin([memoryview(greeting)])
+            self._queue.begin([memoryview(greeting)])
             self._step(OutgoingEvent.FULL)
             self._messages, self._bytes = -1, -len(greeting)
 
@@ -149,7 +149,7 @@ class SubscriberLink(QueuedLink):
     # -- sending --------------------------------------------------------------------------------------------
 
     def send(self, frame: bytes) -> None:
-        """Send a small frame now, after what is in the batch, or put it in the outbox; never waits."""
+        """Send a small frame now, after what is in the batch, or put it in the queue; never waits."""
         error = None
         with self._lock:
             if self._sending:
@@ -232,7 +232,7 @@ class SubscriberLink(QueuedLink):
                     error = self._retry()
                 if error is None:
                     if self._blocked:
-                        self._outbox.put(frame.frozen())
+                        self._queue.put(frame.frozen())
                     else:
                         error = self._send_views(frame)
             finally:
@@ -243,13 +243,13 @@ class SubscriberLink(QueuedLink):
             sleep(0)  # let the monitor, and on a busy computer the subscriber, get on
 
     def _send_batch(self) -> OSError | None:
-        """Send what is in the batch, or move it to the outbox."""
+        """Send what is in the batch, or move it to the queue."""
         batch = self._batch[:]
         del self._batch[: len(batch)]
         self._batch_bytes = 0
         if self._blocked:
             for frame in batch:
-                self._outbox.put(frame)
+                self._queue.put(frame)
             return self._retry()
         data = b"".join(batch)
         try:
@@ -266,17 +266,17 @@ class SubscriberLink(QueuedLink):
         return None
 
     def _block(self, frames: Sequence[bytes], sent: int) -> None:
-        """The socket is full after `sent` bytes of `frames`: the rest goes to the outbox."""
-        outbox = self._outbox
+        """The socket is full after `sent` bytes of `frames`: the rest goes to the queue."""
+        queue = self._queue
         for frame in frames:
             if sent >= len(frame):
                 sent -= len(frame)
                 self._messages += 1
             elif sent:
-                outbox.begin([memoryview(frame)[sent:]])
+                queue.begin([memoryview(frame)[sent:]])
                 sent = 0
             else:
-                outbox.put(frame)
+                queue.put(frame)
         self._wait_for_room()
 
     def _send_views(self, frame: LargeFrame) -> OSError | None:
@@ -288,9 +288,9 @@ class SubscriberLink(QueuedLink):
             self._messages += 1
             return None
         if sent:
-            self._outbox.begin(frame.rest(sent))
+            self._queue.begin(frame.rest(sent))
         else:
-            self._outbox.put(frame.frozen())
+            self._queue.put(frame.frozen())
         self._wait_for_room()
         return None
 
@@ -307,9 +307,9 @@ class SubscriberLink(QueuedLink):
         return self._drain()
 
     def _drain(self) -> OSError | None:
-        """Send from the outbox until it is empty or the socket is full."""
-        outbox = self._outbox
-        while frames := outbox.take():
+        """Send from the queue until it is empty or the socket is full."""
+        queue = self._queue
+        while frames := queue.take():
             size = sum(map(len, frames))
             if len(frames) > 1 and size < BATCH_BYTES * 8:
                 frames = [b"".join(frames)]
@@ -317,7 +317,7 @@ class SubscriberLink(QueuedLink):
             if error is not None:
                 return error
             self._bytes += sent
-            self._messages += outbox.sent(sent) if sent else 0
+            self._messages += queue.sent(sent) if sent else 0
             if sent < size:
                 return None
         self._step(OutgoingEvent.DRAINED)
@@ -393,7 +393,7 @@ class SubscriberLink(QueuedLink):
 
     @property
     def _queued(self) -> int:
-        return len(self._outbox) + len(self._batch)
+        return len(self._queue) + len(self._batch)
 
     def _before_end(self, error: OSError | None, deliver: bool) -> None:
         if error is not None and error.errno in _GAVE_UP and self._ends is not None:

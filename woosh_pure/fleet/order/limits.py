@@ -12,7 +12,7 @@ from woosh_pure.fleet.order.actions import Ability
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class Capabilities:
     """What a vehicle is able to obey.
 
     Attributes:
@@ -47,7 +47,7 @@ class AgvPosition:
 
 
 def within_deviation(
-    measured: AgvPosition | None, node: Node, limits: Limits, *, turned: bool = True
+    measured: AgvPosition | None, node: Node, limits: Capabilities, *, turned: bool = True
 ) -> bool:
     """Whether the vehicle stands on a node: in its deviation range, and turned as it wants."""
     position = node.position

@@ -37,7 +37,7 @@ from typing import Any
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.actions import Scope, objection
 from woosh_pure.fleet.order.errors import ErrorType, Problem
-from woosh_pure.fleet.order.limits import Limits, on_other_map, within_deviation
+from woosh_pure.fleet.order.limits import Capabilities, on_other_map, within_deviation
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import Hold, OrderPhase
 
@@ -168,7 +168,7 @@ def order_problem(order: Order, kind: str, text: str, *more: tuple[str, str]) ->
 
 
 def unsupported_in_order(
-    order: Order, limits: Limits, taken: Collection[str], *, update: bool
+    order: Order, limits: Capabilities, taken: Collection[str], *, update: bool
 ) -> Problem | None:
     """6.6.4.2: what of an order this vehicle cannot do; None when it can do all of it.
 
@@ -202,7 +202,7 @@ def unsupported_in_order(
 
 
 def _of_actions(
-    order: Order, actions: tuple[Action, ...], scope: Scope, limits: Limits, taken: Collection[str]
+    order: Order, actions: tuple[Action, ...], scope: Scope, limits: Capabilities, taken: Collection[str]
 ) -> Problem | None:
     for action in actions:
         about = (("actionId", action.id), ("actionType", action.type))
@@ -242,7 +242,7 @@ def _map_of(node: Node, field: str) -> tuple[tuple[str, str], ...]:
     return (("mapId", node.position.map_id),) if node.position is not None and field.endswith("mapId") else ()
 
 
-def _of_node(node: Node, path: str, limits: Limits) -> tuple[str, str] | None:
+def _of_node(node: Node, path: str, limits: Capabilities) -> tuple[str, str] | None:
     if node.position is None:
         if limits.marks:
             return None
@@ -266,12 +266,12 @@ _REFUSED = {
 }
 
 
-def _of_edge(edge: Edge, path: str, limits: Limits) -> tuple[str, str] | None:
+def _of_edge(edge: Edge, path: str, limits: Capabilities) -> tuple[str, str] | None:
     wrong = dict(_edge_objections(edge.options, limits))
     return next(((f"{path}.{key}", f"edge {edge.id}: {text}") for key, text in wrong.items()), None)
 
 
-def _edge_objections(options: Mapping[str, Any], limits: Limits) -> Iterator[tuple[str, str]]:
+def _edge_objections(options: Mapping[str, Any], limits: Capabilities) -> Iterator[tuple[str, str]]:
     for key, why in _REFUSED.items():
         if key in options:
             yield key, f"this vehicle does not obey {key}: {why}"

@@ -16,7 +16,7 @@ from woosh_pure.fleet.messages.parsing import read_edge, read_node
 from woosh_pure.fleet.order.actions import BUILT_IN, ActionState, Scope, holds_driving
 from woosh_pure.fleet.order.errors import Problem, Problems
 from woosh_pure.fleet.order.events import Drive
-from woosh_pure.fleet.order.limits import AgvPosition, Limits, on_other_map
+from woosh_pure.fleet.order.limits import AgvPosition, Capabilities, on_other_map
 from woosh_pure.fleet.order.tables import BARS, Barred, Hold, Motion, OrderPhase
 
 DRIVING_MODES = ("AUTOMATIC", "SEMIAUTOMATIC")
@@ -48,7 +48,7 @@ class OrderState:
         position: The measured one; None while the vehicle does not know where it is.
     """
 
-    limits: Limits
+    limits: Capabilities
     order_id: str = ""
     update: int = 0
     last_node: str = ""
@@ -250,7 +250,7 @@ class OrderState:
         }  # fmt: skip
 
 
-def first_state(limits: Limits) -> OrderState:
+def first_state(limits: Capabilities) -> OrderState:
     """The state of a vehicle that had no order yet.
 
     Args:
@@ -259,7 +259,7 @@ def first_state(limits: Limits) -> OrderState:
     return OrderState(replace(limits, abilities={**limits.abilities, **BUILT_IN}))
 
 
-def read_state(data: Mapping[str, Any], limits: Limits) -> OrderState:
+def read_state(data: Mapping[str, Any], limits: Capabilities) -> OrderState:
     """The state that `to_json` gave. `Restarted` is to happen to it next.
 
     Raises:
