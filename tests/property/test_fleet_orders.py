@@ -6,6 +6,7 @@ from __future__ import annotations
 import random
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -329,6 +330,7 @@ def check_way(vehicle: PureVehicle, machine: OrderState) -> None:
         before = sequence
 
 
+@pytest.mark.whole
 @settings(max_examples=500, deadline=None)
 @given(st.integers(0, 2**32), st.integers(5, 60))
 def test_master_and_vehicle_agree_in_the_end(seed: int, steps: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -64,6 +65,7 @@ def test_fields_are_read_as_they_were_written(fields: list[Field], comment: str)
     assert plain.md5sum("p/T") == commented.md5sum("p/T")
 
 
+@pytest.mark.whole
 @given(libraries())
 def test_a_full_text_carries_everything(types: dict[str, list[Field]]) -> None:
     """A receiver who knows nothing gets the same fields, md5sum and text."""
@@ -80,6 +82,7 @@ def test_a_full_text_carries_everything(types: dict[str, list[Field]]) -> None:
         assert set(split_full_text(text, name)) == {name, *library.dependencies(name)}
 
 
+@pytest.mark.whole
 @given(libraries(), st.data())
 def test_the_md5sum_follows_the_names_of_fields_at_any_depth(
     types: dict[str, list[Field]], data: st.DataObject

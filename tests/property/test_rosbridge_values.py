@@ -63,6 +63,7 @@ def as_decoded(message: Any) -> dict[str, Any]:
     return plain
 
 
+@pytest.mark.whole
 @COMMON
 @given(cases())
 def test_json_is_the_plain_way(case: Case) -> None:
@@ -106,6 +107,7 @@ FIELDS = sorted(
 )
 
 
+@pytest.mark.whole
 @pytest.mark.promise("nothing it sends leaves the protocol as an exception")
 @settings(COMMON, max_examples=300)
 @given(st.data())

@@ -116,6 +116,7 @@ def test_a_command_without_home_is_noticed_too() -> None:
     assert [line for line in seen if "profile.json" in line]
 
 
+@pytest.mark.whole
 def test_what_is_seen_fails_the_test(tmp_path: Path) -> None:
     """A run of pytest with a test that swallows the error, and one that does nothing."""
     (tmp_path / "conftest.py").write_text(

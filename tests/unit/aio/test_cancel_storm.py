@@ -291,6 +291,7 @@ def trial(trials: int, seed: int) -> tuple[int, str]:
         return cancelled, leftovers(master.uri, files, threads)
 
 
+@pytest.mark.whole
 def test_a_storm_of_cancels_leaves_nothing_open():
     """Nodes, topics, services, actions and parameters, cancelled while they are opened, used and closed."""
     cancelled, left = trial(TRIALS, random.randrange(1 << 30))

@@ -146,6 +146,7 @@ def test_what_hangs_is_ended_and_what_is_wrong_becomes_a_sentence() -> None:
     ]
 
 
+@pytest.mark.whole
 def test_no_test_tool_is_needed() -> None:
     """pytest and hypothesis are not imported; an installation has none."""
     code = (
