@@ -7,6 +7,7 @@ docs/gateway.md lists it. The original is run unchanged on Debian's rospy, and o
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -140,7 +141,11 @@ SAME: list[tuple[str, Any]] = [
 def test_the_same_answer(beside: Beside, service: str, args: Any) -> None:
     """Every service of /rosapi, with arguments in each form."""
     request = {"service": f"/rosapi/{service}", "args": args}
-    ours, original = (answer(client, request) for client in (beside.ours, beside.original))
+    end = time.monotonic() + 10.0
+    while True:  # what another test has closed goes off the master between the two answers
+        ours, original = (answer(client, request) for client in (beside.ours, beside.original))
+        if normal(ours) == normal(original) or time.monotonic() > end:
+            break
     assert original["result"], original
     assert normal(ours) == normal(original)
 
