@@ -45,7 +45,7 @@ class Asked:
         def noted(method: str, *params: Any, **options: Any) -> Any:
             look = method == "system.multicall" and params[0][0]["methodName"] == "getPid"
             if method != "system.multicall" or look:
-                self.methods.append(method)
+                self.methods.append("look" if look else method)
                 return call(method, *params, **options)
             if self.instead is not None:
                 raise self.instead
