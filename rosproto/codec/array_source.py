@@ -1,20 +1,10 @@
-"""Writes how arrays are decoded: numbers as views, the rest as lists, element by element or many at once.
-
-The cyclic garbage collector is kept away while one large message is built. Decoding a Path of 1000 poses
-makes 6000 objects that all survive; the collector runs nine times in vain. Without the pause it takes twice
-as long (1434 us for 717, processor time), a Path of 200 poses 1.2 times. The collector is process-wide, so
-this is counted under a lock: the first decoder in switches it off, the last one out switches it on again,
-and only if it was on. A program that calls `gc.disable()` while another thread is inside finds it on
-afterwards; one that calls `gc.enable()` keeps it on. Decoding is bounded by the bytes at hand and waits for
-nothing.
-"""
+"""Writes how arrays are decoded: numbers as views, the rest as lists, element by element or many at once."""
 
 from __future__ import annotations
 
-import gc
-from threading import Lock
 from typing import TYPE_CHECKING
 
+from rosproto.codec.collector_pause import pause, resume
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.run_source import RunWriter
 from rosproto.codec.source import flat_codes, length_offsets, merge_codes, strings_inside, structs
@@ -231,28 +221,3 @@ class ArrayWriter(RunWriter):
         src.dedent()
         src.line(f"i += {size}*len({items})")
         src.dedent()
-
-
-_lock = Lock()
-_inside = 0
-_was_on = False
-
-
-def pause() -> bool:
-    """Switch the collector off until `resume`; always answers True, for use in an expression."""
-    global _inside, _was_on
-    with _lock:
-        if _inside == 0:
-            _was_on = gc.isenabled()
-            gc.disable()
-        _inside += 1
-    return True
-
-
-def resume() -> None:
-    """Undo one `pause`."""
-    global _inside
-    with _lock:
-        _inside -= 1
-        if _inside == 0 and _was_on:
-            gc.enable()

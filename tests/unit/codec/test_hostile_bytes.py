@@ -8,7 +8,7 @@ import time
 import pytest
 
 from rosproto.codec import decode, define, encode, message_class
-from rosproto.codec.array_source import pause, resume
+from rosproto.codec.collector_pause import pause, resume
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.msg import Field, FieldType, MessageSpec
 from tests.support.memory import peak_of
