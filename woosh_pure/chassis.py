@@ -8,12 +8,14 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import rosproto
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg import learned_paths
 from rosproto.numbers import as_float
 from rosproto.sentence import led, say
 from rosproto.transport import Deadline, HostNames
+from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.connection.arguments import LONGEST, master_uri_of, require_timeout
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
@@ -36,8 +38,6 @@ from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLim
 if TYPE_CHECKING:
     from types import TracebackType
 
-    import rosproto
-    from rosproto.watchdog import Watchdog
     from woosh_pure import aio, values
 
 __all__ = ["Chassis", "core_of"]

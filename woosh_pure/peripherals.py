@@ -15,13 +15,12 @@ from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
 from woosh_pure.interface.table import row
-from woosh_pure.maps.gridmap import grid_from_message, grid_message
+from woosh_pure.maps.gridmap import GridMap, grid_from_message, grid_message
 from woosh_pure.motion.steps import MAX_SPEED
 from woosh_pure.values.messages import message_type, polygon, pose_of, pose_with_covariance, stamped_pose
 
 if TYPE_CHECKING:
     from woosh_pure.core import Core
-    from woosh_pure.maps.gridmap import GridMap
 
 
 _STRIPS = {"base": ("/rgbled",), "shelf": ("/rgbled_shelf", "/kShelfLedColorPubName")}

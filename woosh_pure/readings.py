@@ -10,18 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.sentence import say
 from rosproto.transport import Deadline
-from woosh_pure import interface
+from woosh_pure import interface, values
 from woosh_pure.core import Core
 from woosh_pure.faults import Faults, StatusCode
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.values.state import LaserScan
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from woosh_pure import values
-    from woosh_pure.values.state import LaserScan
 
 
 class Readings:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosproto.codec import Message
 from rosproto.codec.layout import DTYPES
 from rosproto.errors import BagError
 from rosproto.time import TVal
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
     from rosproto.bag.reader import BagReader
     from rosproto.bag.records import Connection
-    from rosproto.codec import Message
 
 
 def to_numpy(

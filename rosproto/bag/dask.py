@@ -7,12 +7,10 @@ dataframe, and Dask schedules them.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.pieces import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
-
-if TYPE_CHECKING:
-    from rosproto.bag.bag_file import BagLimits
 
 __all__ = ["read_bags"]
 

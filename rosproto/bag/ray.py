@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.pieces import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
-
-if TYPE_CHECKING:
-    from rosproto.bag.bag_file import BagLimits
 
 __all__ = ["read_bags"]
 

@@ -16,13 +16,12 @@ from rosproto.bag.messages import Takers, decoded_messages, message_class_of, ra
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.rows import Rows
 from rosproto.bag.runs import Batch, RunReader, runs_of
+from rosproto.codec import Message
 from rosproto.time import Time
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from rosproto.codec import Message
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,16 +12,13 @@ import os
 import re
 import shutil
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.bag.reader import BagReader
 from rosproto.bag.records import NS
+from rosproto.codec import Message
+from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError
-
-if TYPE_CHECKING:
-    from rosproto.bag.reader import BagReader
-    from rosproto.codec import Message
-    from rosproto.codec.layout import FieldLayout, Layout
-
 
 _CONSTANT = re.compile(r"[A-Z][A-Z0-9_]*")
 _HEADER = "std_msgs/msg/Header"

@@ -10,17 +10,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Hashable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import Message, encode
 from rosproto.errors import LocalProtocolError
 from rosproto.gateway.write_guard import WriteGuard, is_velocity
 from rosproto.logs import get_logger
-from rosproto.watchdog import LastMessage, place_beside
-
-if TYPE_CHECKING:
-    from rosproto.node import Node, Publisher
-    from rosproto.watchdog import Watchdog
+from rosproto.node import Node, Publisher
+from rosproto.watchdog import LastMessage, Watchdog, place_beside
 
 _log = get_logger("rosproto.gateway")
 

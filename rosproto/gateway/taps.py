@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from rosproto.codec import AnyMsg, message_class
 from rosproto.errors import DefinitionError, LocalProtocolError
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
+from rosproto.node import Node, Subscriber
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.node import Node, Subscriber
 
 _log = get_logger("rosproto.gateway")
 

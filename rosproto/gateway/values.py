@@ -11,17 +11,15 @@ import json
 import struct
 from base64 import b64decode
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 from weakref import WeakKeyDictionary
 
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, RANGES_BY_CODE, FieldLayout, Layout
+from rosproto.codec.message import Message
 from rosproto.errors import CodecError
 from rosproto.gateway.json_writer import JsonWriter, in_parts
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.codec.message import Message
 
 _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
 _SINGLE = struct.Struct("<f")

@@ -7,9 +7,11 @@ import inspect
 import logging
 from collections.abc import Callable, Coroutine, Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
+from rosproto import aio as ros
 from rosproto.logs import get_logger
+from woosh_pure import values
 from woosh_pure.aio.calls import Calls, Later
 from woosh_pure.aio.drive import VelocityBlock
 from woosh_pure.aio.feed import Readings
@@ -17,13 +19,9 @@ from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandl
 from woosh_pure.chassis import Chassis as Threaded
 from woosh_pure.chassis import core_of
 from woosh_pure.faults import Faults
-
-if TYPE_CHECKING:
-    from rosproto import aio as ros
-    from woosh_pure import values
-    from woosh_pure.lease import ChassisLease
-    from woosh_pure.motion import goal as threaded
-    from woosh_pure.velocity.drive import Drive
+from woosh_pure.lease import ChassisLease
+from woosh_pure.motion import goal as threaded
+from woosh_pure.velocity.drive import Drive
 
 __all__ = ["Chassis", "block", "goal", "like", "stopping", "verb", "view"]
 

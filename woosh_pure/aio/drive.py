@@ -6,17 +6,14 @@ import asyncio
 import math
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING
 
 from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.aio.calls import Calls
 from woosh_pure.geometry import Velocity
+from woosh_pure.velocity import drive as velocity
 from woosh_pure.velocity.shaper import DriveLimits
-
-if TYPE_CHECKING:
-    from woosh_pure.velocity import drive as velocity
 
 __all__ = ["Drive", "VelocityBlock"]
 

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline
+from woosh_pure import readings, values
 from woosh_pure.aio.calls import Calls
 from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.faults import StatusCode
+from woosh_pure.feed import feed
 from woosh_pure.feed.feed import FIRST_USE, Reading
+from woosh_pure.feed.feed import Feed as Threaded
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.interface.schema import Row
-
-if TYPE_CHECKING:
-    from woosh_pure import readings, values
-    from woosh_pure.feed import feed
-    from woosh_pure.feed.feed import Feed as Threaded
 
 __all__ = ["Feed", "Readings"]
 

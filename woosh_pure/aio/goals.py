@@ -6,21 +6,19 @@ import asyncio
 import warnings
 from collections.abc import AsyncIterator, Callable, Coroutine, Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.aio.calls import Calls
+from woosh_pure.enums import TaskState
+from woosh_pure.motion import action_goal, goal, task
 from woosh_pure.motion.goal import OWN_DEFAULT, Default
+from woosh_pure.motion.steps import Step
 from woosh_pure.outcome import Outcome
 from woosh_pure.values.state import RobotStatus
-
-if TYPE_CHECKING:
-    from woosh_pure.enums import TaskState
-    from woosh_pure.motion import action_goal, goal, task
-    from woosh_pure.motion.steps import Step
 
 __all__ = ["ActionHandle", "Goal", "GoalHandle", "NavigationHandle", "StepHandle", "TaskHandle"]
 

@@ -8,17 +8,14 @@ has no field there would be dropped in silence by the field-by-field conversion,
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import rosproto
 from rosproto.codec import Conversion
 from rosproto.sentence import say
 from woosh_pure.enums import StepMode
 from woosh_pure.errors import FirmwareLimit
 from woosh_pure.firmware.revisions import revision_of
-
-if TYPE_CHECKING:
-    import rosproto
-
 
 # A kind of step needs its constant in the goal, and a diagonal one needs the field for its direction.
 _STEP_CONSTANTS = {StepMode.LATERAL: "LATERAL", StepMode.DIAGONAL: "DIAGONALIZE"}

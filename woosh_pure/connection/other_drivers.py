@@ -12,19 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
+import rosproto
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
-from rosproto.node import NodeClient
+from rosproto.node import NodeClient, SystemState
 from rosproto.sentence import both, say
 from rosproto.transport import parse_uri
 from rosproto.watchdog import is_watchdog_name
 from woosh_pure.interface.table import ROBOT_NODES, topics
-
-if TYPE_CHECKING:
-    import rosproto
-    from rosproto.node import SystemState
-
 
 _ASK = 1.0  # seconds for one node to answer
 _WHOLE_TOPIC = -1  # in place of a connection's number, which is never negative

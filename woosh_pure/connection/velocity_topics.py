@@ -10,20 +10,15 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+import rosproto
 from rosproto.codec import encode
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from woosh_pure.connection.connection import LastWord
+from woosh_pure.connection.connection import Connection, LastWord
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
 from woosh_pure.values.messages import message_type, twist
-
-if TYPE_CHECKING:
-    import rosproto
-    from woosh_pure.connection.connection import Connection
-
 
 VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.velocity")

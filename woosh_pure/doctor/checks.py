@@ -10,21 +10,17 @@ import socket
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import rosproto
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node import probe_service, probe_topic
 from rosproto.sentence import both, led, say
-from rosproto.transport import Deadline, connect, hosts_advice, parse_uri
+from rosproto.transport import Deadline, HostNames, connect, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import revision_label
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.messages import message_type, service_type
-
-if TYPE_CHECKING:
-    import rosproto
-    from rosproto.transport import HostNames
 
 
 class Level(Enum):

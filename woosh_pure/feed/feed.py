@@ -13,8 +13,9 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+from rosproto import Node, Subscriber
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
@@ -23,10 +24,6 @@ from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.convert import stamp_of, to_value
 from woosh_pure.values.messages import message_type
-
-if TYPE_CHECKING:
-    from rosproto import Node, Subscriber
-
 
 T = TypeVar("T")
 logger = get_logger("woosh_pure.feed")

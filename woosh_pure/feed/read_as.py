@@ -7,15 +7,11 @@ folders, it gets its messages by that type, and ours are decoded from the same b
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import Md5sumMismatch, RosError
 from rosproto.logs import get_logger
-from rosproto.node import TopicType, Unfit, revised_type
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
-
+from rosproto.node import Node, TopicType, Unfit, revised_type
 
 _log = get_logger("woosh_pure")
 

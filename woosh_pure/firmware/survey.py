@@ -8,15 +8,12 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+import rosproto
 from rosproto.errors import RosError
 from rosproto.node import probe_service, probe_topic
 from rosproto.transport import Deadline
-
-if TYPE_CHECKING:
-    import rosproto
-
 
 ONE_QUESTION = 3.0  # seconds for one peer
 

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 from msgdefs.geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from msgdefs.std_msgs.msg import ColorRGBA, Header
 from msgdefs.visualization_msgs.msg import Marker, MarkerArray
+from rosproto.time import Time
 from woosh_pure.enums import RobotState
+from woosh_pure.faults import StatusCode
 from woosh_pure.geometry import Pose2D, quaternion_from_yaw
 
 if TYPE_CHECKING:
-    from rosproto.time import Time
-    from woosh_pure.faults import StatusCode
     from woosh_pure.maps.marks import UserMark
     from woosh_pure.values.state import Battery, RobotStatus
 

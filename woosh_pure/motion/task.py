@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.node import PreparedCall
 from rosproto.numbers import whole
 from rosproto.sentence import both, say
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
@@ -24,7 +25,6 @@ from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.state import RobotStatus
 
 if TYPE_CHECKING:
-    from rosproto.node import PreparedCall
     from woosh_pure.core import Core
 
 

@@ -6,8 +6,9 @@ import threading
 import time
 from collections.abc import Callable, Collection
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import rosproto
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
@@ -19,10 +20,6 @@ from woosh_pure.readiness.assessment import Refusals, assess, status_shows_fitne
 from woosh_pure.reasons import Readiness
 from woosh_pure.values import RobotStatus
 from woosh_pure.values.messages import message_type
-
-if TYPE_CHECKING:
-    import rosproto
-
 
 _ACTIONS = ("/move_base", "/cmd_vel_control")
 _UNDER_WAY = (0, 1, 6, 7)  # actionlib_msgs/GoalStatus: pending, active, preempting, recalling

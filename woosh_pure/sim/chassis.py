@@ -27,7 +27,7 @@ from woosh_pure.enums import RobotMode
 from woosh_pure.firmware.revisions import CURRENT
 from woosh_pure.firmware.revisions import firmware as firmware_named
 from woosh_pure.geometry import Pose2D
-from woosh_pure.maps.gridmap import grid_message
+from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.sim.costmap import Costmap
 from woosh_pure.sim.fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms, stamp
 from woosh_pure.sim.graph import Graph
@@ -37,14 +37,12 @@ from woosh_pure.sim.network import Network
 from woosh_pure.sim.serve import Server
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site
+from woosh_pure.sim.tasks import StatusRecord
 from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type
 
 if TYPE_CHECKING:
     from types import TracebackType
-
-    from woosh_pure.maps.gridmap import GridMap
-    from woosh_pure.sim.tasks import StatusRecord
 
 
 logger = get_logger("woosh_pure.sim")

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 from rosproto.action import GoalStatus
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
 from woosh_pure.values.messages import message_type, stamped_pose
 
 if TYPE_CHECKING:
-    from woosh_pure.firmware.revisions import Firmware
     from woosh_pure.sim.graph import Graph
 
 

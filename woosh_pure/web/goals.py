@@ -19,11 +19,11 @@ from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.errors import MotionRefused
+from woosh_pure.outcome import Outcome
 from woosh_pure.web.problems import Problem, problem_of
 
 if TYPE_CHECKING:
     from woosh_pure.motion.goal import GoalHandle
-    from woosh_pure.outcome import Outcome
 
 
 MOST_KEPT, MOST_RUNNING = 200, 8

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.numeric import encode_png
 from rosproto.text import printable
+from woosh_pure.geometry import Pose2D
 from woosh_pure.web.snapshot import pose_part
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.geometry import Pose2D
     from woosh_pure.maps.gridmap import GridMap
 
 

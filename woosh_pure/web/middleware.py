@@ -13,11 +13,10 @@ from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING, Any
 
 from rosproto.sentence import say
-from woosh_pure.web.access import COOKIE, Refusal
+from woosh_pure.web.access import COOKIE, Key, Refusal
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
-    from woosh_pure.web.access import Key
     from woosh_pure.web.context import WebContext
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosproto.sentence import say
+from woosh_pure.feed.feed import Feed, Reading
+from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
 from woosh_pure.web.goals import GoalManager, Journal
 from woosh_pure.web.live.manual_drive import ManualDrive
@@ -19,9 +21,7 @@ from woosh_pure.web.snapshot import LISTENED
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.feed.feed import Feed, Reading
     from woosh_pure.stopping.report import StopReport
-    from woosh_pure.web.access import Client
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 STOP_SECONDS = 5.0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.bag.arrow.columns import Columns, Misfit, from_numpy, listed, numbers, texts
 from rosproto.bag.arrow.schema import (
+    Want,
     is_binary,
     layout_of,
     pyarrow,
@@ -16,18 +17,15 @@ from rosproto.bag.arrow.schema import (
     time_name,
     wanted_fields,
 )
-from rosproto.bag.inputs import to_ns
+from rosproto.bag.inputs import Stamp, to_ns
+from rosproto.bag.reader import BagReader
 from rosproto.bag.records import NS
+from rosproto.codec import Message
+from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from rosproto.bag.arrow.schema import Want
-    from rosproto.bag.inputs import Stamp
-    from rosproto.bag.reader import BagReader
-    from rosproto.codec import Message
-    from rosproto.codec.layout import FieldLayout, Layout
 
 
 BATCH_BYTES = 4 << 20

@@ -11,16 +11,13 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.arrow.schema import arrow_type, is_binary, number_type, pyarrow, struct_type
-from rosproto.codec.layout import DTYPES
+from rosproto.bag.arrow.schema import Want, arrow_type, is_binary, number_type, pyarrow, struct_type
+from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.reference import LIGHT_PER_BYTE, LIGHT_SPARE
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from rosproto.bag.arrow.schema import Want
-    from rosproto.codec.layout import FieldLayout, Layout
 
     Places = NDArray[np.int64]
 

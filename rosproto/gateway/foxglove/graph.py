@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Access, Kind
 from rosproto.logs import get_logger
+from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 _log = get_logger("rosproto.gateway")
 

@@ -13,20 +13,18 @@ import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosproto.codec import message_class
 from rosproto.errors import DefinitionError, RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.graph import GraphView
 from rosproto.gateway.local_topic import LocalTopic
+from rosproto.gateway.message_event import TopicDescription
 from rosproto.logs import get_logger
+from rosproto.node import Node
 from rosproto.node.revisions.definition_lookup import probe_topic
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.gateway.message_event import TopicDescription
-    from rosproto.node import Node
 
 _log = get_logger("rosproto.gateway")
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
-    from rosproto.node.parameters import ParameterSubscription
+from rosproto.node import Node
+from rosproto.node.parameters import ParameterSubscription
 
 _log = get_logger("rosproto.gateway")
 

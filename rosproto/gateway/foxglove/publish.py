@@ -10,7 +10,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Hashable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RosError
@@ -29,9 +29,7 @@ from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publication, Publications
 from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.write_guard import is_velocity
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
+from rosproto.node import Node
 
 
 class NotOpen(Refused):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
@@ -21,15 +21,13 @@ from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.local_topic import LocalTopic
+from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.publications import Publications
 from rosproto.gateway.taps import Receiver, Tap, Taps
 from rosproto.gateway.write_guard import WriteGuard
 from rosproto.logs import get_logger
-
-if TYPE_CHECKING:
-    from rosproto.gateway.message_event import MessageEvent, TopicDescription
-    from rosproto.node import Node
-    from rosproto.watchdog import Watchdog
+from rosproto.node import Node
+from rosproto.watchdog import Watchdog
 
 _log = get_logger("rosproto.gateway")
 

@@ -6,7 +6,7 @@ import os
 import ssl
 import time
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from urllib.parse import quote
 
 from rosproto.gateway.access import Access
@@ -18,10 +18,8 @@ from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.logs import get_logger
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
-    from rosproto.watchdog import Watchdog
+from rosproto.node import Node
+from rosproto.watchdog import Watchdog
 
 _log = get_logger("rosproto.gateway")
 

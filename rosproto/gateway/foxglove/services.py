@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import decode, encode, service_class
 from rosproto.errors import CodecError, RosError
@@ -19,11 +19,9 @@ from rosproto.gateway.foxglove.messages import ROS1, Call
 from rosproto.gateway.foxglove.offers import OfferedService
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
+from rosproto.node import Node
 from rosproto.node.services import probe as service_probe
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 _log = get_logger("rosproto.gateway")
 

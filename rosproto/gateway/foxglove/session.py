@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
+from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused
 from rosproto.gateway.channel import Channel
@@ -33,7 +34,6 @@ from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
-    from rosproto.aio.pool import Pool
     from rosproto.gateway.foxglove.robot import Robot
 
 _log = get_logger("rosproto.gateway")

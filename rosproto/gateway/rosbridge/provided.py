@@ -28,10 +28,10 @@ from rosproto.gateway.rosbridge.operations import (
 from rosproto.gateway.rosbridge.shared import Shared
 from rosproto.gateway.rosbridge.tf_on_demand import is_tf_name
 from rosproto.gateway.values import from_values, to_json
+from rosproto.node import ServiceServer
 
 if TYPE_CHECKING:
     from rosproto.action import ActionServer, ServerGoal
-    from rosproto.node import ServiceServer
 
 Server = TypeVar("Server")
 Answer = TypeVar("Answer")

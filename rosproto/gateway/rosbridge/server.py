@@ -6,7 +6,6 @@ import ssl
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
@@ -19,10 +18,8 @@ from rosproto.gateway.rosbridge.shared import Shared
 from rosproto.gateway.taps import Taps
 from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.gateway.write_guard import WriteGuard
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
-    from rosproto.watchdog import Watchdog
+from rosproto.node import Node
+from rosproto.watchdog import Watchdog
 
 
 @dataclass(frozen=True, slots=True)

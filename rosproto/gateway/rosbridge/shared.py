@@ -15,13 +15,13 @@ from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publications
+from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
 from rosproto.gateway.taps import Taps
 from rosproto.gateway.values import definition_name
+from rosproto.node import Node
 
 if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.rosapi import Rosapi
-    from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
-    from rosproto.node import Node
 
 CALLS = 256  # service calls and goals of all clients; each takes a thread
 LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it has ended

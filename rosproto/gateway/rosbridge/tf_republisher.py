@@ -13,19 +13,15 @@ import itertools
 import math
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosproto.action import ActionServer
+from rosproto.action import ActionServer, ServerGoal
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import RosError
 from rosproto.gateway.rosbridge.tf_on_demand import ACTION, ACTION_TYPE, SERVICE
-from rosproto.tf import TransformError, TransformListener
+from rosproto.node import Node
+from rosproto.tf import Transform, TransformError, TransformListener
 from rosproto.tf.buffer import frame_name
-
-if TYPE_CHECKING:
-    from rosproto.action import ServerGoal
-    from rosproto.node import Node
-    from rosproto.tf import Transform
 
 MOST_GOALS = 64
 MOST_TOPICS = 64

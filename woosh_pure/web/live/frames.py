@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import rosproto
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -27,7 +28,6 @@ from woosh_pure.maps.gridmap import grid_from_message
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    import rosproto
     from woosh_pure.web.robot import Robot
 
 

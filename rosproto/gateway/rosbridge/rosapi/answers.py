@@ -16,14 +16,14 @@ from rosproto.gateway.rosbridge.rosapi.graph import Asked, RosapiError, Visible,
 from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
 from rosproto.gateway.rosbridge.rosapi.types import Definitions
 from rosproto.msg import bundled
+from rosproto.node import Node
+from rosproto.node.services.server import ServiceServer
+from rosproto.time import Time
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from rosproto.node import Node
-    from rosproto.node.services.server import ServiceServer
-    from rosproto.time import Time
 
 NAMESPACE = "/rosapi"
 CALL_SECONDS = 10.0

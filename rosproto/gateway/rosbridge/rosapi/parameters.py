@@ -9,14 +9,10 @@ from __future__ import annotations
 import base64
 import json
 import math
-from typing import TYPE_CHECKING
 
-from rosproto.gateway.rosbridge.rosapi.graph import RosapiError
-
-if TYPE_CHECKING:
-    from rosproto.gateway.access import Refusal
-    from rosproto.gateway.rosbridge.rosapi.graph import Visible
-    from rosproto.node import Node
+from rosproto.gateway.access import Refusal
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible
+from rosproto.node import Node
 
 _HIDDEN = object()
 MOST_NESTING = 32  # of a value that a client sets

@@ -11,11 +11,10 @@ of type `char`), the description follows the definition.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import DefinitionError, RosError
-from rosproto.gateway.rosbridge.rosapi.graph import RosapiError
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible
 from rosproto.msg import (
     BUILTIN_TYPES,
     Constant,
@@ -27,11 +26,8 @@ from rosproto.msg import (
     bundled,
     library_from_full_text,
 )
+from rosproto.node import Node
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.gateway.rosbridge.rosapi.graph import Visible
-    from rosproto.node import Node
 
 MOST_TYPES = 300  # in one answer, and the greatest depth: definitions learned from robots cannot be trusted
 _TIMES = ("time", "duration")
