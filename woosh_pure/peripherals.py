@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float, whole
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.limits import require_message
+from woosh_pure.core import Core
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
@@ -18,10 +19,6 @@ from woosh_pure.interface.table import row
 from woosh_pure.maps.gridmap import GridMap, grid_from_message, grid_message
 from woosh_pure.motion.steps import MAX_SPEED
 from woosh_pure.values.messages import message_type, polygon, pose_of, pose_with_covariance, stamped_pose
-
-if TYPE_CHECKING:
-    from woosh_pure.core import Core
-
 
 _STRIPS = {"base": ("/rgbled",), "shelf": ("/rgbled_shelf", "/kShelfLedColorPubName")}
 _FOOTPRINTS = {

@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Callable, Mapping
 from functools import partial
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.action.goal_tracker import GoalTracker
@@ -21,13 +21,11 @@ from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
 from rosproto.codec import Message, encode
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.node import Node
 from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 _counter = itertools.count(
     1

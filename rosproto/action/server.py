@@ -15,19 +15,17 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
 from rosproto.codec import Message
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
+from rosproto.node import Node
 from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 # -- a goal -------------------------------------------------------------------------------------------------
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import Message, message_class
 from rosproto.errors import CodecError, DefinitionError
-
-if TYPE_CHECKING:
-    from rosproto.node.revisions.revisions import Revisions
+from rosproto.node.revisions.revisions import Revisions
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosproto.bag.reader import BagReader
+from rosproto.bag.records import Connection
 from rosproto.codec import Message
 from rosproto.codec.layout import DTYPES
 from rosproto.errors import BagError
@@ -14,9 +16,6 @@ from rosproto.time import TVal
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from rosproto.bag.reader import BagReader
-    from rosproto.bag.records import Connection
 
 
 def to_numpy(

@@ -10,13 +10,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.bag.reader import BagReader
 from rosproto.text import human_bytes, printable
-
-if TYPE_CHECKING:
-    from rosproto.bag.reader import BagReader
-
 
 Facts = dict[str, Any]
 

@@ -17,14 +17,12 @@ import threading
 import time
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from rosproto.codec import Message, decode, encode
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
-
-if TYPE_CHECKING:
-    from rosproto.watchdog import Watch
+from rosproto.watchdog import Watch
 
 _log = get_logger("rosproto.gateway")
 

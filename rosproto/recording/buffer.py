@@ -7,16 +7,14 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosproto.bag import Connection, RawMessage
 from rosproto.errors import DefinitionError
 from rosproto.logs import get_logger
 from rosproto.msg import bundled
+from rosproto.node import Node
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 SLICE_BYTES = 8 << 20
 OVERHEAD = 200  # bytes that the objects around each message's data take

@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import message_class
+from rosproto.node import Node
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 LEAST_SPIN = 0.0001
 MOST_SPIN = 0.003  # seconds; spinning cannot make up for wake-ups later than this

@@ -12,18 +12,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, islice
-from typing import TYPE_CHECKING
 
 from rosproto.bag import BagReader, Connection
 from rosproto.bag.messages import message_class_of
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
+from rosproto.node import Node, Publisher
 from rosproto.numbers import as_float
 from rosproto.recording.pacer import ClockOutput, Pacer, RateControl
 from rosproto.recording.timeline import Timeline, TimelineEntry
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.node import Node, Publisher
 
 NS = 1_000_000_000
 SHORT = 0.01

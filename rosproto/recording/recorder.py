@@ -16,18 +16,16 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from rosproto.bag.opening import is_mcap_name
 from rosproto.codec import message_class
 from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
+from rosproto.node import Node, Subscriber
 from rosproto.numbers import as_float
 from rosproto.recording.buffer import Entry, MessageBuffer, TopicTap
 from rosproto.recording.files import BagSeries, Compression, bag_name
-
-if TYPE_CHECKING:
-    from rosproto.node import Node, Subscriber
 
 _log = get_logger("rosproto.recording")
 

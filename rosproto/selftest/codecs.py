@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import random
 import struct
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.selftest.checking import CheckFailed
 from rosproto.sentence import say
-
-if TYPE_CHECKING:
-    from rosproto.codec.layout import FieldLayout, Layout
 
 _TEXTS = ("", "map", "底盘", "a longer text, of more than sixteen bytes")
 

@@ -6,14 +6,12 @@ Source: tf2_ros transform_broadcaster.py, static_transform_broadcaster.py; REP 1
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from rosproto.codec import message_class
+from rosproto.node import Node
 from rosproto.tf.buffer import checked
 from rosproto.tf.transform import Transform
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 _Self = TypeVar("_Self", bound="_Broadcaster")
 

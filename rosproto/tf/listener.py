@@ -6,14 +6,12 @@ Source: tf2_ros transform_listener.py; wiki.ros.org/tf2.
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import message_class
 from rosproto.logs import get_logger
+from rosproto.node import Node
 from rosproto.tf.buffer import TransformBuffer
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 logger = get_logger("rosproto.tf")
 MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may make up names for ever

@@ -15,10 +15,10 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING
 
 from rosproto.errors import RemoteProtocolError
 from rosproto.logs import get_logger
+from rosproto.node import Node
 from rosproto.watchdog.protocol import (
     BEAT,
     Arm,
@@ -35,9 +35,6 @@ from rosproto.watchdog.protocol import (
     read_line,
     write_line,
 )
-
-if TYPE_CHECKING:
-    from rosproto.node import Node
 
 _log = get_logger("rosproto.watchdog")
 

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from msgdefs.nav_msgs.msg import OccupancyGrid
 from msgdefs.visualization_msgs.msg import MarkerArray
 from rosproto.errors import RosError
 from rosproto.gateway import LocalTopic
 from rosproto.logs import get_logger
+from woosh_pure.chassis import Chassis
 from woosh_pure.foxglove.overlay import Overlay, OverlayState
 from woosh_pure.interface.table import row
-
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-    from woosh_pure.maps.marks import UserMark
+from woosh_pure.maps.marks import UserMark
 
 __all__ = ["MAP", "OVERLAY", "ChassisTopics"]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgdefs.geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from msgdefs.std_msgs.msg import ColorRGBA, Header
@@ -18,10 +18,8 @@ from rosproto.time import Time
 from woosh_pure.enums import RobotState
 from woosh_pure.faults import StatusCode
 from woosh_pure.geometry import Pose2D, quaternion_from_yaw
-
-if TYPE_CHECKING:
-    from woosh_pure.maps.marks import UserMark
-    from woosh_pure.values.state import Battery, RobotStatus
+from woosh_pure.maps.marks import UserMark
+from woosh_pure.values.state import Battery, RobotStatus
 
 __all__ = ["Overlay", "OverlayState"]
 

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
+from rosproto.recording import TopicSelection
 from woosh_pure.interface.table import find
 from woosh_pure.interface.table import topics as rows
-
-if TYPE_CHECKING:
-    from rosproto.recording import TopicSelection
-
 
 ALWAYS = ("pose", "battery")
 """Feeds that are in every recording: without them nobody can tell later where and how the robot was."""

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import rosproto
 from rosproto.errors import RosError
@@ -16,6 +16,7 @@ from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.connection import LastWord
 from woosh_pure.connection.limits import require_goal
+from woosh_pure.core import Core
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
@@ -24,10 +25,6 @@ from woosh_pure.motion.goal import GoalHandle
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose
-
-if TYPE_CHECKING:
-    from woosh_pure.core import Core
-
 
 logger = get_logger("woosh_pure.goal")
 

@@ -13,20 +13,17 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.connection import LastWord
+from woosh_pure.core import Core
 from woosh_pure.motion.life import Event, State, state_after
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.keeper import SLICE, Flag, Job
-
-if TYPE_CHECKING:
-    from woosh_pure.core import Core
-
 
 R = TypeVar("R")
 logger = get_logger("woosh_pure.goal")

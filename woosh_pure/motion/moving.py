@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.numbers import as_float
 from rosproto.sentence import say
+from woosh_pure.core import Core
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
@@ -16,8 +17,6 @@ from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_tas
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-    from woosh_pure.core import Core
 
 
 class Moving:

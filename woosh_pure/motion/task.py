@@ -7,13 +7,14 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import PreparedCall
 from rosproto.numbers import whole
 from rosproto.sentence import both, say
+from woosh_pure.core import Core
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
@@ -23,10 +24,6 @@ from woosh_pure.outcome import OutcomeKind
 from woosh_pure.stopping.keeper import Job
 from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.state import RobotStatus
-
-if TYPE_CHECKING:
-    from woosh_pure.core import Core
-
 
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS, _ONCE_MORE = 10.0, 2.0

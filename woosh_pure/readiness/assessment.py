@@ -17,16 +17,13 @@ import re
 import threading
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.sentence import say
 from woosh_pure.enums import RobotMode, RobotState, WorkMode
 from woosh_pure.faults import Department, FaultLevel, StatusCode, decode_status_code
 from woosh_pure.reasons import Readiness, Reason, ReasonKey
-
-if TYPE_CHECKING:
-    from woosh_pure.values.state import RobotStatus
-
+from woosh_pure.values.state import RobotStatus
 
 _CODE = re.compile(r"(?<!\d)\d{12}(?!\d)")
 _STOPPED = (RobotState.FAULT, RobotState.MAPPING)

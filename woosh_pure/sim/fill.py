@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from woosh_pure.geometry import Pose2D, Velocity, quaternion_from_yaw
 from woosh_pure.sim.sensors import Camera, cast
+from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type
-
-if TYPE_CHECKING:
-    from woosh_pure.sim.world import World
-
 
 BEAMS = 360
 RANGE_MIN, RANGE_MAX = 0.05, 30.0

@@ -9,19 +9,16 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.action import GoalStatus
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.geometry import Pose2D
+from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.motions import Motion, MotionState
 from woosh_pure.values.messages import message_type, stamped_pose
-
-if TYPE_CHECKING:
-    from woosh_pure.sim.graph import Graph
-
 
 logger = get_logger("woosh_pure.sim")
 

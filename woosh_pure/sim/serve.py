@@ -13,16 +13,15 @@ from woosh_pure.maps.gridmap import grid_from_message, grid_message
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.avoidance import NavigationSettings
 from woosh_pure.sim.fill import fill_plan
+from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
+from woosh_pure.sim.network import Network
 from woosh_pure.sim.tasks import TaskRequest
+from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type, pose_of, stamped_pose
 
 if TYPE_CHECKING:
     import threading
-
-    from woosh_pure.sim.graph import Graph
-    from woosh_pure.sim.network import Network
-    from woosh_pure.sim.world import World
 
 
 def _poses(messages: Any) -> list[Pose2D]:

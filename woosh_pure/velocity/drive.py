@@ -24,6 +24,7 @@ from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
+from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
 from woosh_pure.stopping.keeper import SLICE, Flag
@@ -32,8 +33,6 @@ from woosh_pure.velocity.watch import DriveWatch, Heartbeat
 
 if TYPE_CHECKING:
     from types import TracebackType
-
-    from woosh_pure.core import Core
 
 
 logger = get_logger("woosh_pure.velocity")

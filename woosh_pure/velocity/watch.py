@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import TYPE_CHECKING
 
 import rosproto
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError
@@ -17,13 +16,11 @@ from rosproto.sentence import say
 from rosproto.transport import parse_uri
 from woosh_pure.connection.other_drivers import is_refused
 from woosh_pure.errors import MotionRefused
+from woosh_pure.feed.feed import Feed
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import ROBOT_NODES
-
-if TYPE_CHECKING:
-    from woosh_pure.feed.feed import Feed
-    from woosh_pure.readiness.knowledge import Knowledge
-    from woosh_pure.stopping.keeper import Flag
+from woosh_pure.readiness.knowledge import Knowledge
+from woosh_pure.stopping.keeper import Flag
 
 
 def _source() -> int | None:

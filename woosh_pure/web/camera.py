@@ -13,14 +13,13 @@ import numpy as np
 
 from rosproto.numeric import encode_png, picture_order, visible_depth
 from woosh_pure import interface
+from woosh_pure.chassis import Chassis
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.values.state import Image
 from woosh_pure.web.extra import pillow
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from woosh_pure.chassis import Chassis
 
 
 FEEDS = {"color": "camera", "depth": "depth"}

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from rosproto.sentence import say
 from woosh_pure.web.access import AccessRules, Clients, ConnectionSlots
 from woosh_pure.web.live.hub import Hub, Workers
 from woosh_pure.web.problems import Problem
-
-if TYPE_CHECKING:
-    from woosh_pure.web.robot import Robot
+from woosh_pure.web.robot import Robot
 
 
 class WebContext:

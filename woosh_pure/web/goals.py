@@ -13,18 +13,15 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.errors import MotionRefused
+from woosh_pure.motion.goal import GoalHandle
 from woosh_pure.outcome import Outcome
 from woosh_pure.web.problems import Problem, problem_of
-
-if TYPE_CHECKING:
-    from woosh_pure.motion.goal import GoalHandle
-
 
 MOST_KEPT, MOST_RUNNING = 200, 8
 

@@ -7,18 +7,15 @@ import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.numeric import encode_png
 from rosproto.text import printable
+from woosh_pure.chassis import Chassis
 from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.web.snapshot import pose_part
-
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-    from woosh_pure.maps.gridmap import GridMap
-
 
 FRESH = 30.0
 """Seconds after which the map is fetched again if somebody looks at it."""

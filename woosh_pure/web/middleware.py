@@ -10,15 +10,12 @@ import re
 import time
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import CookieError, SimpleCookie
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.sentence import say
 from woosh_pure.web.access import COOKIE, Key, Refusal
+from woosh_pure.web.context import WebContext
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
-
-if TYPE_CHECKING:
-    from woosh_pure.web.context import WebContext
-
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]

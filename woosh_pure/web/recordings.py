@@ -8,16 +8,13 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.errors import RosError
+from rosproto.recording import Recorder
 from rosproto.sentence import say
+from woosh_pure.chassis import Chassis
 from woosh_pure.web.problems import Problem
-
-if TYPE_CHECKING:
-    from rosproto.recording import Recorder
-    from woosh_pure.chassis import Chassis
-
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 

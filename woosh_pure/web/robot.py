@@ -6,10 +6,12 @@ import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.sentence import say
+from woosh_pure.chassis import Chassis
 from woosh_pure.feed.feed import Feed, Reading
+from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
 from woosh_pure.web.goals import GoalManager, Journal
@@ -18,10 +20,6 @@ from woosh_pure.web.maps import MapCache, WebMark, marks_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.recordings import RecordingManager
 from woosh_pure.web.snapshot import LISTENED
-
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-    from woosh_pure.stopping.report import StopReport
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 STOP_SECONDS = 5.0

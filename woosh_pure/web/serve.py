@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import is_loopback
+from woosh_pure.web.access import ConnectionSlots, Key
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
     from fastapi import FastAPI
 
-    from woosh_pure.web.access import ConnectionSlots, Key
 
 __all__ = ["Listener", "WebServer"]
 

@@ -10,19 +10,16 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.text import printable
-
-if TYPE_CHECKING:
-    from woosh_pure.faults import Faults
-    from woosh_pure.feed.feed import Reading
-    from woosh_pure.geometry import Pose2D, Velocity
-    from woosh_pure.lease import LeaseState
-    from woosh_pure.reasons import Readiness
-    from woosh_pure.stopping.report import StopReport
-    from woosh_pure.values.state import Battery, RobotStatus
-
+from woosh_pure.faults import Faults
+from woosh_pure.feed.feed import Reading
+from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.lease import LeaseState
+from woosh_pure.reasons import Readiness
+from woosh_pure.stopping.report import StopReport
+from woosh_pure.values.state import Battery, RobotStatus
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
 """The feeds that the snapshot is made from."""

@@ -11,15 +11,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.bag.records import Connection
+from rosproto.codec import Message
+from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError, DefinitionError
-
-if TYPE_CHECKING:
-    from rosproto.bag.records import Connection
-    from rosproto.codec import Message
-    from rosproto.codec.layout import FieldLayout, Layout
-
 
 Want = Mapping[str, Any]
 """Wanted fields by name: True, or what is wanted inside."""

@@ -10,8 +10,9 @@ from __future__ import annotations
 import itertools
 import threading
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+from rosproto.action import ActionServer, ServerGoal
 from rosproto.errors import CodecError, RosError, ServiceError
 from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.rosbridge.actions import ActionStatus, action_type
@@ -29,9 +30,6 @@ from rosproto.gateway.rosbridge.shared import Shared
 from rosproto.gateway.rosbridge.tf_on_demand import is_tf_name
 from rosproto.gateway.values import from_values, to_json
 from rosproto.node import ServiceServer
-
-if TYPE_CHECKING:
-    from rosproto.action import ActionServer, ServerGoal
 
 Server = TypeVar("Server")
 Answer = TypeVar("Answer")

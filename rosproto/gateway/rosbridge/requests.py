@@ -10,8 +10,10 @@ import json
 import threading
 from contextlib import closing
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.action import ActionClient
+from rosproto.action.goal_handle import GoalHandle
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.rosbridge.actions import action_status, action_type
@@ -24,10 +26,6 @@ from rosproto.gateway.values import from_arguments, to_json
 from rosproto.node.services.link import Cancellation
 from rosproto.node.services.probe import probe
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.action import ActionClient
-    from rosproto.action.goal_handle import GoalHandle
 
 CANCEL_ALL = "/_action/cancel_goal"
 """Behind an action's name: ROS 2's service that cancels its goals."""

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError
+from rosproto.gateway.access import Access, Kind
+from rosproto.node import Node
 
 if TYPE_CHECKING:
-    from rosproto.gateway.access import Access, Kind
     from rosproto.gateway.rosbridge.tf_republisher import TfRepublisher
-    from rosproto.node import Node
 
 ACTION = "/tf2_web_republisher"
 SERVICE = "/republish_tfs"

@@ -8,12 +8,13 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import service_class
 from rosproto.errors import LocalProtocolError, RosError, ServiceError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
+from rosproto.node.graph.caller import Caller
 from rosproto.node.graph.endpoints import refuse
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
@@ -23,10 +24,6 @@ from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.caller import Caller
-
 
 ServiceTypeGiven = type | str | None
 """A service class, "package/Type", or None: ask the provider for its type."""

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from fastapi import Path, Request
 
 from rosproto.sentence import say
 from woosh_pure.web.access import Client
+from woosh_pure.web.context import WebContext
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
-
-if TYPE_CHECKING:
-    from woosh_pure.web.context import WebContext
-    from woosh_pure.web.robot import Robot
-
+from woosh_pure.web.robot import Robot
 
 SESSION = "x-woosh-session"
 

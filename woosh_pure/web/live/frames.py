@@ -24,11 +24,10 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import grid_from_message
+from woosh_pure.web.robot import Robot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from woosh_pure.web.robot import Robot
 
 
 SCAN, CAMERA, COSTMAP = 1, 2, 3

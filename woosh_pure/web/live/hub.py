@@ -14,18 +14,15 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.web.camera import jpeg_of
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
+from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
-
-if TYPE_CHECKING:
-    from woosh_pure.web.robot import Robot
-
 
 R = TypeVar("R")
 

@@ -6,15 +6,11 @@ from __future__ import annotations
 
 import math
 import threading
-from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
+from woosh_pure.chassis import Chassis
+from woosh_pure.velocity.drive import Drive
 from woosh_pure.web.problems import Problem
-
-if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
-    from woosh_pure.velocity.drive import Drive
-
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive at most. Lower limits of the chassis hold, too."""

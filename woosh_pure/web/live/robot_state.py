@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 from woosh_pure.geometry import Pose2D
 from woosh_pure.readings import known_path
 from woosh_pure.values.state import LaserScan
+from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import faults_part, points_part, readiness_part, state_parts
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from woosh_pure.web.robot import Robot
 
 
 LASER_FEEDS = ("scan", "plan", "tf_static")

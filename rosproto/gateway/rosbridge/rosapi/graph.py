@@ -12,15 +12,14 @@ from urllib.parse import urlsplit
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import MasterError, RosError
+from rosproto.gateway.access import Kind, Refusal
+from rosproto.node import Node
+from rosproto.node.graph.master_client import SystemState
 from rosproto.transport.address import parse_uri
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from rosproto.gateway.access import Kind, Refusal
-    from rosproto.node import Node
-    from rosproto.node.graph.master_client import SystemState
 
 
 class RosapiError(RosError):
