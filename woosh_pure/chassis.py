@@ -6,6 +6,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterable, Mapping
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import rosproto
@@ -36,8 +37,6 @@ from woosh_pure.velocity.drive import Drive
 from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from woosh_pure import aio, values
 
 __all__ = ["Chassis", "core_of"]

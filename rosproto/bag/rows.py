@@ -10,6 +10,7 @@ slowly, record by record, and gives the same rows.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
@@ -29,8 +30,6 @@ from rosproto.bag.records import (
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     import numpy as np
     from numpy.typing import NDArray
 

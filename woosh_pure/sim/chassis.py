@@ -15,7 +15,8 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import Any
 
 import rosproto
 from rosproto.errors import RosError
@@ -40,10 +41,6 @@ from woosh_pure.sim.site import Site
 from woosh_pure.sim.tasks import StatusRecord
 from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type
-
-if TYPE_CHECKING:
-    from types import TracebackType
-
 
 logger = get_logger("woosh_pure.sim")
 MOST_FILES = 1024

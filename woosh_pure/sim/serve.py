@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from woosh_pure.enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
 from woosh_pure.geometry import Pose2D, Velocity
@@ -19,9 +20,6 @@ from woosh_pure.sim.network import Network
 from woosh_pure.sim.tasks import TaskRequest
 from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type, pose_of, stamped_pose
-
-if TYPE_CHECKING:
-    import threading
 
 
 def _poses(messages: Any) -> list[Pose2D]:

@@ -16,7 +16,7 @@ import math
 import threading
 import time
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from types import TracebackType
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
@@ -30,10 +30,6 @@ from woosh_pure.geometry import Velocity
 from woosh_pure.stopping.keeper import SLICE, Flag
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
 from woosh_pure.velocity.watch import DriveWatch, Heartbeat
-
-if TYPE_CHECKING:
-    from types import TracebackType
-
 
 logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0

@@ -13,7 +13,9 @@ import struct
 import sys
 import threading
 import time
+from collections.abc import Coroutine
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
@@ -22,9 +24,6 @@ from rosproto.transport import is_loopback
 from woosh_pure.web.access import ConnectionSlots, Key
 
 if TYPE_CHECKING:
-    from collections.abc import Coroutine
-    from types import TracebackType
-
     from fastapi import FastAPI
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import TracebackType
+from typing import Any, NamedTuple
 
 from rosproto.codec import message_class, service_class
 from rosproto.errors import MasterError, RosError, ServiceError
@@ -20,10 +21,6 @@ from rosproto.node import Node
 from rosproto.node.services.server import ServiceServer
 from rosproto.time import Time
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from types import TracebackType
-
 
 NAMESPACE = "/rosapi"
 CALL_SECONDS = 10.0

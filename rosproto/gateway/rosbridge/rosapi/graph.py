@@ -6,8 +6,8 @@ The types of services, which only their providers know, are asked for by a probe
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Iterable, Mapping
+from typing import Protocol
 from urllib.parse import urlsplit
 
 from rosproto.bounded_cache import BoundedCache
@@ -17,9 +17,6 @@ from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
 from rosproto.transport.address import parse_uri
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 class RosapiError(RosError):
