@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from tools.templates import TABLES
+from woosh_pure.language.table import read_table
+
 pytestmark = pytest.mark.whole
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -31,11 +34,14 @@ def said() -> str:
     return "\n".join(found)
 
 
-def texts(page: str, title: str) -> list[str]:
-    """What stands in backquotes in the first column of the table below a heading."""
+def rows(page: str, title: str) -> list[list[str]]:
+    """What stands in backquotes in each cell of the first column of the table below a heading."""
     section = (ROOT / page).read_text("utf-8").partition(f"## {title}")[2].partition("\n## ")[0]
-    rows = re.findall(r"^\| (.*?) \| ", section, re.MULTILINE)
-    return [text for row in rows for text in re.findall(r"`([^`]+)`", row)]
+    return [re.findall(r"`([^`]+)`", row) for row in re.findall(r"^\| (.*?) \| ", section, re.MULTILINE)]
+
+
+def texts(page: str, title: str) -> list[str]:
+    return [text for row in rows(page, title) for text in row]
 
 
 TEXTS = [
@@ -52,6 +58,49 @@ def test_the_code_says_it(text: str) -> None:
     ):
         words = piece.strip(" ;:,'")
         assert not words or is_said(words), f"{words!r} of {text!r}"
+
+
+PLACE = r"\.\.\.|'\.\.\.'|\b[\d.]+\d\b|\b\d\b|/\w+"
+"""What stands for a value in a text."""
+CHINESE = [
+    (english, [text for text in chinese if re.search("[一-鿿]", text)])
+    for pages in (
+        (("docs/troubleshooting.md", "By error text"), ("docs/troubleshooting.zh-CN.md", "按错误文字查找")),
+        (("docs/firmware.md", "What errors mean"), ("docs/firmware.zh-CN.md", "错误的含义")),
+    )
+    for english, chinese in zip(rows(*pages[0]), rows(*pages[1]), strict=True)
+]
+"""Of each row: what an English system says, and what a Chinese one."""
+
+
+@cache
+def table() -> list[tuple[str, str]]:
+    """Of each row of the tables: the sentence and its translation, with NULs for values."""
+    found = [row for path in TABLES for row in read_table(path.read_text("utf-8"), path.name)]
+    return [
+        (re.sub(r"\{\w+\}", "\0", row.english), re.sub(r"\{\w+\}", "\0", row.translated)) for row in found
+    ]
+
+
+def pieces(text: str, between: str = PLACE) -> list[str]:
+    return [words for piece in re.split(between, text) if (words := piece.strip(" ;:,'"))]
+
+
+@pytest.mark.parametrize("text", [text for _, chinese in CHINESE for text in chinese])
+def test_a_chinese_system_says_it(text: str) -> None:
+    """Of several sentences, each."""
+    said = "\n".join(translated for _, translated in table())
+    assert [words for words in pieces(text, f"{PLACE}|[；：]") if words not in said] == []
+
+
+def test_what_a_chinese_system_says_is_on_its_page() -> None:
+    """People look for the text that they see."""
+    assert sum(bool(chinese) for _, chinese in CHINESE) > 20
+    for english, chinese in CHINESE:
+        for text in english:
+            words = pieces(text)
+            differs = any(all(w in said and w not in there for w in words) for said, there in table())
+            assert chinese or not differs, f"{text!r} has a translation"
 
 
 def is_said(words: str) -> bool:

@@ -180,10 +180,10 @@ def is_there(directive: str) -> bool:
 
 # -- Chinese pages -------------------------------------------------------------------------------------------
 
-MOST_OWNERS_NEED = (
-    "README", "tutorial", "safety", "tour", "chassis", "simulator", "firmware", "all-commands", "comparison",
-    "troubleshooting",
-)  # fmt: skip
+IN_ENGLISH_ONLY = {
+    "interface", "commands",  # made from docstrings and help texts, which are English
+    "architecture", "wire", "performance",  # for whoever changes the code, which is English, too
+}  # fmt: skip
 NAME = re.compile(r"[/~]\w+(/\w+)*|\w+/\w+|[A-Z]\d|[\d.:]+")  # of topics, types, marks, chassis
 LINK = re.compile(r"\[(?!English\]|中文|教程\])[^]]*\]\(([^)#\s]+)")
 
@@ -192,7 +192,8 @@ def chinese(root: Path) -> Iterator[str]:
     """Every Chinese page has the headings, points, programs, commands, tables and links of its twin."""
     twins = [*root.glob("*.zh-CN.md"), *(root / "docs").glob("*.zh-CN.md")]
     there = {page.name.removesuffix(".zh-CN.md") for page in twins}
-    yield from (f"there is no {name}.zh-CN.md" for name in MOST_OWNERS_NEED if name not in there)
+    needed = {"README", *(page.stem for page in (root / "docs").glob("*.md") if ".zh-CN" not in page.name)}
+    yield from (f"there is no {name}.zh-CN.md" for name in sorted(needed - there - IN_ENGLISH_ONLY))
     for twin in sorted(twins):
         english, translated = read(in_english(twin)), read(twin)
         for what, of_page in SAME.items():
@@ -260,8 +261,11 @@ def tables(page: str) -> list[list[tuple[list[str], str]]]:
 
 
 def names(text: str) -> list[str]:
-    """What stands in backquotes, sorted: languages put words in another order."""
-    return sorted(re.findall(r"`([^`]+)`", text))
+    """What stands in backquotes, sorted: languages put words in another order.
+
+    A text of a program in Chinese is no name: it has another one on the English page.
+    """
+    return sorted(name for name in re.findall(r"`([^`]+)`", text) if not re.search("[一-鿿]", name))
 
 
 def names_in(page: str) -> set[str]:
@@ -269,9 +273,9 @@ def names_in(page: str) -> set[str]:
 
 
 def translated_links(english: str, folder: Path) -> Counter[str]:
-    """Where the links of an English page lead to on its twin: to Chinese pages where they are."""
+    """Where links of an English page lead to on its twin: to Chinese pages and pictures where they are."""
     return Counter(
-        twin if (folder / (twin := link.replace(".md", ".zh-CN.md"))).exists() else link
+        twin if (folder / (twin := re.sub(r"\.(md|svg)$", r".zh-CN.\1", link))).exists() else link
         for link in LINK.findall(english)
     )
 
@@ -281,9 +285,37 @@ SAME: dict[str, Callable[[str], list[Any]]] = {
 }  # fmt: skip
 
 
+def paragraphs(root: Path) -> Iterator[str]:
+    """A paragraph or point of a Chinese page is one line: a line break inside it is shown as a blank."""
+    for page in [*root.glob("*.zh-CN.md"), *(root / "docs").glob("*.zh-CN.md")]:
+        inside = False
+        for line in FENCE.sub("\n", read(page)).splitlines():
+            prose = bool(line.strip()) and not re.match(r" {4}|[#|<]", line)
+            if inside and prose and not re.match(r" *(- |\d+\. )", line):
+                yield f"{page.name}: a line break in front of {line.strip()[:40]!r}"
+            inside = prose
+
+
+def glossary(root: Path) -> Iterator[str]:
+    """Chinese pages and tables use the words of the glossary in CONTRIBUTING.md."""
+    part = read(root / "CONTRIBUTING.md").partition("## Chinese words")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| .+ \| (.+) \| (`.+`) \|$", part, re.MULTILINE)
+    if not rows:
+        yield "CONTRIBUTING.md has no glossary of Chinese words"
+    texts = [
+        *root.glob("*.zh-CN.md"),
+        *(root / "docs").glob("*.zh-CN.md"),
+        *root.glob("woosh_pure/language/zh/*.txt"),
+    ]
+    for path in sorted(texts):
+        for good, bad in rows:
+            for word in re.findall("|".join(re.findall("`([^`]+)`", bad)), read(path)):
+                yield f"{path.name}: {word} is {good} here (CONTRIBUTING.md, Chinese words)"
+
+
 # -- All of it -----------------------------------------------------------------------------------------------
 
-CHECKS = (links, menu, readme, installing, architecture, reference, chinese)
+CHECKS = (links, menu, readme, installing, architecture, reference, chinese, paragraphs, glossary)
 
 
 def findings(root: Path = ROOT) -> list[str]:

@@ -92,9 +92,55 @@ def about(folder: Path, english: str, chinese: str) -> list[str]:
 
 
 def test_a_page_and_its_translation(tmp_path: Path) -> None:
-    """Words differ; and a page that is missing is named."""
+    """Words differ; and a page that is missing is named, but for those that stay English."""
     assert about(tmp_path, ENGLISH, CHINESE) == []
-    assert "there is no safety.zh-CN.md" in list(page_lint.chinese(tmp_path))
+    tree(tmp_path, docs__safety="", docs__wire="")
+    missing = [line for line in page_lint.chinese(tmp_path) if line.startswith("there is no")]
+    assert missing == ["there is no README.zh-CN.md", "there is no safety.zh-CN.md"]
+
+
+def test_a_chinese_text_of_a_program_is_no_name(tmp_path: Path) -> None:
+    """The English page has another text there."""
+    assert about(tmp_path, ENGLISH, CHINESE.replace("一 `name`", "一 `name`（`名称错误`）")) == []
+
+
+def test_a_picture_has_a_twin(tmp_path: Path) -> None:
+    """Where words are in it."""
+    tree(tmp_path, docs__a="![a](b.svg)", **{"docs__a.zh-CN": "![甲](b.svg)"})
+    assert not any("links" in line for line in page_lint.chinese(tmp_path))
+    (tmp_path / "docs/b.zh-CN.svg").touch()
+    assert any("other links" in line for line in page_lint.chinese(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("page", "broken"),
+    [
+        ("一段文字，\n另一行。\n", True),
+        ("- 一点\n  另一行\n", True),
+        ("1. 一点\n另一行\n", True),
+        ("一段文字。\n\n另一段。\n- 一点\n- 另一点\n\n| 甲 |\n|---|\n| 乙 |\n", False),
+        ("一段文字：\n\n    woosh demo\n    woosh sim\n\n```python\nx = 1\ny = 2\n```\n另一段\n", False),
+        ("# 甲\n一段文字\n", False),
+    ],
+)
+def test_a_line_break_inside_a_chinese_sentence(tmp_path: Path, page: str, broken: bool) -> None:
+    found = list(page_lint.paragraphs(tree(tmp_path, **{"docs__a.zh-CN": page})))
+    assert [line[:14] for line in found] == (["a.zh-CN.md: a "] if broken else [])
+
+
+def test_a_word_that_the_glossary_rules_out(tmp_path: Path) -> None:
+    """On pages, and in the tables."""
+    glossary = "# A\n\n## Chinese words\n\n| a | 甲 | not |\n|---|---|---|\n| you | 您 | `你(?!好)` |\n"
+    tree(tmp_path, CONTRIBUTING=glossary, **{"docs__a.zh-CN": "你好，你的。您"})
+    assert list(page_lint.glossary(tmp_path)) == [
+        "a.zh-CN.md: 你 is 您 here (CONTRIBUTING.md, Chinese words)"
+    ]
+    table = tmp_path / "woosh_pure/language/zh/b.txt"
+    table.parent.mkdir(parents=True)
+    table.write_text("you\n你\n", "utf-8")
+    assert [line[:6] for line in page_lint.glossary(tmp_path)] == ["a.zh-C", "b.txt:"]
+    (tmp_path / "CONTRIBUTING.md").write_text("")
+    assert list(page_lint.glossary(tmp_path)) == ["CONTRIBUTING.md has no glossary of Chinese words"]
 
 
 @pytest.mark.parametrize(
