@@ -180,10 +180,10 @@ class Chassis(Readings, Moving, Peripherals):
 
     @property
     def lease(self) -> ChassisLease:
-        """Who commands this robot now, among those who use this object: the page, the REST door, your
+        """Who commands this robot now, among those who use this object: the page, the REST API, your
         program.
 
-        For a program it is advice (`chassis.lease.holder`), for the page and the REST door a rule.
+        For a program it is advice (`chassis.lease.holder`), for the page and the REST API a rule.
         """
         return self._lease
 

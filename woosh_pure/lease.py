@@ -2,7 +2,7 @@
 
 A lease is taken when it is free. Who wants it while another holds it asks, and the holder grants it; nobody
 can take it away. It lapses when its holder does not renew it. It is advisory for programs
-(`chassis.lease.holder` tells them), and binding for the page, the REST door and the fleet.
+(`chassis.lease.holder` tells them), and binding for the page, the REST API and the fleet.
 """
 
 from __future__ import annotations

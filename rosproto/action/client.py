@@ -52,8 +52,9 @@ class ActionClient:
 
     Raises:
         DefinitionError: No such action type.
-        LocalProtocolError, MasterError, ConnectionLost, RosTimeout: As `Node.publisher` and
-            `Node.subscriber`.
+        LocalProtocolError: The node is closed, or has one of the topics with another type.
+        MasterError: The master refused a registration.
+        ConnectionLost, RosTimeout: The master cannot be reached, or did not answer in time.
 
     Attributes:
         name: Resolved name of the action.

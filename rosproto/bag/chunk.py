@@ -131,7 +131,7 @@ class ChunkData:
         """Where the messages of these connections and this time (ns) are, in time order.
 
         Raises:
-            BagError: As `rows`.
+            BagError: The chunk is damaged.
         """
         found = None
         if not self.info.partial:

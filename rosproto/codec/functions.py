@@ -65,7 +65,7 @@ def encode_parts(msg: Message) -> list[bytes | memoryview]:
     one `socket.sendmsg`.
 
     Raises:
-        CodecError: As `encode`.
+        CodecError: A value does not fit its field; names the field and the range.
     """
     if isinstance(msg, AnyMsg) or msg._binding is None:
         return [encode(msg)]

@@ -96,7 +96,7 @@ def from_arguments(cls: type[Message], args: Any, *, now: Time | None = None) ->
     """A service request, or a goal, from `args`: an object by field, an array by position, or None.
 
     Raises:
-        CodecError: As `from_values`; or there are more arguments than fields.
+        CodecError: A value does not fit its field, or there are more arguments than fields.
     """
     if isinstance(args, list):
         names = cls.__slots__

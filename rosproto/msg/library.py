@@ -79,7 +79,7 @@ class DefinitionLibrary:
         """An action, "package/MoveBase" or as actionlib says it, "package/MoveBaseAction".
 
         Raises:
-            DefinitionError: As `message`.
+            DefinitionError: There is none of this name (near matches are listed), or its text is wrong.
         """
         found = self._look_up("action", name)
         if found is None and name.endswith("Action"):

@@ -77,7 +77,7 @@ def parse_service(text: str, name: str, *, file: str | None = None, lenient: boo
     As in genmsg a missing separator means an empty response and a second one is ignored.
 
     Raises:
-        DefinitionError: As `parse_message`.
+        DefinitionError: The text or the name is not legal; file and line are attributes.
     """
     _check_name(name, file)
     pieces = _split_pieces(text)
@@ -97,7 +97,7 @@ def parse_action(text: str, name: str, *, file: str | None = None, lenient: bool
     The messages' texts are those that actionlib's genaction.py writes.
 
     Raises:
-        DefinitionError: As `parse_message`, or there are not exactly three parts.
+        DefinitionError: The text or the name is not legal, or there are not exactly three parts.
     """
     package = _check_name(name, file)
     pieces = _split_pieces(text)

@@ -222,7 +222,7 @@ class Chassis(Readings):
 
     @property
     def lease(self) -> ChassisLease:
-        """Who commands this robot now, among those who use this object: the page, the REST door, your
+        """Who commands this robot now, among those who use this object: the page, the REST API, your
         program.
 
         Its methods answer at once.

@@ -101,8 +101,10 @@ class Drive:
             seconds: How long; the ramp to the velocity is part of it.
 
         Raises:
-            ValueError: As `set`; or `seconds` is negative or not finite.
-            ConnectionLost, MotionRefused: As `set`.
+            ValueError: A value is not finite or exceeds `limits`, or `seconds` is negative or not finite.
+            ConnectionLost: Nobody subscribes to the velocity topic any more, or the chassis has fallen
+                silent.
+            MotionRefused: The drive is over; `error.readiness` tells why.
         """
         seconds = as_float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):

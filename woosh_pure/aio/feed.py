@@ -288,27 +288,27 @@ class Readings:
 
     @property
     def battery(self) -> Feed[values.Battery]:
-        """`/battery`."""
+        """`/battery`: charge in %, voltage, current, temperatures, capacities; V, A, °C, Ah."""
         return self._feed(self.chassis.battery)
 
     @property
     def localization(self) -> Feed[values.PoseEstimate]:
-        """`/amcl_pose`."""
+        """`/amcl_pose`: the pose found by the localisation, with its covariance; m and rad in the map."""
         return self._feed(self.chassis.localization)
 
     @property
     def information(self) -> Feed[values.Information]:
-        """`/information`."""
+        """`/information`: versions of the controller, type of the base, parameters."""
         return self._feed(self.chassis.information)
 
     @property
     def bms(self) -> Feed[values.Bms]:
-        """`/driver_base/bms`."""
+        """`/driver_base/bms`: what the battery management system measures; V, A, °C, Ah."""
         return self._feed(self.chassis.bms)
 
     @property
     def parameters(self) -> Feed[values.Parameters]:
-        """`/driver_base/parameter`."""
+        """`/driver_base/parameter`: wheel geometry, reduction ratios, speed limits; m, m/s, rad/s."""
         return self._feed(self.chassis.parameters)
 
     @property
@@ -323,12 +323,12 @@ class Readings:
 
     @property
     def scan(self) -> Feed[values.LaserScan]:
-        """`/scan`."""
+        """`/scan`: the fused lidar scan; m and rad in the scan's own frame."""
         return self._feed(self.chassis.scan)
 
     @property
     def imu(self) -> Feed[values.Imu]:
-        """`/imu/data_raw`."""
+        """`/imu/data_raw`: raw inertial measurements; rad/s and m/s² in the IMU's frame."""
         return self._feed(self.chassis.imu)
 
     @property
@@ -343,20 +343,20 @@ class Readings:
 
     @property
     def camera(self) -> Feed[values.Image]:
-        """`/camera_1/color/image_raw`."""
+        """`/camera_1/color/image_raw`: the colour image, as an array of pixels."""
         return self._feed(self.chassis.camera)
 
     @property
     def depth(self) -> Feed[values.Image]:
-        """`/camera_1/depth/image_raw`."""
+        """`/camera_1/depth/image_raw`: the depth image, as an array; m or mm, by its encoding."""
         return self._feed(self.chassis.depth)
 
     @property
     def points(self) -> Feed[values.PointCloud]:
-        """`/camera_1/depth/points`."""
+        """`/camera_1/depth/points`: the depth image as a point cloud; m in the camera's frame."""
         return self._feed(self.chassis.points)
 
     @property
     def obstacle_points(self) -> Feed[values.PointCloud]:
-        """`/camera_1/depth/cloud_without_planes`."""
+        """`/camera_1/depth/cloud_without_planes`: points of obstacles, no ground; m, camera frame."""
         return self._feed(self.chassis.obstacle_points)

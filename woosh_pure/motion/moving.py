@@ -107,7 +107,10 @@ class Moving:
                 its units and frames.
 
         Raises:
-            MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
+            StaleState: The end could not be seen.
+            ValueError: A number is not finite or out of range, or nothing says where to.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
         return self._begin_task(TaskType.PARK, mark, Direction.UNDEFINED, **options)
 
@@ -124,7 +127,10 @@ class Moving:
                 its units and frames.
 
         Raises:
-            MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
+            StaleState: The end could not be seen.
+            ValueError: A number is not finite or out of range, or nothing says where to.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
         return self._begin_task(TaskType.CHARGE, mark, Direction.UNDEFINED, **options)
 
@@ -143,7 +149,10 @@ class Moving:
                 its units and frames.
 
         Raises:
-            MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
+            StaleState: The end could not be seen.
+            ValueError: A number is not finite or out of range, or nothing says where to.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
         return self._begin_task(TaskType.CARRY, mark, direction, **options)
 
@@ -252,7 +261,10 @@ class Moving:
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
+            ValueError: Not finite, too far, or too fast.
+            FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
+            RosTimeout: The action server is not there.
         """
         return self.steps(
             [Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
@@ -284,7 +296,9 @@ class Moving:
 
         Raises:
             ValueError: Not finite, too far, or more than a turn without `several_turns`.
-            MotionRefused, FirmwareLimit, RosTimeout: As `steps`.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
+            FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
+            RosTimeout: The action server is not there.
         """
         radians = math.radians(as_float(angle)) if degrees else angle
         return self.steps(
@@ -306,7 +320,8 @@ class Moving:
         check: bool = True,
         replace: bool = False,
     ) -> StepHandle:
-        """Move sideways by `distance` (`/cmd_vel_control`); only omnidirectional bases can. Returns at once.
+        """Move sideways by `distance` (`/cmd_vel_control`); only omnidirectional bases can, others fail the
+        goal. Returns at once.
 
         Args:
             distance: m along y of base_link, left positive; at most 10 m.
@@ -317,8 +332,10 @@ class Moving:
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
-                goal.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
+            ValueError: Not finite, too far, or too fast.
+            FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
+            RosTimeout: The action server is not there.
         """
         return self.steps(
             [Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
@@ -336,8 +353,8 @@ class Moving:
         check: bool = True,
         replace: bool = False,
     ) -> StepHandle:
-        """Move in a direction without turning (`/cmd_vel_control`); only omnidirectional bases can. Returns
-        at once.
+        """Move in a direction without turning (`/cmd_vel_control`); only omnidirectional bases can,
+        others fail the goal. Returns at once.
 
         Args:
             distance: m, in base_link; at most 10 m.
@@ -350,8 +367,10 @@ class Moving:
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
-                goal.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
+            ValueError: Not finite, too far, or too fast.
+            FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
+            RosTimeout: The action server is not there.
         """
         radians = math.radians(as_float(angle)) if degrees else angle
         return self.steps(

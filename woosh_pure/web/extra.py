@@ -35,5 +35,5 @@ def _load(module: str) -> Any:
     except ImportError as error:
         name = module.partition(".")[0]
         raise ImportError(
-            say('the page and the REST door need {name}: pip install ".[web]"', name=name), name=name
+            say('the page and the REST API need {name}: pip install ".[web]"', name=name), name=name
         ) from error

@@ -117,7 +117,7 @@ class CallCount:
     def begin(self) -> None:
         """
         Raises:
-            Refused: As many wait as may.
+            Refused: Too many calls wait already.
         """
         with self._lock:
             if self._now >= self._most:

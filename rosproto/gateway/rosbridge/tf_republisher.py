@@ -42,7 +42,7 @@ class TfRepublisher:
         node: Subscribes /tf and /tf_static, and provides the action.
 
     Raises:
-        MasterError, ConnectionLost, RosTimeout: As `Node.publisher`.
+        MasterError, ConnectionLost, RosTimeout: A topic could not be registered.
     """
 
     def __init__(self, node: Node) -> None:

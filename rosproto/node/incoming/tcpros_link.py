@@ -138,7 +138,8 @@ class FrameReader:
             holder: Whose `delivery` tells who is to get the messages.
 
         Raises:
-            ConnectionLost, CodecError, OSError: As `receive`.
+            ConnectionLost, OSError: The connection has ended.
+            CodecError: A message does not fit its definition.
         """
         frames = self._frames
         if frames.buffered:

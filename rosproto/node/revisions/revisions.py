@@ -312,7 +312,7 @@ def revised_service(
     """The peer's revision of a service.
 
     Raises:
-        Md5sumMismatch: As for `revised_type`.
+        Md5sumMismatch: The other side's definition is not known, or its values cannot be converted.
     """
     theirs = revisions.service(ours, md5sum)
     if theirs is None:

@@ -175,7 +175,8 @@ class ServiceClient:
         client.
 
         Raises:
-            RosError: As in `call`; nothing was sent.
+            CodecError: A value does not fit its field.
+            ServiceError, ConnectionLost, RosTimeout: There is no provider, or it cannot be reached.
         """
         deadline = Deadline(timeout)
         request = self._request(request, fields)

@@ -1,4 +1,4 @@
-"""`woosh web`: the robot in a browser, and a REST door."""
+"""`woosh web`: the robot in a browser, and a REST API."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from woosh_pure.maps.marks import MarkFile
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
 
-HELP = "show the robot in a browser, on a phone too, and open a REST door for any language"
+HELP = "show the robot in a browser, on a phone too, and serve a REST API for any language"
 
 
 def add_arguments(parser: ArgumentParser) -> None:

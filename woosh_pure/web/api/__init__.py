@@ -1,4 +1,4 @@
-"""The REST door: the routes of each noun, which `woosh_pure.web.build` puts together."""
+"""The REST API: the routes of each noun, which `woosh_pure.web.build` puts together."""
 
 from __future__ import annotations
 

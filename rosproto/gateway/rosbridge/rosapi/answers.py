@@ -246,7 +246,7 @@ def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
     """Register all services of /rosapi; they are answered as for web clients.
 
     Raises:
-        MasterError, ConnectionLost, RosTimeout: As `Node.service_server`.
+        MasterError, ConnectionLost, RosTimeout: A service could not be registered.
         ServiceError: Somebody provides /rosapi already; a second one would take over its services.
     """
     try:
