@@ -18,7 +18,7 @@ def test_the_corpus_gives_values_or_documented_errors(name: str) -> None:
     assert len(kinds) > 1, "seeds should reach a value and an error"
 
 
-@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
+@pytest.mark.promise("nothing it sends raises an exception outside the protocol code")
 @pytest.mark.parametrize("name", sorted(TARGETS))
 def test_a_fixed_handful_of_mutations_finds_nothing(name: str) -> None:
     assert harness.fuzz(name, TARGETS[name], TOKENS.get(name, []), seed=1, runs=300) == 300

@@ -108,7 +108,7 @@ FIELDS = sorted(
 
 
 @pytest.mark.whole
-@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
+@pytest.mark.promise("nothing it sends raises an exception outside the protocol code")
 @settings(COMMON, max_examples=300)
 @given(st.data())
 def test_any_message_is_done_or_refused(data: st.DataObject) -> None:
@@ -127,7 +127,7 @@ def test_any_message_is_done_or_refused(data: st.DataObject) -> None:
                 assert isinstance(getattr(effect, name, ""), str)
 
 
-@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
+@pytest.mark.promise("nothing it sends raises an exception outside the protocol code")
 @COMMON
 @given(cases(), json_values)
 def test_any_values_fit_or_are_refused(case: Case, value: Any) -> None:

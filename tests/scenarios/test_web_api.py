@@ -1,4 +1,4 @@
-"""The REST door over real sockets, on the simulated chassis: what it answers, and what it refuses in words."""
+"""The REST API over real sockets, on the simulated chassis: what it answers, and what it refuses in words."""
 
 from __future__ import annotations
 
@@ -362,7 +362,7 @@ WRITING = ("goals", "pose", "lease", "lease/grant", "recordings", "login")
 
 
 # Each stop is answered once the robot has been measured to stand: 0.4 s for each body.
-@pytest.mark.promise("nonsense ends that connection in a sentence")
+@pytest.mark.promise("a message that is not valid ends that connection with an error text")
 @pytest.mark.parametrize("path", [*WRITING, pytest.param("stop", marks=pytest.mark.slow)])
 def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Chassis, path: str) -> None:
     access = web.app.state.context.access  # type: ignore[attr-defined]
@@ -379,7 +379,7 @@ def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Ch
     assert web.get("status").status == 200
 
 
-@pytest.mark.promise("nonsense ends that connection in a sentence")
+@pytest.mark.promise("a message that is not valid ends that connection with an error text")
 def test_a_body_that_is_too_large_is_not_read(web: Served) -> None:
     answer = web.post("goals", b"x" * (MOST_BODY + 1), headers={"content-type": "application/json"})
     assert answer.status == 413

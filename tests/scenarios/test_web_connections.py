@@ -69,7 +69,7 @@ def is_over(one: socket.socket) -> bool:
     return True
 
 
-@pytest.mark.promise("So a stop gets in")
+@pytest.mark.promise("So a stop gets through")
 def test_a_stop_gets_in_however_many_wait_with_half_a_request(web: Served) -> None:
     slots = slots_of(web)
     with ExitStack() as stack:

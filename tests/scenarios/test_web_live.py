@@ -113,7 +113,7 @@ def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis,
     page.of("lost", text=None)
 
 
-@pytest.mark.promise("until then it costs two frames")
+@pytest.mark.promise("until then at most two frames wait for it")
 def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
     web: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -146,7 +146,7 @@ def test_over_a_slow_link_the_pose_keeps_nothing_away(web: Served) -> None:
         assert page.frames, "scans"
 
 
-@pytest.mark.promise("until then it costs two frames")
+@pytest.mark.promise("until then at most two frames wait for it")
 def test_a_page_that_stops_reading_costs_no_memory(web: Served) -> None:
     """Its socket is not read at all; the server keeps versions of kinds, and no queue."""
     import socket
@@ -200,7 +200,7 @@ NONSENSE = [
 ]
 
 
-@pytest.mark.promise("nonsense ends that connection in a sentence")
+@pytest.mark.promise("a message that is not valid ends that connection with an error text")
 @pytest.mark.parametrize("text", NONSENSE, ids=lambda text: repr(text[:24]))
 def test_nonsense_ends_that_connection_in_a_sentence(
     web: Served, page: PageClient, text: str | bytes
@@ -215,7 +215,7 @@ def test_nonsense_ends_that_connection_in_a_sentence(
     page.of("pose")
 
 
-@pytest.mark.promise("nonsense ends that connection in a sentence")
+@pytest.mark.promise("a message that is not valid ends that connection with an error text")
 def test_a_flood_ends_that_connection(web: Served) -> None:
     with PageClient(web.port, acks=False) as page:
         page.of("hello")

@@ -38,7 +38,7 @@ def refusing() -> Iterator[SimulatedChassis]:
             yield sim
 
 
-@pytest.mark.promise("commands no terminal and forges no line")
+@pytest.mark.promise("cannot control a terminal or forge a line")
 @pytest.mark.parametrize("form", [[], ["--json"], ["--lang", "zh"]], ids=["plain", "json", "Chinese"])
 @pytest.mark.parametrize("verb", VERBS)
 def test_what_a_chassis_says_when_it_refuses(

@@ -104,7 +104,7 @@ def outcome(prog: str, words: list[str], folder: Path) -> tuple[str, str]:
     return out.decode("utf-8", "surrogatepass"), err.decode("utf-8", "surrogatepass")
 
 
-@pytest.mark.promise("commands no terminal and forges no line", "YAML and JSON escape it in their own way")
+@pytest.mark.promise("cannot control a terminal or forge a line", "YAML and JSON escape it in their own way")
 @pytest.mark.parametrize(("prog", "path"), LINES, ids=[path for _, path in LINES])
 def test_no_command_lets_a_peer_write_to_the_terminal(
     prog: str, path: str, peer: HostilePeer, tmp_path: Path

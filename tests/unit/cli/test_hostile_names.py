@@ -86,7 +86,7 @@ def hostile_connections(path: Path) -> str:
     return str(path)
 
 
-@pytest.mark.promise("commands no terminal and forges no line")
+@pytest.mark.promise("cannot control a terminal or forge a line")
 @pytest.mark.parametrize(
     "line",
     [

@@ -141,7 +141,9 @@ def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, con
     until(lambda: bridge.stats().zeros == 10)
 
 
-@pytest.mark.promise("is published by no gateway, in whatever encoding it comes, and is no sign of life")
+@pytest.mark.promise(
+    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
+)
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "1e308"])
 def test_a_velocity_that_is_none_reaches_no_robot(
     graph: Graph, serve: Serve, connect: Serve, number: str

@@ -67,7 +67,7 @@ def test_pages_from_elsewhere_are_refused(serve: Serve) -> None:
     assert bridge.stats().accepted == 3
 
 
-@pytest.mark.promise("off this computer it does not start without a token")
+@pytest.mark.promise("for other computers it does not start without a token")
 def test_tokens(serve: Serve) -> None:
     """In the address or in a header; none, a wrong one and two are none."""
     bridge = serve(token="s3cret & more")
@@ -86,7 +86,7 @@ def test_tokens(serve: Serve) -> None:
     assert bridge.stats().refused == {"token": 7}
 
 
-@pytest.mark.promise("off this computer it does not start without a token")
+@pytest.mark.promise("for other computers it does not start without a token")
 def test_nobody_is_served_off_this_computer_without_a_token(serve: Serve) -> None:
     """The start is refused, with the way out."""
     with pytest.raises(ValueError, match="--token"):

@@ -239,7 +239,9 @@ def test_other_types_pass_as_they_are() -> None:
 NO_VELOCITIES = [float("nan"), float("inf"), float("-inf"), 1e308, -1e308, 1000.5]
 
 
-@pytest.mark.promise("is published by no gateway, in whatever encoding it comes, and is no sign of life")
+@pytest.mark.promise(
+    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
+)
 @pytest.mark.parametrize("value", NO_VELOCITIES)
 @pytest.mark.parametrize("encoded", [False, True])
 def test_a_velocity_that_is_none_is_refused(value: float, encoded: bool) -> None:
@@ -283,7 +285,9 @@ def test_the_definition_of_a_client_hides_no_number() -> None:
     guard.close()
 
 
-@pytest.mark.promise("is published by no gateway, in whatever encoding it comes, and is no sign of life")
+@pytest.mark.promise(
+    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
+)
 def test_what_is_no_velocity_is_no_sign_of_life() -> None:
     """A client that goes on with NaN stands still after half a second, as one that is silent."""
     publisher, guard = Recorder(), WriteGuard(table=DriveTable(silence=0.1, over=0.01))
@@ -314,7 +318,9 @@ PUBLISHES = {
 """Every place below gateway/ that publishes something, and why no client's velocity passes the guard by there."""
 
 
-@pytest.mark.promise("is published by no gateway, in whatever encoding it comes, and is no sign of life")
+@pytest.mark.promise(
+    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
+)
 def test_no_client_publishes_past_the_guard() -> None:
     """A new place has to be looked at, and named here."""
     root = Path(rosproto.gateway.__file__).parent

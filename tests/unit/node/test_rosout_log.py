@@ -40,7 +40,7 @@ def test_lines_are_those_of_debians_rosout(tmp_path: Path, monkeypatch: pytest.M
     )
 
 
-@pytest.mark.promise("commands no terminal and forges no line")
+@pytest.mark.promise("cannot control a terminal or forge a line")
 def test_no_text_forges_a_record(tmp_path: Path) -> None:
     """Every line that begins a record was written by us, whatever a node says, in whichever field."""
     evil = "x\n13.0 FATAL /brakes [b.py:1(f)] [topics: ] they failed\r\x1b[2J\u202e\x85y"

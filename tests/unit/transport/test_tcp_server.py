@@ -144,7 +144,9 @@ def test_a_failing_allow_function_lets_nobody_in(clients: list[socket.socket]) -
         assert not holder.seen
 
 
-@pytest.mark.promise("given up for each new one, then the longest idle one")
+@pytest.mark.promise(
+    "the one whose handshake has been incomplete for longest, then the one that has been idle for longest"
+)
 def test_pending_handshakes_bounds_the_unready_and_drops_the_oldest(clients: list[socket.socket]) -> None:
     holder = Holder()
     with TcpServer("127.0.0.1", 0, holder, limits=Limits(pending_handshakes=2)) as server:
@@ -189,7 +191,9 @@ def test_connections_bounds_the_open_and_refuses_the_newest(clients: list[socket
         holder.wait()
 
 
-@pytest.mark.promise("given up for each new one, then the longest idle one")
+@pytest.mark.promise(
+    "the one whose handshake has been incomplete for longest, then the one that has been idle for longest"
+)
 def test_the_longest_idle_connection_makes_room(clients: list[socket.socket]) -> None:
     holder = Holder()
     with TcpServer("127.0.0.1", 0, holder, limits=Limits(connections=2)) as server:
@@ -288,7 +292,9 @@ def test_close_waits_for_a_stubborn_handler_only_so_long(clients: list[socket.so
     release.set()
 
 
-@pytest.mark.promise("given up for each new one, then the longest idle one")
+@pytest.mark.promise(
+    "the one whose handshake has been incomplete for longest, then the one that has been idle for longest"
+)
 def test_running_out_of_file_descriptors_is_survived_and_logged_once(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, clients: list[socket.socket]
 ) -> None:

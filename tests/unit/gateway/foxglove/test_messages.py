@@ -105,7 +105,7 @@ WRONG: tuple[tuple[str, str], ...] = (
 )  # fmt: skip
 
 
-@pytest.mark.promise("with the fields that it has to have")
+@pytest.mark.promise("with its required fields")
 @pytest.mark.parametrize(("text", "words"), WRONG)
 def test_wrong_documents(text: str, words: str) -> None:
     """A sentence that says what was expected, of bounded length."""
@@ -121,7 +121,7 @@ def test_binary_messages() -> None:
     assert messages.read(call, READER) == messages.Call(1, 0xFFFFFFFF, "ros1", b"data")
 
 
-@pytest.mark.promise("with the fields that it has to have")
+@pytest.mark.promise("with its required fields")
 @pytest.mark.parametrize("whole", [b"\x01\x07\0\0\0", b"\x02" + struct.pack("<III", 1, 2, 4) + b"ros1"])
 def test_every_beginning_of_a_binary_message(whole: bytes) -> None:
     """Is none."""

@@ -178,7 +178,7 @@ def test_the_graph_and_what_changes_in_it(ground: Ground) -> None:
 # -- writing -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.promise("what is refused is answered with a sentence")
+@pytest.mark.promise("what is refused gets an error text")
 def test_nothing_is_written_at_first(ground: Ground) -> None:
     """Publishing, calling and setting are answered with a sentence that names the option; nothing happens."""
     called = []
@@ -203,7 +203,7 @@ def test_nothing_is_written_at_first(ground: Ground) -> None:
     assert server.stats().refusals >= 2
 
 
-@pytest.mark.promise("what is refused is answered with a sentence")
+@pytest.mark.promise("what is refused gets an error text")
 def test_what_is_opened_is_written(ground: Ground) -> None:
     """By a pattern, with the client's bytes, and not after it has left."""
     ground.robot.service_server("/set", SetBool, lambda request: {"success": request.data, "message": "done"})
@@ -233,7 +233,7 @@ def test_what_is_opened_is_written(ground: Ground) -> None:
     )
 
 
-@pytest.mark.promise("what is refused is answered with a sentence")
+@pytest.mark.promise("what is refused gets an error text")
 def test_read_only_wins_over_patterns(ground: Ground) -> None:
     """Whatever `write` says."""
     viewer = ground.view(ground.serve(access=Access(write=["*"], read_only=True)))
@@ -242,7 +242,7 @@ def test_read_only_wins_over_patterns(ground: Ground) -> None:
     assert ground.publishers("/say") == []
 
 
-@pytest.mark.promise("Zero follows a viewer that drove and went or fell silent")
+@pytest.mark.promise("Zero velocity is sent when a viewer that drove leaves or falls silent")
 def test_zero_follows_a_client_that_drove(ground: Ground) -> None:
     """When it falls silent, and at once when it has gone; a velocity that is no number is not sent."""
     heard = ground.robot.subscriber("/cmd_vel", Twist, queue_size=100)
@@ -269,7 +269,7 @@ def test_zero_follows_a_client_that_drove(ground: Ground) -> None:
     assert time.monotonic() - gone < 10
 
 
-@pytest.mark.promise("Zero follows a viewer that drove and went or fell silent")
+@pytest.mark.promise("Zero velocity is sent when a viewer that drove leaves or falls silent")
 def test_closing_sends_zero_too(ground: Ground) -> None:
     """Also when the server ends while somebody drives."""
     heard = ground.robot.subscriber("/cmd_vel", Twist, queue_size=100)

@@ -189,7 +189,7 @@ def test_calls_that_wait_are_counted(ground: Ground) -> None:
     assert viewer.wait(lambda one: isinstance(one, tuple) and one[0] == "response")[1] == 3
 
 
-@pytest.mark.promise("each is read when it is its turn to be sent")
+@pytest.mark.promise("each is read only when it is sent")
 def test_files_are_read_one_by_one(ground: Ground, tmp_path: Path) -> None:
     """A robot of many large meshes, asked for at once, is more than may wait for a viewer as answers."""
     (tmp_path / "big").mkdir()

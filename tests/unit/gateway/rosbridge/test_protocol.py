@@ -166,7 +166,7 @@ def test_every_operation_is_shown() -> None:
     assert {message["op"] for message, _ in CONVERSATION} == set(OPERATIONS)
 
 
-@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
+@pytest.mark.promise("nothing it sends raises an exception outside the protocol code")
 @pytest.mark.parametrize("op", sorted(OPERATIONS))
 def test_a_required_field_is_missed(op: str) -> None:
     """Each required field left out, null, of a wrong kind, too long: named in the answer, with the message's id."""
@@ -186,7 +186,7 @@ def test_a_required_field_is_missed(op: str) -> None:
                 assert len(answer["msg"]) < 300
 
 
-@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
+@pytest.mark.promise("nothing it sends raises an exception outside the protocol code")
 @pytest.mark.parametrize(
     ("message", "sentence"),
     [

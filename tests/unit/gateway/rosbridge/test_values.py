@@ -199,7 +199,7 @@ def test_the_default_of_a_class_is_not_changed() -> None:
     assert POSE().header.stamp.secs == 0
 
 
-@pytest.mark.promise("nothing it sends leaves the protocol as an exception")
+@pytest.mark.promise("nothing it sends raises an exception outside the protocol code")
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [

@@ -93,7 +93,7 @@ def test_strangers_cannot_take_the_reserved_places() -> None:
     assert door.ended == []
 
 
-@pytest.mark.promise("of whoever has asked nothing for longest")
+@pytest.mark.promise("of the one that has been idle for longest")
 def test_a_newcomer_takes_the_place_of_the_most_silent_of_the_largest_crowd() -> None:
     door = Door(most=6, reserved=0, each=100)
     alone = door.admit(OWNER, 0.0)
