@@ -169,7 +169,7 @@ WAYS = {
 }
 
 
-@pytest.mark.promise("a hand that drives from the page")
+@pytest.mark.promise("driving by hand from the page")
 @pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_zero_follows_within_half_a_second(web: Served, witness: Velocities, meter: Meter, way: str) -> None:
@@ -201,7 +201,7 @@ def _free(web: Served) -> None:
     assert teleop.driver is None
 
 
-@pytest.mark.promise("a hand that drives from the page")
+@pytest.mark.promise("driving by hand from the page")
 @pytest.mark.slow
 def test_after_a_cut_nothing_resumes_when_the_network_is_back(web: Served, witness: Velocities) -> None:
     """What waited in the network is delivered in one heap: old wishes, and nothing moves."""
@@ -219,7 +219,7 @@ def test_after_a_cut_nothing_resumes_when_the_network_is_back(web: Served, witne
         assert [h for h in witness.heard if h[0] > back and (h[1] or h[2])] == []
 
 
-@pytest.mark.promise("a hand that drives from the page")
+@pytest.mark.promise("driving by hand from the page")
 @pytest.mark.slow
 def test_beats_that_a_slow_network_delivers_late_do_not_drive(web: Served, witness: Velocities) -> None:
     """The delay begins while it is held: from the first late beat on there is no sign of life."""
@@ -253,7 +253,7 @@ def test_a_stop_that_another_person_gives_ends_the_drive_in_zero(
     trials.tell()
 
 
-@pytest.mark.promise("a hand that drives from the page")
+@pytest.mark.promise("driving by hand from the page")
 @POSIX
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGSTOP", "SIGKILL"])

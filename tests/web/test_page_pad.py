@@ -109,7 +109,7 @@ SHOWN: dict[str, tuple[Callable[[Fake], None], str]] = {
 }
 
 
-@pytest.mark.promise("a hand that drives from the page")
+@pytest.mark.promise("driving by hand from the page")
 @pytest.mark.parametrize("size", SIZES)
 def test_what_is_shown_during_a_drive_moves_no_pad(
     browser: Browser, served: tuple[Fake, str], size: Any
@@ -173,7 +173,7 @@ MOVES: dict[str, Callable[[Page], Any]] = {
 }
 
 
-@pytest.mark.promise("a hand that drives from the page")
+@pytest.mark.promise("driving by hand from the page")
 @pytest.mark.parametrize("way", MOVES)
 def test_a_pad_that_moves_ends_the_drive(browser: Browser, served: tuple[Fake, str], way: str) -> None:
     """And until then it commands what the finger meant: no sign and no size changes by itself."""
