@@ -188,9 +188,13 @@ NAME = re.compile(r"[/~]\w+(/\w+)*|\w+/\w+|[A-Z]\d|[\d.:]+")  # of topics, types
 LINK = re.compile(r"\[(?!English\]|中文|教程\])[^]]*\]\(([^)#\s]+)")
 
 
+def chinese_pages(root: Path) -> list[Path]:
+    return [*root.glob("*.zh-CN.md"), *(root / "docs").glob("*.zh-CN.md")]
+
+
 def chinese(root: Path) -> Iterator[str]:
     """Every Chinese page has the headings, points, programs, commands, tables and links of its twin."""
-    twins = [*root.glob("*.zh-CN.md"), *(root / "docs").glob("*.zh-CN.md")]
+    twins = chinese_pages(root)
     there = {page.name.removesuffix(".zh-CN.md") for page in twins}
     needed = {"README", *(page.stem for page in (root / "docs").glob("*.md") if ".zh-CN" not in page.name)}
     yield from (f"there is no {name}.zh-CN.md" for name in sorted(needed - there - IN_ENGLISH_ONLY))
@@ -287,7 +291,7 @@ SAME: dict[str, Callable[[str], list[Any]]] = {
 
 def paragraphs(root: Path) -> Iterator[str]:
     """A paragraph or point of a Chinese page is one line: a line break inside it is shown as a blank."""
-    for page in [*root.glob("*.zh-CN.md"), *(root / "docs").glob("*.zh-CN.md")]:
+    for page in sorted(chinese_pages(root)):
         inside = False
         for line in FENCE.sub("\n", read(page)).splitlines():
             prose = bool(line.strip()) and not re.match(r" {4}|[#|<]", line)
@@ -302,12 +306,7 @@ def glossary(root: Path) -> Iterator[str]:
     rows = re.findall(r"^\| .+ \| (.+) \| (`.+`) \|$", part, re.MULTILINE)
     if not rows:
         yield "CONTRIBUTING.md has no glossary of Chinese words"
-    texts = [
-        *root.glob("*.zh-CN.md"),
-        *(root / "docs").glob("*.zh-CN.md"),
-        *root.glob("woosh_pure/language/zh/*.txt"),
-    ]
-    for path in sorted(texts):
+    for path in sorted([*chinese_pages(root), *root.glob("woosh_pure/language/zh/*.txt")]):
         for good, bad in rows:
             for word in re.findall("|".join(re.findall("`([^`]+)`", bad)), read(path)):
                 yield f"{path.name}: {word} is {good} here (CONTRIBUTING.md, Chinese words)"
