@@ -15,7 +15,7 @@ from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.host_names import HostNames
 from rosproto.transport.os_errors import translate
-from rosproto.transport.tcp import interrupt
+from rosproto.transport.tcp import interrupt, set_linger
 
 _RECV_BYTES = 1 << 16
 _MAX_IDLE = 4
@@ -224,7 +224,16 @@ class _Link:
         return False
 
     def exchange(self, method: str, body: bytes, deadline: Deadline) -> Response:
-        """Send a request and read its response."""
+        """Send a request and read its response; a request that failed is not delivered later either."""
+        try:
+            return self._exchange(method, body, deadline)
+        except BaseException:
+            # What a silent network has kept of it would reach the server when the network is back, behind
+            # what was asked for since: a publisher that was taken back would be registered for ever.
+            set_linger(self._sock, False)
+            raise
+
+    def _exchange(self, method: str, body: bytes, deadline: Deadline) -> Response:
         self.answered = False
         doing = f"{method} at {self._client.uri}"
         host = format_address(self._client.host, self._client.port)

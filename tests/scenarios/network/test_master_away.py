@@ -24,6 +24,22 @@ def test_the_same_master_again(connected: Network) -> None:
     assert heard_again(laptop.python, back) < soon(LINK_SECONDS)
 
 
+def test_a_registration_that_was_given_up_does_not_come_later(connected: Network) -> None:
+    """Not even when the network is back before the system has given it up: what was asked for since would not count."""
+    robot, laptop, air = connected
+    laptop.python.do("node.master.get_pid()")  # a connection stands
+    air.silence()
+    laptop.python.do(
+        "late = ('registerPublisher', '/late', 'std_msgs/String', node.uri)\n"
+        "try: node.master.call(*late, timeout=1.0)\nexcept Exception as error: said = str(error)\n"
+    )
+    assert "no answer within 1 s" in laptop.python.ask("said")
+    air.clear()
+    wait(2.5)  # lost packets are repeated within that time
+    assert robot.python.ask("'/back' in node.master.get_system_state().publishers")
+    assert not robot.python.ask("'/late' in node.master.get_system_state().publishers")
+
+
 def test_a_robot_that_was_switched_off_and_on(network: Network) -> None:
     """Its processes vanish while nobody hears it; the new ones get our registrations and links within two seconds."""
     robot, laptop, air = network

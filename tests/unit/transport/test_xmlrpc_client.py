@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import socket
+import sys
 import threading
 from collections.abc import Callable, Iterator
 
@@ -129,6 +130,24 @@ def test_a_silent_server_costs_the_timeout_only(scripted: Callable[..., str]) ->
         client.timeout = 0.03
         with pytest.raises(RosTimeout, match=r"0\.03 s"):
             client.call("getPid")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Wine sends FIN where SO_LINGER 0 asks for RST")
+def test_a_call_that_was_given_up_is_not_delivered_later(scripted: Callable[..., str]) -> None:
+    """Its connection is reset, so that the system throws away what a silent network has kept of it."""
+    ended: queue.Queue[object] = queue.Queue()
+
+    def wait_for_the_end(_number: int, sock: socket.socket) -> None:
+        sock.recv(1000)
+        try:
+            ended.put(sock.recv(1000))
+        except OSError as error:
+            ended.put(error)
+
+    with XmlRpcClient(scripted(wait_for_the_end)) as client:
+        with pytest.raises(RosTimeout):
+            client.call("registerPublisher", timeout=0.05)
+        assert isinstance(ended.get(timeout=SOON), ConnectionResetError)
 
 
 def test_dripping_bytes_do_not_extend_the_deadline(scripted: Callable[..., str]) -> None:
