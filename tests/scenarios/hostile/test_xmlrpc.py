@@ -265,7 +265,7 @@ def test_an_idle_connection_is_closed_and_the_client_comes_back(victim: Victim) 
         assert client.get_pid() == pid
 
 
-@pytest.mark.promise("roscpp knows neither `i8` nor `nil`, and cuts")
+@pytest.mark.promise("roscpp knows neither `i8` nor `nil`, and silently cuts")
 def test_integers_of_any_width_are_read_and_only_32_bits_sent(victim: Victim) -> None:
     """18, section 10: `<i8>` and `<nil/>` are read; what could not be answered is refused, and what is kept can be read."""
     for value in (b"<i8>99999999999</i8>", b"<nil/>", b"<i4>4294967296</i4>"):

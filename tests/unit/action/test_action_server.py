@@ -87,7 +87,7 @@ def make():
         bench.server.close()
 
 
-@pytest.mark.promise("Clients wait for a status before they believe")
+@pytest.mark.promise("Clients wait for a status before they take")
 def test_status_is_published_at_once_latched_and_again_when_nothing_happens(make):
     bench = make()
     assert bench.statuses()[0] == []
