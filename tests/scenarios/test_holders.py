@@ -32,11 +32,11 @@ def stands(sim: SimulatedChassis) -> bool:
 @pytest.mark.promise("the `Chassis` block is left, or the program ends in an orderly way")
 @pytest.mark.parametrize("verb", ["goal", "task", "velocity"])
 def test_nothing_begins_while_a_chassis_is_being_closed(sim, until, monkeypatch, verb):
-    """A worker that tries again and again, as workers do; the cancel takes its time."""
+    """A worker that tries again and again, as workers do; ending what moves takes its time."""
     chassis = Chassis(sim.master_uri)
-    handle = chassis.go_to(2.5, 0.0)
+    chassis.go_to(2.5, 0.0)
     until(lambda: not stands(sim))
-    with held(monkeypatch, type(handle), "_request_cancel") as (came, go_on):
+    with held(monkeypatch, Chassis, "_end") as (came, go_on):
         closing, problems = in_thread(chassis.close)
         assert came.wait(10.0)
         with pytest.raises(ConnectionLost, match="this Chassis is closed"):
