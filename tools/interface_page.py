@@ -7,11 +7,14 @@ docstrings; a test compares the committed page with what this makes.
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import NamedTuple
 
 from woosh_pure.chassis import Chassis
+from woosh_pure.interface.listed import LISTED
 from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Row
 from woosh_pure.interface.table import row
@@ -98,6 +101,29 @@ stops by itself when velocity messages end is not documented either: assume that
 """
 
 
+_LISTED = """\
+
+### Names of which no more is known
+
+Each of these names is in the output of `rostopic list | head` on the vendor's page ("screenshot"), or in the
+graph of a real chassis without another node that has to do with it ("seen"). A type of a screenshot's name is
+what the vendor's package has that fits. `feed("/IO_output")` learns the type from the robot.
+"""
+
+_FIELDS = """\
+
+## Fields of the vendor's types
+
+These are the fields, values and limits of the woosh_msgs types that the vendor's page describes, in the order
+and the spelling of the wire. The definitions in `msgdefs/woosh_msgs` say the same, and how the page differs.
+"""
+
+DEFINITIONS = Path(__file__).resolve().parent.parent / "msgdefs"
+_FIELD = re.compile(
+    r"^(?P<type>[\w/]+(?:\[\d*\])?)\s+(?P<name>\w+)(?:\s*=\s*(?P<value>\S+))?\s*(?:#\s*(?P<comment>.*))?$"
+)
+
+
 def how(found: Row) -> str:
     """How a program reaches a row: the feed, the verbs, or the generic way."""
     if found.feed:
@@ -156,6 +182,41 @@ def _row_lines(flow: str) -> Iterator[list[str]]:
             yield [name, f"`{found.type}`", how(found), found.meaning + change, found.unit, found.source]
 
 
+def _field_tables() -> Iterator[str]:
+    """One table for each woosh_msgs type of the vendor's page, and for the steps that one of them holds."""
+    types = [found.type for found in ROWS if found.source == "page" and found.type.startswith("woosh_msgs/")]
+    for type_ in dict.fromkeys([*types, "woosh_msgs/StepControl.msg"]):
+        package, _, name = type_.partition("/")
+        files = sorted((DEFINITIONS / package).glob(f"*/{name}" if "." in name else f"*/{name}.*"))
+        file = max(files, key=lambda path: path.suffix in (".srv", ".action"))
+        title = f"One step of it, `{type_.removesuffix('.msg')}`" if "." in name else f"`{type_}`"
+        yield f"\n### {title}"
+        yield from _table(("field", "type", "meaning"), _field_lines(file.read_text("utf-8"), file.suffix))
+
+
+def _field_lines(definition: str, suffix: str) -> Iterator[list[str]]:
+    """Fields and constants with the comment behind them, or with that which stands right above them."""
+    parts = iter({".msg": ("",), ".srv": ("", "answer: "), ".action": ("", "result: ", "feedback: ")}[suffix])
+    part, above = next(parts), ""
+    for line in definition.splitlines():
+        found = _FIELD.match(line)
+        if line.startswith("#"):
+            above = f"{above} {line[1:].strip()}".strip()
+        elif line == "---":
+            part, above = next(parts), ""
+        elif found is None:
+            above = ""
+        elif found["value"]:
+            yield [
+                f"{part}`{found['name']}` = {found['value']}",
+                f"`{found['type']}`",
+                found["comment"] or "",
+            ]
+        else:
+            yield [f"{part}`{found['name']}`", f"`{found['type']}`", found["comment"] or above]
+            above = ""
+
+
 def page() -> str:
     """The whole page, as it is in docs/interface.md."""
     lines = [_HEAD, "## Verbs of `Chassis`"]
@@ -170,7 +231,19 @@ def page() -> str:
         lines += ["", f"### {title}"]
         titles = ("name", "type", "in `Chassis`", "meaning", "unit; frame", "source")
         lines += _table(titles, _row_lines(flow))
+    lines.append(_LISTED.rstrip())
+    titles = ("name", "type that fits", "meaning", "source")
+    types = {"": "not known"}
+    lines += _table(
+        titles,
+        (
+            [f"`{n.name}`", types.get(n.likely_type) or f"`{n.likely_type}`", n.meaning, n.source]
+            for n in LISTED
+        ),
+    )
     lines.append(_NOTES.rstrip())
+    lines.append(_FIELDS.rstrip())
+    lines += _field_tables()
     return "\n".join(lines) + "\n"
 
 

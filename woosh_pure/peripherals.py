@@ -253,7 +253,7 @@ class Peripherals:
         self,
         mode: NavigationMode,
         *,
-        waiting_timeout: float = 0.0,
+        waiting_timeout: float | None = None,
         max_speed: float = 0.0,
         passage_id: int = 0,
         permitted_passage: bool = False,
@@ -265,8 +265,9 @@ class Peripherals:
 
         Args:
             mode: See `NavigationMode`.
-            waiting_timeout: Seconds to wait before driving around; must be more than 0 for WAIT_THEN_AVOID,
-                because the chassis would take PRECISE_AVOIDANCE otherwise.
+            waiting_timeout: Seconds to wait before driving around, 0 or more; must be given for
+                WAIT_THEN_AVOID. What 0 means is not certain: the vendor's page allows it, the message's
+                definition says that the chassis takes PRECISE_AVOIDANCE then.
             max_speed: m/s; 0 keeps the configured speed.
             passage_id: The passage this is about.
             permitted_passage: Whether a changed path may be followed.
@@ -279,7 +280,10 @@ class Peripherals:
             GoalFailed: The chassis did not accept it.
         """
         mode, direction = NavigationMode(mode), NavDirection(direction)
-        waiting_timeout, max_speed = as_float(waiting_timeout), as_float(max_speed)
+        if mode is NavigationMode.WAIT_THEN_AVOID and waiting_timeout is None:
+            raise ValueError(say("WAIT_THEN_AVOID needs waiting_timeout=, in seconds"))
+        waiting_timeout = as_float(0.0 if waiting_timeout is None else waiting_timeout)
+        max_speed = as_float(max_speed)
         if not (mode.known and direction.known):
             raise ValueError(
                 say(
@@ -295,10 +299,6 @@ class Peripherals:
                     max_speed=max_speed,
                     most=MAX_SPEED,
                 )
-            )
-        if mode is NavigationMode.WAIT_THEN_AVOID and not waiting_timeout > 0.0:
-            raise ValueError(
-                "WAIT_THEN_AVOID needs waiting_timeout > 0 s; otherwise the chassis avoids at once"
             )
         for name, value in (("waiting_timeout", waiting_timeout), ("max_speed", max_speed)):
             if not (math.isfinite(value) and value >= 0.0):

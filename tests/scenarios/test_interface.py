@@ -278,6 +278,10 @@ def test_the_navigation_mode_reaches_the_chassis(sim, chassis):
     assert sim.world.navigation.max_speed == pytest.approx(0.4)
     with pytest.raises(ValueError, match="waiting_timeout"):
         chassis.set_navigation_mode(NavigationMode.WAIT_THEN_AVOID)
+    chassis.set_navigation_mode(
+        NavigationMode.WAIT_THEN_AVOID, waiting_timeout=0.0
+    )  # as the vendor's page allows
+    assert sim.world.navigation.mode is NavigationMode.PRECISE_AVOIDANCE  # as the definition says
 
 
 def test_any_action_of_the_chassis_can_be_used(chassis):

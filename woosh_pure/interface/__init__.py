@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from woosh_pure.interface.listed import LISTED, ListedName
 from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Flow, Row
 from woosh_pure.interface.table import (
@@ -16,10 +17,12 @@ from woosh_pure.interface.table import (
 )
 
 __all__ = [
+    "LISTED",
     "PAGE_ALIASES",
     "ROBOT_NODES",
     "ROWS",
     "Flow",
+    "ListedName",
     "Row",
     "actions",
     "feeds",

@@ -2358,7 +2358,9 @@ class NavigationModeGoal(_Message):
 
     uint32 id                # of the lane (area)
     uint8 navigation_mode    # 0 loose avoidance, 1 precise avoidance, 2 stop and wait, 3 wait, then avoid
-    float32 waiting_timeout  # s, greater than 0 with mode 3; otherwise it counts as 1
+
+    # s. With mode 3: greater than 0, otherwise mode 3 counts as 1; the vendor's page allows 0
+    float32 waiting_timeout
     float32 max_speed        # m/s, 0 or less keeps the configured one
     bool permitted_passage   # a changed path may be followed
     uint32 capacity          # vehicles in the lane

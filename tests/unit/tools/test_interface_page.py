@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tools.interface_page import VERBS, how, page
+from tools.interface_page import DEFINITIONS, VERBS, how, page
 from woosh_pure import Chassis
+from woosh_pure.interface import LISTED
 from woosh_pure.interface.table import ROWS, row
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "interface.md"
@@ -33,6 +34,20 @@ def test_every_row_is_in_the_page_with_a_way_to_reach_it() -> None:
     for each in ROWS:
         assert f"`{each.name}`" in text
         assert how(each).strip("`")
+
+
+def test_names_of_which_no_more_is_known_are_in_the_page_and_no_rows() -> None:
+    """All ten names of the vendor's screenshot are in the page; a likely type is one of the bundled definitions."""
+    text = page()
+    for each in LISTED:
+        assert f"`{each.name}`" in text
+        assert each.name not in {found.name for found in ROWS}
+        if each.likely_type:
+            package, name = each.likely_type.split("/")
+            assert [file for file in (DEFINITIONS / package).glob(f"*/{name}.*") if file.suffix != ".py"]
+    for name in ("/IO_input", "/amcl_pose", "/avoid_3d_trigger"):
+        assert row(name).name == name
+    assert sum(each.source == "screenshot" for each in LISTED) == 7
 
 
 def test_every_row_of_the_vendors_page_has_a_property_or_a_verb() -> None:

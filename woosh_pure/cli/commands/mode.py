@@ -21,9 +21,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--waiting-timeout",
         type=seconds,
-        default=0.0,
         metavar="S",
-        help="how long wait-then-avoid waits (needed there)",
+        help="how long wait-then-avoid waits (needed there; 0 may mean not at all)",
     )
     parser.add_argument(
         "--max-speed", type=seconds, default=0.0, metavar="M/S", help="0 keeps the configured one"
