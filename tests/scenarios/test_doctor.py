@@ -217,3 +217,27 @@ def test_a_robot_that_is_known_by_its_name_only(healthy, monkeypatch, capsys):
     assert "is no NAME=IP" in capsys.readouterr().err
     with pytest.raises(ValueError, match="no host name or address"):
         Chassis(uri, resolve={"robot": "http://127.0.0.1"})
+
+
+def test_the_report_is_written_once_and_does_not_tell_where(healthy, tmp_path, capsys):
+    path = tmp_path / "report.json"
+    words = [
+        "--chassis",
+        healthy.master_uri,
+        "--lang",
+        "en",
+        "doctor",
+        "--listen",
+        "0.5",
+        "--report",
+        str(path),
+    ]
+    main(words)
+    assert f"the report is in {path}" in capsys.readouterr().out
+    document = json.loads(path.read_text("utf-8"))
+    assert document["graph"]["topics"]["/robot_status"] == "woosh_msgs/RobotStatus"
+    assert {"check", "level", "text", "advice"} <= document["findings"][0].keys()
+    assert document["system"]["woosh-pure"] == rosproto.__version__
+    assert socket.gethostname() not in path.read_text("utf-8")
+    assert main(words) == 2  # an older report is not replaced
+    assert "exists already" in capsys.readouterr().err
