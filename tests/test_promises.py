@@ -29,6 +29,7 @@ NO_PROMISE = (
     "What it does is keep a program alive",
     "**Report** a weakness",
     "You get an answer within a week",
+    "Which versions are corrected",
     "A peer announces the host of its node",
     "Safety of motion is a matter of its own",
     "Each line of it, and each",

@@ -1,15 +1,17 @@
-"""Build the wheel and the sdist, look inside, and use them as strangers do. `python tests/packaging/check.py`
+"""Build the wheel and the sdist, look inside, and use them as strangers do. `python tests/packaging/check.py [--keep FOLDER]`
 
 Needs `build` and `hatchling` in the interpreter that runs it; pip brings the rest. Each
-check prints one line; the first that fails ends it with an AssertionError.
+check prints one line; the first that fails ends it with an AssertionError. `--keep` copies the two that passed.
 """
 
 from __future__ import annotations
 
+import argparse
 import email
 import importlib.util
 import os
 import re
+import shutil
 import stat
 import subprocess
 import sys
@@ -245,6 +247,9 @@ def contents(folder: Path) -> set[tuple[str, int]]:
 
 def main() -> None:
     """All checks, in a temporary directory."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--keep", type=Path, metavar="FOLDER")
+    keep = parser.parse_args().keep
     with tempfile.TemporaryDirectory(prefix="woosh-packaging-") as name:
         work = Path(name)
         work.chmod(0o755)  # nobody must get in
@@ -269,6 +274,9 @@ def main() -> None:
         make_writable(work / "bare")
         check_frozen(python, work)
         done("PyInstaller --onefile")
+        if keep is not None:
+            for file in (wheel, sdist):
+                shutil.copy(file, keep)
 
 
 if __name__ == "__main__":
