@@ -232,15 +232,11 @@ def page() -> str:
         titles = ("name", "type", "in `Chassis`", "meaning", "unit; frame", "source")
         lines += _table(titles, _row_lines(flow))
     lines.append(_LISTED.rstrip())
-    titles = ("name", "type that fits", "meaning", "source")
-    types = {"": "not known"}
-    lines += _table(
-        titles,
-        (
-            [f"`{n.name}`", types.get(n.likely_type) or f"`{n.likely_type}`", n.meaning, n.source]
-            for n in LISTED
-        ),
+    named = (
+        [f"`{n.name}`", f"`{n.likely_type}`" if n.likely_type else "not known", n.meaning, n.source]
+        for n in LISTED
     )
+    lines += _table(("name", "type that fits", "meaning", "source"), named)
     lines.append(_NOTES.rstrip())
     lines.append(_FIELDS.rstrip())
     lines += _field_tables()
