@@ -63,7 +63,7 @@ def chinese(text: str) -> None:
         ("camera --no-file", 0, "坐标系"),
         ("camera --depth --no-file", 0, "米"),
         ("plan 1 0 0 --start 0 0 0", 0, "米"),
-        ("costmap clear", 0, "已忘记"),
+        ("costmap clear", 0, "已清除"),
         ("mode free", 2, "不是有效的"),
         ("watch --lines --for 1.5", 0, "没有收到状态"),
         ("imu", 0, "加速度"),
