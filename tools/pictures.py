@@ -1,4 +1,4 @@
-"""The pictures of README, taken from the commands while a simulated chassis drives.
+"""The pictures of the terminal in docs/tour.md, taken from the commands while a simulated chassis drives.
 
 `python -m tools.pictures` writes docs/pictures/watch.png (what `woosh watch` shows in a terminal, drawn by
 Chromium) and docs/pictures/map.png (as `woosh map save` writes it). Needs a Unix terminal and Chromium.
