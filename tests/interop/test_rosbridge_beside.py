@@ -231,11 +231,15 @@ def test_an_action_with_other_topics_below_its_name(beside: Beside) -> None:
         {"service": "/lamp#7", "args": {"data": True}, "id": None},
         {"service": "lamp", "args": {"data": True}},
         {"service": "/ask"},
+        {"service": "/lamp", "args": {"data": True}, "id": 1.5},
+        {"service": "/lamp", "args": {"data": True}, "id": True},
+        {"service": "/lamp", "args": {"data": True}, "timeout": "5", "type": 5},
     ],
     ids=lambda value: json.dumps(value)[:60],
 )
 def test_calls_are_answered_alike(beside: Beside, request_: dict[str, Any]) -> None:
-    """With and without an id, the id behind the name, arguments by position, a relative name, no arguments."""
+    """With and without an id, the id behind the name, arguments by position, a relative name, no arguments, an
+    odd id, and fields of ROS 2 that make no sense."""
     request = {key: value for key, value in request_.items() if value is not None}
     drop = "id" in request_ and request_["id"] is None
     both = []
@@ -243,6 +247,16 @@ def test_calls_are_answered_alike(beside: Beside, request_: dict[str, Any]) -> N
         client.send(json.dumps({"op": "call_service", **({} if drop else {"id": "asked"}), **request}))
         both.append(json.loads(client.recv(timeout=SECONDS)))
     assert both[0] == both[1]
+
+
+def test_arguments_that_are_none_are_answered(beside: Beside) -> None:
+    """The original calls the service without any; ours refuses them, in the same form."""
+    original, ours = (
+        answer(client, {"service": "/ask", "args": "x"}) for client in (beside.original, beside.ours)
+    )
+    assert (original["result"], ours["result"]) == (True, False)
+    assert "field args" in ours["values"]
+    assert {**original, "values": "", "result": None} == {**ours, "values": "", "result": None}
 
 
 def messages(client: Any, topic: str, type_name: str, count: int | None = 1, **options: Any) -> list[Any]:

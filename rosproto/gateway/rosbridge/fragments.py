@@ -23,7 +23,7 @@ class FragmentError(Exception):
     """A fragment is invalid; the text is a sentence for the client."""
 
 
-def cut(text: str, size: int | None, id: str | int) -> tuple[str, ...]:
+def cut(text: str, size: int | None, id: str | float) -> tuple[str, ...]:
     """The messages that carry a text: the text itself, or fragments with `size` characters of it each.
 
     Args:
@@ -60,7 +60,7 @@ class Reassembly:
 
     def __init__(self, most_bytes: int) -> None:
         self._most_bytes = most_bytes
-        self._waiting: dict[str | int, _Incomplete] = {}
+        self._waiting: dict[str | float, _Incomplete] = {}
         self.held = 0
 
     def __len__(self) -> int:
@@ -88,7 +88,7 @@ class Reassembly:
             self._forget(id)
             raise
 
-    def _add(self, id: str | int, num: int | None, total: int | None, data: str, now: float) -> str | None:
+    def _add(self, id: str | float, num: int | None, total: int | None, data: str, now: float) -> str | None:
         if total is None or not 0 < total <= MOST_RECEIVED:
             raise FragmentError(f"field total of a fragment must be a whole number from 1 to {MOST_RECEIVED}")
         if num is None or not 0 <= num < total:
@@ -118,7 +118,7 @@ class Reassembly:
         for id in [id for id, found in self._waiting.items() if now - found.seen > SECONDS]:
             self._forget(id)
 
-    def _forget(self, id: str | int) -> None:
+    def _forget(self, id: str | float) -> None:
         found = self._waiting.pop(id, None)
         if found is not None:
             self.held -= sum(map(_cost, found.pieces.values()))

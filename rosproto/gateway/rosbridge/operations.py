@@ -28,8 +28,8 @@ _COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 RECEIVED_PARTS = ("fragment", "png")
 """Operations that hold another one; the protocol itself reads them."""
 
-Id = str | int | None
-"""Names an interaction; the client's choice, and back to it in every answer."""
+Id = str | float | None
+"""Names an interaction; the client's choice, and back to it in every answer. A number has any JSON form."""
 
 Payload = str | bytes
 """One message of the WebSocket: text, or binary."""
@@ -75,10 +75,8 @@ def _whole(least: int) -> Check:
 
 
 def _seconds(value: Any, _longest: int) -> float | None:
-    """roslib has every number at or below zero for "no time-out of mine"."""
-    if type(value) in (int, float) and abs(value) <= LARGEST:  # not a NaN, nor an integer beyond floats
-        return float(value) if value > 0 else None
-    raise ValueError("a number of seconds")
+    """roslib has every number at or below zero for "no time-out of mine"; the original reads none at all."""
+    return float(value) if type(value) in (int, float) and 0 < value <= LARGEST else None
 
 
 def _number(value: Any, _longest: int) -> float:
@@ -204,8 +202,7 @@ class CallService:
         service: The name to call.
         asked: The name as the client wrote it, which the answer repeats: old clients append "#" and an id.
         args: A dict by field, a list by position, or None.
-        type: The type that the client expects, where it says so.
-        timeout: Seconds that the client waits; None: the gateway's own.
+        timeout: Seconds that the client waits; None, also where it gave no number: the gateway's own.
         long: It came in a long message: few such ones may be unanswered at a time.
     """
 
@@ -213,7 +210,6 @@ class CallService:
     service: Name
     asked: str
     args: Arguments | None = None
-    type: Text | None = None
     fragment_size: Size | None = None
     compression: Compression = "none"
     timeout: Seconds | None = None
@@ -499,19 +495,30 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Effect
     return operation.make(**given)
 
 
+def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int) -> Effect | None:
+    """A call or goal with a wrong field, as far as its answer repeats it; None for other operations."""
+    if op not in ("call_service", "send_action_goal"):
+        return None
+    asked = message.get("service" if op == "call_service" else "action")
+    name = asked[:text_length] if isinstance(asked, str) else ""
+    if id is None and "#" in name:
+        id = name.partition("#")[2]
+    return CallService(id, name, name) if op == "call_service" else SendActionGoal(id, name, name, "")
+
+
 def read_id(message: dict[str, Any], text_length: int) -> Id:
     """The id of a message, None where it has none.
 
     Raises:
-        FieldError: It is neither a text nor a whole number, or it is too long to be sent back.
+        FieldError: It is neither a text nor a number, or it is too long to be sent back.
     """
     value = message.get("id")
-    if value is None or (type(value) is int and abs(value) < 2**63):
+    if value is None or (isinstance(value, (int, float)) and abs(value) < 2**63):  # not a NaN
         return value
     if isinstance(value, str) and len(value) <= text_length:
         return value
     raise FieldError(
-        f"field id is {_shown(value)}; expected a text of at most {text_length} characters or a whole number"
+        f"field id is {_shown(value)}; expected a text of at most {text_length} characters or a number"
     )
 
 

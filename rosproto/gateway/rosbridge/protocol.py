@@ -35,6 +35,7 @@ from rosproto.gateway.rosbridge.operations import (
     SetLevel,
     read_id,
     read_operation,
+    unread_request,
 )
 from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
 from rosproto.gateway.rosbridge.status import Level, is_wanted
@@ -155,7 +156,8 @@ class Protocol:
             effect = read_operation(op, message, self._limits.text_length)
         except (FieldError, FragmentError, PngError) as error:
             what = f"{op}: " if isinstance(op, str) and (op in OPERATIONS or op in RECEIVED_PARTS) else ""
-            self._refuse(effects, f"{what}{error}", id)
+            asked = unread_request(op, message, id, self._limits.text_length)
+            self._refuse(effects, f"{what}{error}", id, asked)
             return effects
         if isinstance(effect, SetLevel):
             self.level = effect.level
@@ -180,9 +182,15 @@ class Protocol:
             raise FieldError(f"more than {_MOST_PICTURES} pictures in one message; send them one by one")
         return unpack(data, min(MOST_BYTES, self._limits.message_bytes))
 
-    def _refuse(self, effects: list[Effect], text: str, id: Id = None) -> None:
+    def _refuse(self, effects: list[Effect], text: str, id: Id = None, asked: Effect | None = None) -> None:
+        """A sentence, as the answer that the client waits for (`asked`); else as a status."""
         self.refused += 1
-        payloads = self.status("error", text, id)
+        if isinstance(asked, CallService):
+            payloads = self.service_failure(asked, text)
+        elif isinstance(asked, SendActionGoal):
+            payloads = self.action_failure(asked, text)
+        else:
+            payloads = self.status("error", text, id)
         if payloads:
             effects.append(Reply(payloads))
 

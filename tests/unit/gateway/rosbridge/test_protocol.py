@@ -72,8 +72,9 @@ CONVERSATION: list[tuple[dict[str, Any], Effect]] = [
     ({"op": "call_service", "service": "/s"}, CallService(None, "/s", "/s")),
     (
         {"op": "call_service", "id": "c", "service": "/s", "args": {"a": 1}, "type": "a/S", "timeout": 2},
-        CallService("c", "/s", "/s", {"a": 1}, "a/S", timeout=2.0),
+        CallService("c", "/s", "/s", {"a": 1}, timeout=2.0),
     ),
+    ({"op": "call_service", "id": 1.5, "service": "/s", "timeout": "5"}, CallService(1.5, "/s", "/s")),
     ({"op": "call_service", "service": "/s#33", "args": [1]}, CallService("33", "/s", "/s#33", [1])),
     ({"op": "call_service", "id": "c", "service": "/s#33"}, CallService("c", "/s", "/s#33")),
     ({"op": "call_service", "service": "/s", "timeout": -1}, CallService(None, "/s", "/s")),
@@ -143,13 +144,30 @@ def status_of(effects: list[Effect]) -> dict[str, Any]:
     return answer
 
 
-def refused(message: Any, limits: GatewayLimits = LIMITS) -> str:
-    """The sentence of the status that answers a message."""
+ANSWERS = {"call_service": ("service_response", "service"), "send_action_goal": ("action_result", "action")}
+
+
+def answer_of(message: Any, limits: GatewayLimits = LIMITS) -> dict[str, Any]:
+    """What answers a wrong message, as a status; a call and a goal have an answer of their own, and no status."""
     protocol = Protocol(limits)
-    text = status_of(protocol.receive(message if isinstance(message, (str, bytes)) else json.dumps(message)))[
-        "msg"
-    ]
+    effects = protocol.receive(message if isinstance(message, (str, bytes)) else json.dumps(message))
     assert protocol.refused == 1
+    op = message.get("op") if isinstance(message, dict) else None
+    if not (isinstance(op, str) and op in ANSWERS):
+        return status_of(effects)
+    assert len(effects) == 1, effects
+    assert isinstance(effects[0], Reply)
+    (payload,) = effects[0].payloads
+    answer: dict[str, Any] = json.loads(payload)
+    assert answer.pop("op") == ANSWERS[op][0]
+    assert answer.pop("result") is False
+    assert answer.pop("status", 0) == 0
+    return {"msg": answer.pop("values"), **answer}
+
+
+def refused(message: Any, limits: GatewayLimits = LIMITS) -> str:
+    """The sentence that answers a wrong message."""
+    text = answer_of(message, limits)["msg"]
     assert isinstance(text, str)
     return text
 
@@ -178,9 +196,9 @@ def test_a_required_field_is_missed(op: str) -> None:
             without = {name: value for name, value in whole.items() if name != field.name}
             assert f"field {field.name} is missing" in refused(without)
         for value in wrong:
-            effects = Protocol(LIMITS).receive(json.dumps({**whole, field.name: value, "id": "the id"}))
-            if isinstance(effects[0], Reply):
-                answer = status_of(effects)
+            message = {**whole, field.name: value, "id": "the id"}
+            if isinstance(Protocol(LIMITS).receive(json.dumps(message))[0], Reply):
+                answer = answer_of(message)
                 assert answer["id"] == "the id"
                 assert answer["msg"].startswith(f"{op}: field {field.name} ")
                 assert len(answer["msg"]) < 300
@@ -244,6 +262,22 @@ def test_wrong_messages(message: Any, sentence: str) -> None:
     text = refused(message)
     assert text.startswith(sentence)
     assert "\x1b" not in text
+
+
+@pytest.mark.parametrize("op", sorted(ANSWERS))
+def test_a_wrong_call_or_goal_is_answered_as_one_that_fails(op: str) -> None:
+    """Whoever waits for its answer gets one, with its id, if that is a text or a number."""
+    name = ANSWERS[op][1]
+    asked = {"op": op, name: "/s", "action_type": "p/A", "args": "x"}
+    for id in ("a", 7, 1.5):
+        assert answer_of({**asked, "id": id}) == {"msg": refused({**asked, "id": id}), name: "/s", "id": id}
+    for id in ("x" * 51, {}, float("nan"), float("inf"), None):
+        assert answer_of({**asked, "id": id}).keys() == {"msg", name}
+    assert answer_of({**asked, name: "/s#33"})["id"] == "33"
+    assert answer_of({**asked, name: 5})[name] == ""
+    silent = Protocol(LIMITS)
+    silent.receive('{"op": "set_level", "level": "none"}')
+    assert isinstance(silent.receive(json.dumps(asked))[0], Reply)
 
 
 def test_several_messages_at_once() -> None:
