@@ -170,6 +170,8 @@ def _begin_actions(now: Transition) -> bool:
 
 
 def _begin_one(now: Transition, group: Sequence[ActionState]) -> bool:
+    if not group:
+        return False
     state, own = now.state, {id(each) for each in group}
     others = [a for a in state.action_states if id(a) not in own and a.action.type not in BUILT_IN]
     ready = may_begin(group, others, standing=state.at_rest)

@@ -8,8 +8,8 @@ on disk.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.messages.parsing import read_edge, read_node
@@ -23,8 +23,7 @@ DRIVING_MODES = ("AUTOMATIC", "SEMIAUTOMATIC")
 """Operating modes (6.10.6) in which the fleet manager is in control."""
 
 
-@dataclass(frozen=True, slots=True)
-class OrderState:
+class OrderState(NamedTuple):
     """One vehicle's order, its actions, and what keeps it from driving.
 
     Attributes:
@@ -56,7 +55,7 @@ class OrderState:
     nodes: tuple[Node, ...] = ()
     edges: tuple[Edge, ...] = ()
     action_states: tuple[ActionState, ...] = ()
-    problems: Problems = field(default_factory=Problems)
+    problems: Problems = Problems()
     phase: OrderPhase = OrderPhase.OPEN
     cancels: tuple[str, ...] = ()
     motion: Motion = Motion.SETTLING
@@ -147,12 +146,13 @@ class OrderState:
 
     def actions_here(self) -> list[ActionState]:
         """The actions of the node it is on, and of the edge that it has entered."""
-        places = {(Scope.NODE, self.last_sequence)}
+        places = {Scope.NODE: self.last_sequence}
         if self.on_edge and self.nodes and self.has_edge_to(self.nodes[0]):
-            places.add((Scope.EDGE, self.edges[0].sequence))
+            places[Scope.EDGE] = self.edges[0].sequence
+        found = [a for a in self.action_states if a.sequence == places.get(a.scope)]
         # The first node of an order has a sequence that `last_sequence` may have by chance.
-        ahead = {node.sequence for node in self.nodes}
-        return [a for a in self.action_states if (a.scope, a.sequence) in places and a.sequence not in ahead]
+        ahead = {node.sequence for node in self.nodes} if found else ()
+        return [a for a in found if a.sequence not in ahead]
 
     def instant_actions(self) -> list[ActionState]:
         """Those that are not built in."""
@@ -266,8 +266,7 @@ def read_state(data: Mapping[str, Any], limits: Capabilities) -> OrderState:
         Invalid, KeyError, TypeError, ValueError: This is not what `to_json` gave.
     """
     phase = OrderPhase.CLOSED if data["closed"] else OrderPhase.OPEN
-    return replace(
-        first_state(limits),
+    return first_state(limits)._replace(
         order_id=str(data["orderId"]),
         update=int(data["orderUpdateId"]),
         last_node=str(data["lastNodeId"]),

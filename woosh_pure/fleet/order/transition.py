@@ -75,7 +75,7 @@ class Transition:
         self._told = True
 
     def _change(self, **fields: Any) -> None:
-        self.state = replace(self.state, **fields)
+        self.state = self.state._replace(**fields)
 
     # -- what was measured -----------------------------------------------------------------------------------
 
