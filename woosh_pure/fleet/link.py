@@ -326,6 +326,8 @@ class BrokerConnection:
 
     def _on_message(self, client: Any, data: Any, message: Any) -> None:
         topic = message.topic.rpartition("/")[2]
+        if not message.payload:
+            return  # somebody has cleared a retained message
         if message.retain:
             self.retained += 1
             _log.warning("! %s: a retained message on %s is not obeyed; clear it", self.prefix, topic)

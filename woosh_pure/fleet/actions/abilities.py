@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.errors import ChassisError
@@ -106,6 +108,8 @@ _CARRYING = (
 def _init_position(task: Task, maps: MapStore | None, own: MapEntry) -> str:
     given = task.parameters
     pose = Pose2D(float(given["x"]), float(given["y"]), float(given["theta"]))
+    if abs(pose.yaw) > math.pi + 1e-6:
+        raise ChassisError(say("theta {theta:g}: expected an angle of -pi to pi, in rad", theta=pose.yaw))
     wanted = str(given["mapId"])
     if maps is None and wanted != own.map_id:
         raise ChassisError(
@@ -126,7 +130,22 @@ def _init_position(task: Task, maps: MapStore | None, own: MapEntry) -> str:
     def near(heard: Pose2D) -> bool:
         return heard.distance_to(pose) < 0.5 and abs(heard.angle_to(pose)) < 0.5
 
-    task.chassis.pose.wait_for(near, _LOCATE_SECONDS)
+    try:
+        task.chassis.pose.wait_for(near, _LOCATE_SECONDS)
+    except RosTimeout as error:
+        known = task.chassis.pose.known
+        if known is None:
+            raise
+        raise ChassisError(
+            say(
+                "the robot takes itself to be at {heard}: {away:.2f} m and {turned:.0f}° away from the pose "
+                "that it was given, {pose}; look where it stands and which way it faces",
+                heard=known.value,
+                away=pose.distance_to(known.value),
+                turned=math.degrees(abs(pose.angle_to(known.value))),
+                pose=pose,
+            )
+        ) from error
     return f"the robot takes itself to be at {pose}"
 
 

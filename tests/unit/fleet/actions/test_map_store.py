@@ -8,11 +8,13 @@ import json
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from rosproto.errors import RosTimeout
 from tests.support.fleet_maps import packed as packed_map
 from tests.support.fleet_maps import serving
 from woosh_pure.errors import ChassisError
@@ -46,6 +48,7 @@ class Robot:
     def __init__(self) -> None:
         self.map, self.poses = grid(), []  # type: tuple[GridMap, list[Pose2D]]
         self.refuses = False
+        self.heard: Pose2D | None = None  # where it takes itself to be, whatever it is told
 
     def get_map(self) -> GridMap:
         return self.map
@@ -67,8 +70,14 @@ class Robot:
         return HERE
 
     def wait_for(self, accept: Callable[[Pose2D], bool], timeout: float) -> Pose2D:
-        assert accept(self.poses[-1])
+        if self.heard is not None and not accept(self.heard):
+            raise RosTimeout("no pose came", what="a pose", seconds=timeout)
+        assert self.heard is not None or accept(self.poses[-1])
         return self.poses[-1]
+
+    @property
+    def known(self) -> Any:
+        return SimpleNamespace(value=self.heard)
 
 
 @pytest.fixture
@@ -127,6 +136,29 @@ def test_what_is_there_already_is_not_downloaded(shelf: MapStore, served: str) -
         handlers(shelf)["downloadMap"](
             task(Robot(), mapId="hall", mapVersion="1", mapDownloadLink=f"{served}/good.zip")
         )
+
+
+@pytest.mark.parametrize(
+    ("theta", "sentence"),
+    [
+        (90.0, "theta 90: expected an angle of -pi to pi, in rad"),
+        (
+            3.0,
+            "x 1.000 m, y 2.000 m, yaw 0.0° in map: 0.00 m and 172° away from the pose that it was given, ",
+        ),
+        (
+            -1.0,
+            "0.00 m and 57° away from the pose that it was given, x 1.000 m, y 2.000 m, yaw -57.3° in map",
+        ),
+    ],
+)
+def test_init_position_with_a_wrong_heading_says_so(theta: float, sentence: str) -> None:
+    """In degrees, or another one than that in which the robot finds itself."""
+    robot = Robot()
+    robot.heard = Pose2D(1.0, 2.0, 0.0)
+    with pytest.raises(ChassisError) as failed:
+        handlers(None)["initPosition"](task(robot, mapId="hall", x=1.0, y=2.0, theta=theta))
+    assert sentence in str(failed.value)
 
 
 def test_another_map_is_taken_by_init_position(shelf: MapStore) -> None:
