@@ -75,11 +75,14 @@ class LightChassis:
     def __init__(self, y: float = 0.0, speed: float = 1.0) -> None:
         self.lease = ChassisLease()
         self.x, self.y, self.speed = 0.0, y, speed
-        self.pose, self.measured_velocity, self.status_code = Feed(), Feed(), Feed()
+        self.pose, self.measured_velocity, self.status_code, self.plan = Feed(), Feed(), Feed(), Feed()
         self.battery = Feed(SimpleNamespace(percent=80, voltage=48.0, charging=False))
         self.parameters = Feed(SimpleNamespace(max_linear=1.5, max_angular=1.5))
         self.status = Feed(SimpleNamespace(robot_mode=1))
         self.drive: Handle | None = None
+
+    def feed(self, name: str) -> Feed:
+        return {"plan": self.plan}[name]
 
     def readiness(self) -> Any:
         return SimpleNamespace(reasons=(), refuses=False, sentence=lambda: "")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.order.limits import AgvPosition
+
+_PATH_ENDS = 0.5  # m from its node
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,8 @@ class Facts:
         faults: Sentences of the faults that it tells, each with whether it is severe.
         loads: None where nothing tells them.
         zone_set: Of the chassis's map; "" where there is none.
+        path: Corners (x, y) in m of the way that the chassis has planned for the drive under way; empty where
+            it has told none.
         information: (type, text) pairs for people.
     """
 
@@ -69,12 +75,24 @@ class Facts:
     maps: tuple[MapEntry, ...] = ()
     map_id: str = ""
     zone_set: str = ""
+    path: tuple[tuple[float, float], ...] = ()
     information: tuple[tuple[str, str], ...] = field(default_factory=tuple)
 
     @property
     def alarms(self) -> tuple[object, ...]:
         """What is so urgent that any change of it sends a state."""
         return self.emergency_stop, self.bumper, self.faults, self.charging
+
+    def has_path_to(self, node: Node) -> bool:
+        """Whether the path is one to this node, and not one to a node before.
+
+        Of a node without a position, a mark, only the chassis knows where it is: there any path counts.
+        """
+        place = node.position
+        if len(self.path) < 2 or place is None:
+            return len(self.path) > 1
+        (x, y), radius = self.path[-1], max(place.deviation_xy, _PATH_ENDS)
+        return math.hypot(x - place.x, y - place.y) <= radius
 
     @property
     def moving(self) -> bool:

@@ -19,6 +19,8 @@ from woosh_pure.values import Parameters
 _SEVERE = 3  # level of a fault
 SILENT_AFTER = 1.5
 """Seconds without pose and velocity after which the robot is lost; both come several times a second."""
+MOST_CORNERS = 100
+"""Of the path in a state."""
 STILL = 0.3
 """Seconds for which velocities must be those of a robot that stands before it counts as standing."""
 
@@ -40,6 +42,7 @@ class ChassisMonitor:
         moved: Called when a pose or a velocity has come, in a feed's thread; must not wait.
         told: Called when anything else has come that may change mode, faults or battery; likewise.
         described: Called when the parameters of the drives have come, for the factsheet; likewise.
+        planned: Called when a path has come; likewise.
     """
 
     def __init__(
@@ -49,9 +52,10 @@ class ChassisMonitor:
         moved: Callable[[], object],
         told: Callable[[], object],
         described: Callable[[], object],
+        planned: Callable[[], object],
     ) -> None:
         self._chassis, self._facts, self._moved, self._told = chassis, facts, moved, told
-        self._described = described
+        self._described, self._planned = described, planned
         self.parameters: Parameters | None = None
         self._ends: list[Callable[[], None]] = []
         self.heard = 0.0
@@ -72,6 +76,7 @@ class ChassisMonitor:
             chassis.measured_velocity.on(self._on_velocity, connect=False),
             chassis.battery.on(self._on_battery, connect=False),
             chassis.parameters.on(self._on_parameters, connect=False),
+            chassis.feed("plan").on(self._on_path, connect=False),
             chassis.status.on(self._on_told, connect=False),
             chassis.status_code.on(self._on_told, connect=False),
         ]
@@ -129,6 +134,14 @@ class ChassisMonitor:
         if parameters != self.parameters:
             self.parameters = parameters
             self._described()
+
+    def _on_path(self, path: Any) -> None:
+        """Thinned: a state of a few kilobytes has room for it. One in another frame is no way on the map."""
+        poses, frame = path.poses, path.header.frame_id.lstrip("/")
+        kept = [*poses[: -1 : max(1, -(-len(poses) // MOST_CORNERS))], *poses[-1:]]
+        points = ((pose.pose.position.x, pose.pose.position.y) for pose in kept)
+        self._facts.path = tuple(points) if frame in ("map", "") else ()
+        self._planned()
 
     def _on_told(self, value: Any) -> None:
         self._told()

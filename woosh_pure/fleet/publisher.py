@@ -156,6 +156,22 @@ def _node_state(node: Node) -> dict[str, Any]:
     return found
 
 
+def _edge_states(order: OrderState, facts: Facts) -> list[dict[str, Any]]:
+    """The edges ahead; the one that is driven with the path that the chassis has planned (6.10.1), as a NURBS
+    of degree 1, which is a line through its corners."""
+    found: list[dict[str, Any]] = [
+        {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in order.edges
+    ]
+    drive, inner = order.drive, len(facts.path) - 1
+    if drive is not None and drive.edge is not None and facts.has_path_to(drive.node):
+        found[0]["trajectory"] = {
+            "degree": 1,
+            "knotVector": [0.0, *(round(n / inner, 6) for n in range(inner + 1)), 1.0],
+            "controlPoints": [{"x": round(x, 3), "y": round(y, 3)} for x, y in facts.path],
+        }
+    return found
+
+
 def state_message(order: OrderState, facts: Facts, header: dict[str, Any], version: str) -> dict[str, Any]:
     """The state as it is now, of a version of the standard."""
     later = not version.startswith("2.0")
@@ -167,10 +183,7 @@ def state_message(order: OrderState, facts: Facts, header: dict[str, Any], versi
         "lastNodeId": order.last_node,
         "lastNodeSequenceId": order.last_sequence,
         "nodeStates": [_node_state(node) for node in order.nodes],
-        "edgeStates": [
-            {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in
-            order.edges
-        ],
+        "edgeStates": _edge_states(order, facts),
         "driving": facts.moving or (facts.lost and facts.may_move),
         "paused": order.paused or order.held,
         "newBaseRequest": order.wants_base,

@@ -87,7 +87,9 @@ class Vehicle:
         self._store = store
         self._publisher = Publisher(config, broker, self._on_message, self._on_connected, self._journal)
         self._mqtt = self._publisher.connection
-        self._monitor = ChassisMonitor(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
+        self._monitor = ChassisMonitor(
+            chassis, self.facts, self._on_moved, self._on_told, self._on_described, self._on_planned
+        )
         self._driver = Driver(chassis, self._inbox.report, lambda: self.facts.position, marks=config.marks)
         self._actions = ActionRunner(chassis, equipment.handlers, self._inbox.report)
         self._lease = DrivingLease(chassis, config.serial, self._due)
@@ -106,6 +108,7 @@ class Vehicle:
         self._moving = False
         self._ended = 0.0  # when something that moves the robot ended last
         self._driven = 0.0  # when the newest drive was given out
+        self._planned = 0  # the newest drive whose path was told
         self._fast_since: float | None = None  # from when on it is faster than its edge allows
         self._was_blocked = ""
         self._told = 0.0
@@ -255,6 +258,13 @@ class Vehicle:
     def _on_described(self) -> None:
         self._inbox.flag("described")
 
+    def _on_planned(self) -> None:
+        """The first path of each drive is told at once, another one with the next state."""
+        drive = self._state.drive
+        if drive is not None and drive.token != self._planned and self.facts.has_path_to(drive.node):
+            self._planned = drive.token
+            self._inbox.flag("planned")
+
     # -- the one thread --------------------------------------------------------------------------------------
 
     def _run(self) -> None:
@@ -286,7 +296,7 @@ class Vehicle:
             self._publish()
             # A state is not retained: who comes back from the same loss a little later shall have it, too.
             self._due["state"] = time.monotonic() + _AGAIN_SECONDS
-        if self.facts.moving != self._moving:
+        if self.facts.moving != self._moving or "planned" in flags:
             self._moving = self.facts.moving
             self._publish()
 

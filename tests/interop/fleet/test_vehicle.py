@@ -141,16 +141,38 @@ def test_a_retained_order_is_not_obeyed(tmp_path: Path) -> None:
             assert master.until(lambda s: "now" in statuses(s))["orderId"] == ""
 
 
+@pytest.mark.parametrize("topic", ["order", "instantActions"])
+def test_clearing_a_retained_message_is_no_error(hall: Hall, topic: str) -> None:
+    """The broker passes an empty message on to all who listen, as it came."""
+    hall.master.send(topic, b"", retain=True)
+    hall.master.instant("after", "stateRequest")
+    assert hall.master.until(lambda s: "after" in statuses(s))["errors"] == []
+
+
 @pytest.mark.promise("is answered with `validationError` and changes nothing")
 @pytest.mark.parametrize("topic", ["order", "instantActions"])
 def test_what_does_not_fit_is_answered(hall: Hall, topic: str) -> None:
     """By a validationError each; the vehicle lives on, and an order ends the warning."""
-    for payload in (b"", b"\xff\xfe", b"[]", b'{"headerId": 5}', b"{" * 10_000):
+    for payload in (b" ", b"\xff\xfe", b"[]", b'{"headerId": 5}', b"{" * 10_000):
         hall.master.send(topic, payload)
     found = hall.master.until(lambda s: errors(s).count("validationError") >= 2)
     assert {"referenceKey": "topic", "referenceValue": topic} in found["errors"][-1]["errorReferences"]
     hall.order("one", "n1 n2")
     assert hall.master.until(lambda s: s["lastNodeId"] == "n2")["errors"] == []
+
+
+def test_the_path_that_the_chassis_plans_is_told(hall: Hall) -> None:
+    """6.10.1: as soon as the drive has it, from where the robot is to the node."""
+    hall.order("one", "n1 n2 n3")
+    for edge, end in (("n1n2", (1.0, -0.5)), ("n2n3", (3.0, 1.0))):
+        driven = hall.master.until(lambda s: "trajectory" in (s["edgeStates"] or [{}])[0])["edgeStates"][0]
+        assert driven["edgeId"] == edge
+        way, knots = driven["trajectory"]["controlPoints"], driven["trajectory"]["knotVector"]
+        assert (way[-1]["x"], way[-1]["y"]) == pytest.approx(end, abs=0.3)
+        assert len(knots) == len(way) + 2
+        assert knots == sorted(knots)
+        assert (knots[0], knots[-1]) == (0.0, 1.0)
+        hall.master.until(lambda s, e=edge: all(each["edgeId"] != e for each in s["edgeStates"]))
 
 
 def test_speed_of_an_edge_is_told_to_the_chassis(hall: Hall) -> None:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any, cast
 
 import pytest
 
+from rosproto.codec import message_class
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
+from tests.support.light_chassis import LightChassis
 from woosh_pure.fleet.facts import Facts, Load, MapEntry
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.monitor import operating_mode
+from woosh_pure.fleet.monitor import ChassisMonitor, operating_mode
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.events import ProblemChanged
 from woosh_pure.fleet.order.limits import AgvPosition
@@ -50,6 +53,52 @@ def test_a_state_tells_order_actions_and_chassis() -> None:
     assert found["loads"] == [{"loadId": "l1"}]
     assert [(e["errorType"], e["errorLevel"]) for e in found["errors"]] == [("chassisError", "FATAL")]
     json.dumps(found, allow_nan=False)
+
+
+@pytest.mark.parametrize("version", ["2.0.0", "2.1.0"])
+def test_the_planned_path_is_the_trajectory_of_the_edge_that_is_driven(version: str) -> None:
+    """A NURBS of degree 1 through its corners; not the path of the drive before, nor one while nothing drives."""
+    vehicle = PureVehicle()
+    way = ((0.0, 0.0), (1.0, 0.25), (2.1, 0.0))
+    known = replace(facts(), path=way)
+
+    def edges() -> list[dict[str, Any]]:
+        return list(state_message(vehicle.state, known, HEADER, version)["edgeStates"])
+
+    assert edges() == []
+    vehicle.order(nodes="abc")
+    first, second = edges()
+    assert first.pop("trajectory") == {
+        "degree": 1,
+        "knotVector": [0.0, 0.0, 0.5, 1.0, 1.0],
+        "controlPoints": [{"x": x, "y": y} for x, y in way],
+    }
+    assert "trajectory" not in second
+    vehicle.arrive()
+    assert vehicle.ahead == "c"
+    assert edges() == [{"edgeId": "bc", "sequenceId": 3, "released": True}]
+    known = replace(known, path=((2.0, 0.0), (4.0, 0.0)))
+    assert "trajectory" in edges()[0]
+    vehicle.instant(action("p", "startPause"))
+    vehicle.stop()
+    assert "trajectory" not in edges()[0]
+
+
+def test_a_long_path_is_thinned_and_one_of_another_frame_left_out() -> None:
+    """Its first and last points stay."""
+    chassis, known = LightChassis(), Facts()
+    told: list[Any] = []
+    nothing = [lambda: None] * 3
+    ChassisMonitor(cast(Any, chassis), known, *nothing, lambda: told.append(known.path)).open()
+    for count, frame in ((1001, "map"), (100, "/map"), (2, "map"), (0, "map"), (5, "odom")):
+        path = message_class("nav_msgs/Path")()
+        path.header.frame_id = frame
+        for n in range(count):
+            path.poses.append(message_class("geometry_msgs/PoseStamped")())
+            path.poses[-1].pose.position.x = float(n)
+        chassis.plan.tell(path)
+    assert [len(path) for path in told] == [92, 100, 2, 0, 0]
+    assert [(path[0][0], path[-1][0]) for path in told[:3]] == [(0.0, 1000.0), (0.0, 99.0), (0.0, 1.0)]
 
 
 def test_what_version_two_nought_does_not_know_is_left_out() -> None:
