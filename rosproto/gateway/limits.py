@@ -13,7 +13,8 @@ class GatewayLimits(NamedTuple):
 
     Attributes:
         connections: Simultaneous clients.
-        pending_handshakes: Further connections that have not finished the WebSocket handshake.
+        pending_handshakes: Further connections: those that have not finished the WebSocket handshake, TLS
+            included, or were refused and are not closed.
         handshake_seconds: Time for the handshake, TLS included.
         silence_seconds: A client is asked for a sign of life this often, and disconnected when it sends none
             for as long again.

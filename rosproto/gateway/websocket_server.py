@@ -13,10 +13,9 @@ import socket
 import ssl
 import threading
 import time
-from collections import Counter, OrderedDict
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
-from contextlib import suppress
 from http import HTTPStatus
 from importlib import import_module
 from typing import Any
@@ -24,6 +23,7 @@ from typing import Any
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.handshakes import AT_ONCE, BACKLOG, Listener
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.outgoing import Outgoing, closed_error
 from rosproto.gateway.strangers import Strangers, Verdict, require_token_off_loopback
@@ -31,8 +31,9 @@ from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
-READ_BUFFER = 64 << 10
-"""Bytes that the system takes from a client ahead of us: what a reset leaves to be read, at most."""
+FRAGMENTS = 4096
+"""Of one message. Empty ones cost memory too, which no limit of bytes sees; `websockets` counts them itself
+from 17.4 on, which needs Python 3.11."""
 UNREAD = 0  # messages of a client read ahead of the one that waits for its session
 TURN = 0.001  # seconds of the loop's time, after which a client waits for its turn
 SHARE = 0.1  # of the loop's time; who takes less never waits
@@ -114,16 +115,15 @@ class WebSocketServer:
         self._sockets: dict[Channel, Any] = {}
         self._channels: dict[Any, Channel] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
-        self._pending: OrderedDict[Any, None] = OrderedDict()
         self._transports: dict[Any, Any] = {}
         self._unread: dict[Any, asyncio.TimerHandle] = {}
         self._leaving: set[Future[None]] = set()
         self._closing = False
         with system_errors(f"listen on {host}:{port}", f"{host}:{port}"):
-            self._listener = _listener(host, port)
+            self._listener = Listener(host, port, self.limits.pending_handshakes, self.refused)
         self.port: int = self._listener.getsockname()[1]
         self._started: Future[None] = Future()
-        self._loop = asyncio.new_event_loop()
+        self._loop = asyncio.SelectorEventLoop()  # it calls `Listener.accept`; that of Windows does not
         self._outgoing = Outgoing(self._loop, self.pool, self.said, name)
         self._stop = asyncio.Event()
         self._turn = asyncio.Lock()
@@ -171,6 +171,7 @@ class WebSocketServer:
         server = await self._websockets.serve(
             self._serve,
             sock=self._listener,
+            backlog=AT_ONCE,
             ssl=self._tls,
             **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
             process_request=self._judge,
@@ -187,9 +188,11 @@ class WebSocketServer:
             server_header=None,
             logger=quiet,
         )
+        self._listener.listen(BACKLOG)  # in the system's queue; the loop has taken its own from `backlog`
         self._started.set_result(None)
         await self._stop.wait()
         server.close()
+        self._listener.end_waiting()
         try:
             await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
         except (asyncio.TimeoutError, TimeoutError):
@@ -206,25 +209,13 @@ class WebSocketServer:
     # -- strangers ------------------------------------------------------------------------------------------
 
     def began(self, connection: Any, transport: Any) -> None:
-        """A connection was accepted; the one that holds back its handshake longest makes room."""
-        # asyncio does it for the sockets that it made itself. A short message would wait for the client's
-        # acknowledgement of the one before, up to 40 ms.
-        with suppress(OSError):  # it has gone already
-            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        """A connection has a transport, which is over TLS where there is TLS."""
         self._transports[connection] = transport
-        self._pending[connection] = None
-        if len(self._pending) > self.limits.pending_handshakes:
-            oldest, _ = self._pending.popitem(last=False)
-            self.refused["too many handshakes at a time"] += 1
-            self._transports[oldest].abort()
 
     def over(self, connection: Any, error: Exception | None) -> None:
         """A connection is lost; `error` when it was torn down."""
         self._transports.pop(connection, None)
         self.takes_again(connection)
-        if connection in self._pending:
-            del self._pending[connection]
-            self.refused["no handshake"] += 1
         channel = self._channels.get(connection)
         if channel is not None:
             channel.gone = True
@@ -238,7 +229,7 @@ class WebSocketServer:
             verdict = Verdict(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
         if verdict is None:
             return None
-        self._pending.pop(connection, None)
+        self._listener.answered(connection.remote_address)
         self.refused[verdict.reason] += 1
         self.said.warning(verdict.reason, "! %s: refused %s: %s", self._name, _peer(connection), verdict.text)
         return connection.respond(verdict.status, f"{verdict.text}\n")
@@ -248,7 +239,7 @@ class WebSocketServer:
     async def _serve(self, connection: Any) -> None:
         task = asyncio.current_task()
         assert task is not None
-        self._pending.pop(connection, None)
+        self._listener.became_client(connection.remote_address)
         transport = self._transports.get(connection)
         if transport is None:
             return  # it went while its handshake ended
@@ -306,8 +297,14 @@ class WebSocketServer:
         turns of such clients everybody else is served, those who drive among them.
         """
         spent, before = 0.0, time.monotonic()
-        async for data in connection:
+        while True:
+            data = await _message(connection)
             if channel.lost:
+                return
+            if data is None:
+                why = f"a message may have {FRAGMENTS} fragments"
+                self.said.warning("fragments", "! %s: %s is cut off: %s", self._name, channel.peer, why)
+                await self._close_connection(connection, _TOO_BIG, why)
                 return
             longest = session.longest
             if len(data) > longest:
@@ -450,19 +447,22 @@ class WebSocketServer:
             )
 
 
-def _listener(host: str, port: int) -> socket.socket:
-    family, *_, address = socket.getaddrinfo(
-        host or "0.0.0.0", port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-    )[0]
-    listener = socket.create_server(address[:2], family=family, backlog=128)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READ_BUFFER)  # accepted ones have it, too
-    return listener
+async def _message(connection: Any) -> str | bytes | None:
+    """A client's next message; None when it comes in too many fragments."""
+    fragments: list[Any] = []
+    async for fragment in connection.recv_streaming():
+        if len(fragments) == FRAGMENTS:
+            return None
+        fragments.append(fragment)
+    whole: str | bytes = fragments[0] if len(fragments) == 1 else type(fragments[0])().join(fragments)
+    return whole
 
 
 def _connection_type(base: Any, server: WebSocketServer) -> Any:
     """The library's connection, told of to the server from the first byte to the last."""
 
     def connection_made(self: Any, transport: Any) -> None:
+        transport = _Transport(transport, WRITE_BUFFER + server.limits.answer_bytes)
         base.connection_made(self, transport)
         server.began(self, transport)
 
@@ -480,6 +480,24 @@ def _connection_type(base: Any, server: WebSocketServer) -> Any:
 
     own = connection_made, connection_lost, pause_writing, resume_writing
     return type("Connection", (base,), {each.__name__: each for each in own})
+
+
+class _Transport:
+    """A client's transport, on which nothing is written once it is closing: the library writes on until it is
+    told of the end, and asyncio logs each of 40,000 pongs. Nor do more than `most` bytes of them wait."""
+
+    def __init__(self, transport: Any, most: int) -> None:
+        self._transport, self._most = transport, most
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._transport, name)
+
+    def write(self, data: Any) -> None:
+        """Write, or drop what nobody will get any more."""
+        if self._transport.get_write_buffer_size() > self._most:
+            self._transport.abort()
+        if not self._transport.is_closing():
+            self._transport.write(data)
 
 
 def _current() -> BaseException | None:

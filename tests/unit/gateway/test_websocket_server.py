@@ -9,10 +9,11 @@ import os
 import socket
 import ssl
 import struct
+import sys
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import Any
 
 import pytest
@@ -150,6 +151,117 @@ def test_connections_that_say_nothing_make_room_and_are_ended(serve: Serve) -> N
     assert bridge.stats().refused["too many handshakes at a time"] >= 7
 
 
+class Idle:
+    """A session that does nothing."""
+
+    longest = 1000
+
+    def __init__(self, channel: Any) -> None: ...
+    async def received(self, data: str | bytes) -> None: ...
+    def ended(self) -> None: ...
+
+
+HALF = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
+UPGRADE = (
+    b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n"
+    b"Sec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+def half_open(port: int, address: str = "127.0.0.1") -> socket.socket:
+    """A connection from this address with half a request."""
+    sock = socket.create_connection(("127.0.0.1", port), 10, (address, 0))
+    sock.sendall(HALF)
+    return sock
+
+
+@pytest.mark.promise("So one address locks nobody else out")
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
+def test_half_requests_of_one_address_lock_no_other_out(serve: Serve) -> None:
+    """However many come, and though a viewer elsewhere takes its time for the handshake."""
+    bridge = serve(limits=GatewayLimits(pending_handshakes=8))
+    with ExitStack() as stack:
+        viewer = stack.enter_context(half_open(bridge.port, "127.0.0.2"))
+        for _ in range(100):
+            stack.enter_context(half_open(bridge.port))
+        until(lambda: bridge.stats().refused.get("too many handshakes at a time", 0) >= 93)
+        viewer.sendall(UPGRADE)
+        assert viewer.makefile("rb").readline().split()[1] == b"101"
+
+
+@pytest.mark.promise("a request that comes at once is read before 40 later connections take its place")
+def test_a_crowd_that_comes_at_once_pushes_no_request_out() -> None:
+    """From as many addresses as there are; all of them wait when the loop gets its turn."""
+    pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
+    from rosproto.gateway.websocket_server import WebSocketServer
+
+    busy, go_on = threading.Event(), threading.Event()
+
+    class Session(Idle):
+        def __init__(self, channel: Any) -> None:
+            busy.set()
+            go_on.wait(20)
+
+    server = WebSocketServer(Session)
+    with ExitStack() as stack:
+        stack.callback(server.close)
+        stack.callback(go_on.set)
+        stack.enter_context(opened(server))
+        assert busy.wait(10)
+        viewer = stack.enter_context(opened(server))
+        for number in range(100):
+            stack.enter_context(
+                half_open(server.port, f"127.0.0.{2 + number}" if sys.platform == "linux" else "127.0.0.1")
+            )
+        go_on.set()
+        assert viewer.makefile("rb").readline().split()[1] == b"101"
+
+
+@pytest.mark.promise("half a TLS handshake, half a request, or a refusal that is not read")
+def test_what_is_not_read_before_and_after_a_request_makes_room_too(serve: Serve, tmp_path: Any) -> None:
+    """Half a TLS handshake, and the answer to a request that was refused."""
+    pytest.importorskip("cryptography")
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(*certificate(tmp_path))
+    for options, sent in (
+        ({"tls": context}, b"\x16\x03\x01\x02\x00\x01"),
+        ({"token": "secret"}, HALF + UPGRADE),
+    ):
+        bridge = serve(
+            limits=GatewayLimits(pending_handshakes=4, handshake_seconds=60, close_seconds=60), **options
+        )
+        with ExitStack() as stack:
+            for _ in range(20):
+                sock = stack.enter_context(socket.create_connection(("127.0.0.1", bridge.port), 10))
+                sock.sendall(sent)
+            until(lambda b=bridge: b.stats().refused.get("too many handshakes at a time") == 16)
+
+
+@pytest.mark.promise("A message has 4096 fragments at most")
+def test_fragments_without_end_are_cut_off(serve: Serve) -> None:
+    """Empty ones, which no limit of bytes sees; a message in 4096 fragments is read."""
+    bridge = serve()
+    first, empty, last = b"\x01\x82\0\0\0\0{}", b"\x00\x80\0\0\0\0", b"\x80\x80\0\0\0\0"
+    with RosbridgeClient(bridge.url) as client:
+        client.socket.sendall(first + empty * 4094 + last)
+        assert "the message has no op" in client.op("status")["msg"]
+        client.socket.sendall(first + empty * 4096)
+        assert client.closed() == (1009, "a message may have 4096 fragments")
+
+
+def test_nothing_is_written_to_a_client_that_is_gone(serve: Serve, caplog: pytest.LogCaptureFixture) -> None:
+    """asyncio writes a line for each such write: here for the answers to pings that were sent before."""
+    bridge = serve()
+    for _ in range(10):
+        sock = opened(bridge)
+        until(lambda: len(bridge.clients) == 1)
+        sock.sendall(b"\x89\x80\0\0\0\0" * 20_000)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        sock.close()
+        until(lambda: not bridge.clients)
+    assert [record.getMessage() for record in caplog.records if record.name == "asyncio"] == []
+
+
 def test_garbage_in_place_of_a_handshake(serve: Serve) -> None:
     """Costs its connection only."""
     bridge = serve(limits=GatewayLimits(handshake_seconds=0.5))
@@ -277,14 +389,9 @@ def test_subprotocols() -> None:
     pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
     from rosproto.gateway.websocket_server import WebSocketServer
 
-    class Session:
-        longest = 1000
-
+    class Session(Idle):
         def __init__(self, channel: Any) -> None:
             spoken.append(channel.subprotocol)
-
-        async def received(self, data: str | bytes) -> None: ...
-        def ended(self) -> None: ...
 
     spoken: list[str | None] = []
     server = WebSocketServer(Session, subprotocols=["new", "old"])
@@ -344,12 +451,24 @@ def test_answers_that_are_not_read_end_the_connection(serve: Serve) -> None:
     sock.close()
 
 
+@pytest.mark.promise("one that asks and does not read is cut off")
+def test_pongs_that_are_not_read_end_the_connection(serve: Serve) -> None:
+    """They are answers, too, though the library writes them."""
+    bridge = serve(limits=GatewayLimits(answer_bytes=100_000, silence_seconds=60))
+    with opened(bridge) as sock:
+        pings = (b"\x89\xfd\0\0\0\0" + b"x" * 125) * 1000
+        until(lambda: len(bridge.clients) == 1)
+        end = time.monotonic() + 20
+        with suppress(OSError):
+            while bridge.clients and time.monotonic() < end:
+                sock.sendall(pings)
+        until(lambda: not bridge.clients)
+
+
 def opened(bridge: Any) -> socket.socket:
     """A WebSocket that nobody reads."""
-    sock = socket.create_connection(("127.0.0.1", bridge.port), 10)
-    lines = ["GET / HTTP/1.1", "Host: localhost", "Upgrade: websocket", "Connection: Upgrade"]
-    lines += ["Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==", "Sec-WebSocket-Version: 13", "", ""]
-    sock.sendall("\r\n".join(lines).encode())
+    sock = half_open(bridge.port)
+    sock.sendall(UPGRADE)
     return sock
 
 
