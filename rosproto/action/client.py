@@ -111,6 +111,7 @@ class ActionClient:
         # Nobody would follow a goal that arrives after this program has ended; a late cancel does no harm.
         self._goal = publish("goal", type_.action_goal, linger=False)
         self._cancel_out = publish("cancel", type_.goal_id)
+        type_.goal()  # generates what makes one: `send_goal` of a dict need not (the publishers do the rest)
         node.add_closer(self.close)
 
     def __enter__(self) -> ActionClient:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from rosproto.codec.classes import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost, differences
 from rosproto.codec.flavour import Flavour
-from rosproto.codec.functions import decode, decoder, encode, encode_parts, encoder
+from rosproto.codec.functions import decode, decoder, encode, encode_parts, encoder, prepare
 from rosproto.codec.message import AnyMsg, Message, ServiceType
 from rosproto.codec.text import strify_message
 
@@ -28,6 +28,7 @@ __all__ = [
     "encode_parts",
     "encoder",
     "message_class",
+    "prepare",
     "service_class",
     "strify_message",
 ]

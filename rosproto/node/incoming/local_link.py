@@ -168,6 +168,7 @@ class LocalLink(PublisherLink):
         self._pipe = _Pipe(self, publication, publication.queue_size, self._context.next_link_id())
         if not self.closed:
             publication.attach(self._pipe, self.address)
+            publication.prepare()  # afterwards: nothing that is published meanwhile passes us by
 
     def _find_publication(self) -> Publication:
         nodes = self._context.local_nodes

@@ -10,7 +10,7 @@ import socket
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from rosproto.codec import AnyMsg, Message
+from rosproto.codec import AnyMsg, Message, prepare
 from rosproto.codec.conversion import Conversion, ConversionError
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
@@ -43,6 +43,10 @@ class RevisedOutput:
         self.links: tuple[OutgoingLink, ...] = ()
         self._ours = ours
         self._seq = itertools.count(1)
+
+    def prepare(self) -> None:
+        """As `FrameEncoder.prepare`."""
+        prepare(self.type.message_class)
 
     def frame(self, message: Any) -> bytes:
         """A message of ours, or its encoded bytes, as a frame of the revision.

@@ -216,6 +216,7 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
         monitor=context.monitor,
         on_closed=publication.link_closed,
     )
+    publication.prepare(output)
     publication.attach(link, link.address, output)
     header = publication.header(output)
     return DatagramAnswer(context.endpoints.host, own[1], link.id, request.datagram_bytes, header).as_answer()

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from rosproto.codec import AnyMsg
+from rosproto.codec import AnyMsg, prepare
 from rosproto.errors import CodecError
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats
@@ -157,6 +157,10 @@ class FrameEncoder:
     def is_plain(self) -> bool:
         """Neither header nor arrays, as most small messages: then encoding is one call."""
         return not self._has_header and not self._type.may_be_large and not self._type.is_wildcard
+
+    def prepare(self) -> None:
+        """Have the first message wait for no generated code."""
+        prepare(self._type.message_class, parts=self._type.may_be_large)
 
     def frame(self, message: Any) -> Frame:
         """The frame of a message, or of its encoded bytes.

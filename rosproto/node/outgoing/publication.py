@@ -101,7 +101,7 @@ class Publication:
         self._gone_bytes = 0
 
     def _encode_first(self, message: Any) -> bytes:
-        """The encoder takes up to 2 ms to be made, and no constructor waits for that."""
+        """The encoder takes up to 3 ms to be made, and no constructor waits for that: see `prepare`."""
         self._plain_encode = self.type.encode
         return self._plain_encode(message)
 
@@ -182,6 +182,7 @@ class Publication:
         except RosError as error:
             self._answers.refused(sock, fields, address, error)
             return
+        self.prepare(output)  # before anybody sees the subscriber and publishes
         # The header goes out when the link is among the others: one that has read it believes that it is
         # connected, and a message published then must not pass it by.
         link = SubscriberLink(
@@ -198,6 +199,10 @@ class Publication:
         if not self.linger:
             link.set_linger(False)
         self.attach(link, address, output)
+
+    def prepare(self, output: RevisedOutput | None = None) -> None:
+        """Generate the encoder, so that no `publish` waits for it; without a subscriber nobody needs it."""
+        (output or self._encoder).prepare()
 
     def output_for(self, fields: dict[str, str], address: str) -> RevisedOutput | None:
         """See `Answers.output_for`."""

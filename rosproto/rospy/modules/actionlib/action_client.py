@@ -259,6 +259,7 @@ class ActionClient:
         self.status_sub = subscribe("/status", GoalStatusArray, self._status_cb)
         self.result_sub = subscribe("/result", self.ActionResult, self._result_cb)
         self.feedback_sub = subscribe("/feedback", self.ActionFeedback, self._feedback_cb)
+        GoalStatus()  # generates what makes one: the first `send_goal` need not
 
     def stop(self):
         """Unregister all topics."""
