@@ -1,4 +1,4 @@
-"""Read small files that a person named: whole, and never more than fits.
+"""Read and write small files that a person named: whole, and reading never more than fits.
 
 A name may lead to a device or a pipe that never ends (`/dev/zero`, `/dev/full`), and `read()` would take
 memory until the system ends the program.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from typing import TextIO
 
-__all__ = ["MOST_BYTES", "read_file", "read_stream", "read_text"]
+__all__ = ["MOST_BYTES", "read_file", "read_stream", "read_text", "write_file"]
 
 MOST_BYTES = 64 << 20
 """Of a file that is read whole, unless the caller says otherwise."""
@@ -50,3 +50,16 @@ def read_stream(stream: TextIO, name: str, most: int = MOST_BYTES) -> str:
     if len(text) > most:
         raise ValueError(f"{name}: more than {most} characters; is this the right input?")
     return text
+
+
+def write_file(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a file in place of what is there.
+
+    Raises:
+        OSError: It cannot be written. It names the file, which Python's own does not when the disk is full.
+    """
+    try:
+        with open(path, "wb") as file:
+            file.write(data)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from error

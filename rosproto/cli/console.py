@@ -96,6 +96,17 @@ def escape_what_cannot_be_printed() -> None:
             stream.reconfigure(errors="rosproto.readable")
 
 
+class OutputError(OSError):
+    """Standard output or error cannot be written, as on a full disk; BrokenPipeError is raised as it is."""
+
+    @classmethod
+    def of(cls, error: OSError) -> OSError:
+        """What to raise for the system's error: nobody can tell that one from another file's."""
+        if isinstance(error, (cls, BrokenPipeError)):
+            return error
+        return cls(error.errno, error.strerror or str(error))
+
+
 class Guarded:
     """A text stream whose controls are escaped; everything else is that stream's."""
 
@@ -103,9 +114,23 @@ class Guarded:
         self.unguarded = stream
 
     def write(self, text: str) -> int:
-        """Write it, fit for a terminal; the number of its characters."""
-        self.unguarded.write(printable(text, keep="\n\t"))
+        """Write it, fit for a terminal; the number of its characters.
+
+        Raises:
+            OutputError: It cannot be written; also from what was handed over before.
+        """
+        try:
+            self.unguarded.write(printable(text, keep="\n\t"))
+        except OSError as error:
+            raise OutputError.of(error) from None
         return len(text)
+
+    def flush(self) -> None:
+        """Hand over what waits; errors as `write`."""
+        try:
+            self.unguarded.flush()
+        except OSError as error:
+            raise OutputError.of(error) from None
 
     def writelines(self, lines: Sequence[str]) -> None:
         """Write each of them."""

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 from rosproto.errors import RosTimeout
-from rosproto.files import read_text
+from rosproto.files import read_text, write_file
 from rosproto.text import printable
 
 from .connection import absolute, master_client, open_node, print_json, unknown, verbs
@@ -222,7 +221,7 @@ def _cast(kind: str, value: Any, name: str) -> Any:
 def _dump(arguments: argparse.Namespace) -> int:
     with open_node(arguments) as node:
         values = values_of(_heard(arguments, node, "parameter_updates", "Config"))
-    Path(arguments.file).write_text(to_text(values), encoding="utf-8")
+    write_file(arguments.file, to_text(values).encode())
     return 0
 
 

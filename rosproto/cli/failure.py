@@ -13,6 +13,8 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import led, sentence_of
 from rosproto.text import printable
 
+from .console import OutputError
+
 DONE, FAILED, WRONG_USE, UNREACHABLE = 0, 1, 2, 4
 INTERRUPTED, TERMINATED = 130, 143
 
@@ -34,11 +36,11 @@ def explain(error: Exception) -> tuple[str, int]:
         return text, error.exit_code
     if isinstance(error, ValueError):
         return text, WRONG_USE
+    if isinstance(error, OutputError):
+        output_is_gone()
+        return led(sentence.say("cannot write the output"), error.strerror or text), FAILED
     if isinstance(error, OSError) and error.strerror:
-        # Only the standard streams have no name; what is buffered there must not fail again at exit.
-        if not error.filename:
-            output_is_gone()
-        return led(error.filename or sentence.say("cannot write the output"), error.strerror), FAILED
+        return led(error.filename, error.strerror) if error.filename else error.strerror, FAILED
     if isinstance(error, (OSError, KeyError)):
         return text, FAILED
     ours = "{error}: {text}; this is a mistake of ours, please report it with --debug"

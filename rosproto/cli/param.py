@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 from typing import Any
 
 from rosproto.codec.dicts import plain
 from rosproto.errors import MasterError
-from rosproto.files import read_file, read_stream, read_text
+from rosproto.files import read_file, read_stream, read_text, write_file
 from rosproto.text import printable
 
 from .connection import absolute, below, master_client, print_json, unknown, verbs, warn_if_none
@@ -162,7 +161,7 @@ def _dump(arguments: argparse.Namespace) -> int:
     if arguments.file == "-":
         print(text)
     else:
-        Path(arguments.file).write_text(text + "\n", "utf-8")
+        write_file(arguments.file, (text + "\n").encode())
     return 0
 
 

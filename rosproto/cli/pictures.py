@@ -7,6 +7,8 @@ import subprocess
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from rosproto.files import write_file
+
 from .failure import CommandError
 
 FORMS = {".dot": "dot", ".gv": "dot", ".svg": "svg", ".txt": "text", ".png": "png", ".pdf": "pdf"}
@@ -49,12 +51,12 @@ def write_picture(file: Path | None, form: str, writers: Mapping[str, Callable[[
     if form in _BY_GRAPHVIZ:
         if file is None:
             raise CommandError(f"{form} is no text for a terminal; give -o FILE.{form}")
-        file.write_bytes(_by_graphviz(writers["dot"](), form))
+        write_file(file, _by_graphviz(writers["dot"](), form))
         return ""
     text = writers[form]()
     if file is None:
         return text
-    file.write_text(text, "utf-8")
+    write_file(file, text.encode())
     return ""
 
 

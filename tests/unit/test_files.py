@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.errors import DefinitionError
-from rosproto.files import read_file, read_stream, read_text
+from rosproto.files import read_file, read_stream, read_text, write_file
 from rosproto.msg.sources import FileTree
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import MarkFile
@@ -85,3 +85,14 @@ def test_a_picture_that_never_ends_is_read_as_far_as_its_head_says(tmp_path: Pat
             GridMap.load(tmp_path / "map.yaml")
     writer.join(10)
     assert not writer.is_alive()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="has no /dev/full")
+def test_an_error_of_writing_names_the_file(tmp_path: Path) -> None:
+    """Python's own does not when the disk is full: a command could not say which file it is."""
+    write_file(tmp_path / "a.txt", b"x")
+    assert read_file(tmp_path / "a.txt") == b"x"
+    for path in ("/dev/full", str(tmp_path)):
+        with pytest.raises(OSError, match=path) as failed:
+            write_file(path, b"x")
+        assert failed.value.filename == path

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
 from rosproto.cli import finite as number
+from rosproto.files import write_file
 from rosproto.sentence import say
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D, normalize_angle
@@ -153,6 +154,6 @@ def word_of(name: str) -> str:
 
 def write(path: Path, data: bytes, out: Output) -> str:
     """Write a file and say so; its name."""
-    path.write_bytes(data)
+    write_file(path, data)
     out.line(say("wrote {path} ({size})", path=path, size=counted(len(data), "byte")))
     return str(path)

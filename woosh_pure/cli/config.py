@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from rosproto.files import read_text
+from rosproto.files import read_text, write_file
 from rosproto.sentence import say
 
 
@@ -90,7 +90,7 @@ def save(profile: Profile) -> Path:
     path = profile_file()
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".new")
-    temporary.write_text(json.dumps(profile._asdict(), indent=2) + "\n", encoding="utf-8")
+    write_file(temporary, (json.dumps(profile._asdict(), indent=2) + "\n").encode())
     os.replace(temporary, path)
     return path
 

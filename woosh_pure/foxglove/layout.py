@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from rosproto.files import write_file
 from woosh_pure.foxglove.chassis_topics import MAP, OVERLAY
 from woosh_pure.interface.table import find
 
@@ -192,6 +193,6 @@ def write_layout(path: str | os.PathLike[str]) -> Path:
     """
     file = Path(path)
     temporary = file.with_name(file.name + ".new")
-    temporary.write_text(json.dumps(chassis_layout(), indent=2) + "\n", encoding="utf-8")
+    write_file(temporary, (json.dumps(chassis_layout(), indent=2) + "\n").encode())
     os.replace(temporary, file)
     return file

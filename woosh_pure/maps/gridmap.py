@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosproto.files import write_file
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D, quaternion_from_yaw
 from woosh_pure.values.messages import message_type, pose_of
@@ -125,7 +126,7 @@ class GridMap:
         from rosproto.numeric import encode_png
 
         out = Path(path)
-        out.write_bytes(encode_png(self.to_grey()))
+        write_file(out, encode_png(self.to_grey()))
         return out
 
     def to_grey(self) -> NDArray[np.uint8]:

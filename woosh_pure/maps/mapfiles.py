@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rosproto.files import read_text
+from rosproto.files import read_text, write_file
 from rosproto.numeric import decode_png, is_png
 from rosproto.sentence import say
 from rosproto.typed_values import parse_value
@@ -58,7 +58,7 @@ def write_map(
     image = yaml_path.with_suffix(".pgm")
     height, width = grey.shape
     head = f"P5\n# {resolution:.3f} m/pix\n{width} {height}\n255\n"
-    image.write_bytes(head.encode("ascii") + grey.tobytes())
+    write_file(image, head.encode("ascii") + grey.tobytes())
     lines = (
         f"image: {image.name}",
         f"resolution: {resolution:.6f}",
@@ -68,7 +68,7 @@ def write_map(
         "free_thresh: 0.196",
         "",
     )
-    yaml_path.write_text("\n".join(lines), encoding="utf-8", newline="\n")
+    write_file(yaml_path, "\n".join(lines).encode())
     return yaml_path, image
 
 

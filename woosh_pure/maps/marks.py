@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from rosproto.files import read_text
+from rosproto.files import read_text, write_file
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 
@@ -100,7 +100,7 @@ class MarkFile:
         text = json.dumps(entries, indent=2, ensure_ascii=False, sort_keys=True) + "\n"
         self.path.parent.mkdir(parents=True, exist_ok=True)
         temporary = self.path.with_name(self.path.name + ".new")
-        temporary.write_text(text, encoding="utf-8")
+        write_file(temporary, text.encode())
         os.replace(temporary, self.path)
 
 

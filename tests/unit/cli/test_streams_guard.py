@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import logging
+import socket
 import sys
 
 import pytest
 
 from rosproto.cli.console import guarded, json_text, own, unguarded
+from rosproto.cli.failure import explain, say
 from rosproto.errors import MasterError, RosError, ServiceError
 from rosproto.logs import get_logger
 from tests.support.hostile_peer import RAW, wrongs_of
@@ -62,10 +66,33 @@ def test_json_is_safe_and_correct() -> None:
 
 def test_a_failure_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     """What ends a command, such as "refused by the chassis: ..." with the chassis's own words."""
-    from rosproto.cli.failure import explain, say
-
     for error in (ServiceError("/s", RAW), ValueError(RAW), KeyError(RAW), OSError(RAW), RuntimeError(RAW)):
         say(explain(error)[0])
     text = capsys.readouterr().err
     assert text.count("\n") == 5
     assert wrongs_of(text) == []
+
+
+class _Full(io.StringIO):
+    """A stream on a full disk."""
+
+    def write(self, text: str) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def flush(self) -> None:
+        self.write("")
+
+
+def test_an_error_is_about_what_failed() -> None:
+    """Only an error of stdout or stderr is told as one of the output; another one that has no name is not."""
+    text, code = explain(socket.gaierror(socket.EAI_NONAME, "Name or service not known"))
+    assert (text, code) == ("Name or service not known", 1)
+    text, code = explain(OSError(errno.EIO, "Input/output error", "run.bag"))
+    assert (text, code) == ("run.bag: Input/output error", 1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "stdout", _Full())
+        with guarded():
+            for act in (lambda: print("x"), lambda: sys.stdout.flush()):
+                with pytest.raises(OSError, match="No space left") as failed:
+                    act()
+                assert explain(failed.value) == ("cannot write the output: No space left on device", 1)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
+from rosproto.files import write_file
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, number, pose, seconds
 from woosh_pure.cli.connection import connect
@@ -95,7 +96,7 @@ def _save(args: Namespace, out: Output) -> int:
         files = [*grid.save(target.parent / f"{target.name}.yaml")]
         if not args.no_png:
             files.append(target.parent / f"{target.name}.png")
-            files[-1].write_bytes(_draw(chassis, grid, args.listen, out))
+            write_file(files[-1], _draw(chassis, grid, args.listen, out))
     _say(grid, out)
     for file in files:
         out.line(say("wrote {path}", path=file))
