@@ -165,7 +165,7 @@ def recover(
     path: Path,
     output: Path,
     *,
-    compression: Literal["none", "bz2", "lz4"] = "none",
+    compression: Literal["none", "bz2", "lz4", "zstd"] = "none",
     progress: Callable[[int], None] | None = None,
     found: Callable[[int], None] | None = None,
     scanning: Scanning | None = None,
@@ -175,7 +175,7 @@ def recover(
     Args:
         path: The damaged bag, or a URL of one; it is not changed.
         output: The new bag; must not exist.
-        compression: Of the new bag.
+        compression: Of the new bag; see `create_bag`.
         progress: Called with the number of messages now and then.
         found: Called once, with how many the index has, or a scan has found; not all may be readable.
         scanning: Called now and then during such a scan: bytes done, and of how many.

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from fnmatch import fnmatchcase
-from typing import Any, Literal
+from typing import Any
 
 from rosproto.bag import BagReader, RawMessage, create_bag
 from rosproto.codec import decode
@@ -16,13 +16,13 @@ from rosproto.text import human_bytes
 from rosproto.time import Time
 
 from .bag_opening import check_local, opened
+from .bag_output import Compression, check_new, compression_of, whole
 from .bag_progress import Progress
 from .console import counted
 from .expression import Expression
 from .failure import CommandError
 from .options import add_allow_damaged, add_compression, add_quiet, finite
 
-Kind = Literal["none", "bz2", "lz4"]
 Entry = tuple[str, "RawMessage", "Time"]
 NAMES = ("m", "topic", "t")  # what an expression may use
 
@@ -91,14 +91,14 @@ def filter(arguments: argparse.Namespace) -> int:
     """Copy what is chosen."""
     rule = Expression(arguments.expression, NAMES) if arguments.expression else None
     shown = Expression(arguments.shown, NAMES) if arguments.shown else None
-    _check_new(arguments.output, arguments.bag)
+    check_new([arguments.output], arguments.bag)
     with opened(arguments.bag, arguments) as bag:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
         keep = None if rule is None and shown is None else _MessageFilter(bag, rule, shown)
         total, quiet = bag.message_count, shown is not None  # what is printed would stand in the line
-        kept = _write(arguments.output, entries, arguments.compression, total, keep, quiet=quiet)
+        kept = write(arguments.output, entries, compression_of(arguments), total, keep, quiet=quiet)
     print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
     return 0
 
@@ -137,13 +137,13 @@ def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
 
 def merge(arguments: argparse.Namespace) -> int:
     """All messages of several bags in one, by receive time."""
-    _check_new(arguments.output, *arguments.bags)
+    check_new([arguments.output], *arguments.bags)
     with ExitStack() as stack:
         bags = [stack.enter_context(opened(path, arguments)) for path in arguments.bags]
         streams = [bag.read_messages(raw=True) for bag in bags]
         entries = heapq.merge(*streams, key=lambda entry: (entry[2].secs, entry[2].nsecs))
         total = sum(bag.message_count for bag in bags)
-        count = _write(arguments.output, entries, arguments.compression, total)
+        count = write(arguments.output, entries, compression_of(arguments), total)
     print(f"{arguments.output}: {counted(count, 'message')} of {counted(len(bags), 'bag')}")
     return 0
 
@@ -154,7 +154,11 @@ def merge(arguments: argparse.Namespace) -> int:
 def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
     """From what to what; the second name's ending tells the form."""
     parser.add_argument("bag", metavar="IN")
-    parser.add_argument("output", metavar="OUT", help="NAME.mcap or NAME.bag; with --ros2 a directory")
+    parser.add_argument(
+        "output",
+        metavar="OUT",
+        help="NAME.mcap (by zstd unless --lz4 is given) or NAME.bag; with --ros2 a directory",
+    )
     parser.add_argument(
         "--ros2", action="store_true", help="make a bag of ROS 2 (SQLite), by the package rosbags"
     )
@@ -169,17 +173,10 @@ def convert(arguments: argparse.Namespace) -> int:
         return _convert_ros2(arguments)
     if not arguments.output.lower().endswith((".mcap", ".bag")):
         raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
-    _check_new(arguments.output, arguments.bag)
-    try:
-        with opened(arguments.bag, arguments, quiet=arguments.quiet) as bag:
-            entries = bag.read_messages(raw=True)
-            count = _write(
-                arguments.output, entries, arguments.compression, bag.message_count, quiet=arguments.quiet
-            )
-    except BaseException:
-        if os.path.exists(arguments.output):  # half of it would pass for the whole
-            os.remove(arguments.output)
-        raise
+    check_new([arguments.output], arguments.bag)
+    with opened(arguments.bag, arguments, quiet=arguments.quiet) as bag:
+        entries, total = bag.read_messages(raw=True), bag.message_count
+        count = write(arguments.output, entries, compression_of(arguments), total, quiet=arguments.quiet)
     if not arguments.quiet:
         print(f"{arguments.output}: {counted(count, 'message')}")
     return 0
@@ -191,7 +188,7 @@ def _convert_ros2(arguments: argparse.Namespace) -> int:
 
     if arguments.compression != "none":
         raise CommandError("--ros2 writes without compression: leave -j and --lz4 out")
-    _check_new(arguments.output, arguments.bag)
+    check_new([arguments.output], arguments.bag)
     with (
         opened(arguments.bag, arguments, quiet=arguments.quiet) as bag,
         Progress(arguments.output, bag.message_count, quiet=arguments.quiet) as progress,
@@ -242,25 +239,21 @@ def _rewrite(path: str, arguments: argparse.Namespace) -> None:
     if arguments.output_dir:
         os.makedirs(arguments.output_dir, exist_ok=True)
         output = os.path.join(arguments.output_dir, os.path.basename(path))
-        _check_new(output, path)
+        check_new([output], path)
     else:
         output = f"{path}.new"
         if os.path.exists(backup) and not arguments.force:
             raise CommandError(f"{backup} exists already: an older original; remove it, or use --force")
-    try:
-        quiet = arguments.quiet
-        with opened(path, arguments, quiet=quiet, bags_only=True) as bag:
-            entries = bag.read_messages(raw=True)
-            _write(output, entries, arguments.compression, bag.message_count, quiet=quiet, what=path)
-            before = bag.size
-        after = os.path.getsize(output)
-        if not arguments.output_dir:
+    quiet = arguments.quiet
+    with opened(path, arguments, quiet=quiet, bags_only=True) as bag:
+        entries = bag.read_messages(raw=True)
+        write(output, entries, arguments.compression, bag.message_count, quiet=quiet, what=path)
+        before = bag.size
+    after = os.path.getsize(output)
+    if not arguments.output_dir:
+        with whole(output):
             os.replace(path, backup)
             os.replace(output, path)
-    except BaseException:
-        if not arguments.output_dir and os.path.exists(output):
-            os.remove(output)  # the bag itself is untouched
-        raise
     if not arguments.quiet:
         print(f"{path}: {human_bytes(before)} -> {human_bytes(after)} ({100 * after / before:.0f} %)")
 
@@ -268,33 +261,27 @@ def _rewrite(path: str, arguments: argparse.Namespace) -> None:
 # -- writing -----------------------------------------------------------------------------------------------
 
 
-def _write(
+def write(
     output: str,
     entries: Iterator[Entry],
-    compression: Kind,
+    compression: Compression,
     total: int,
     keep: Callable[[str, RawMessage, Time], bool] | None = None,
     *,
+    mcap: bool | None = None,
     quiet: bool = False,
     what: str = "",
 ) -> int:
-    """Write messages into a new bag; how many there are in it."""
+    """Write messages into a new bag, or MCAP file (`create_bag`); how many there are in it."""
 
     with (
-        create_bag(output, compression) as writer,
+        whole(output),
+        create_bag(output, compression, mcap=mcap) as writer,
         Progress(what or output, total, quiet=quiet) as progress,
     ):
-        write, step = writer.write, progress.step
+        add, step = writer.write, progress.step
         for topic, message, stamp in entries:
             if keep is None or keep(topic, message, stamp):
-                write(topic, message, stamp)
+                add(topic, message, stamp)
             step()
         return writer.message_count
-
-
-def _check_new(output: str, *inputs: str) -> None:
-    """The output must not be an input, nor an existing file."""
-    if any(os.path.realpath(output) == os.path.realpath(path) for path in inputs):
-        raise CommandError(f"{output} is what is read; choose another name")
-    if os.path.exists(output):
-        raise CommandError(f"{output} exists already; choose another name")

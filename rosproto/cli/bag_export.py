@@ -5,16 +5,18 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any, TextIO
 
 from rosproto.bag import BagReader
 from rosproto.codec import Message
 
-from .bag_edit import add_span_arguments, span, wanted_topics
+from .bag_edit import add_span_arguments, span, wanted_topics, write
 from .bag_opening import next_to, opened
+from .bag_output import MCAP_COMPRESSION, check_new, named, whole
 from .bag_progress import Progress
 from .console import counted
-from .export_parquet import file_names, need, write_parquet
+from .export_parquet import need, new_paths, write_parquet
 from .failure import CommandError
 from .fields import parse_field_path
 from .options import add_allow_damaged, add_quiet
@@ -60,12 +62,6 @@ def export(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _directory(arguments: argparse.Namespace) -> str:
-    path: str = arguments.output or next_to(arguments.bag)
-    os.makedirs(path, exist_ok=True)
-    return path
-
-
 def _messages(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> Any:
     start, end = span(bag, arguments)
     return bag.read_messages(topics, start, end)
@@ -80,20 +76,19 @@ def _total(bag: BagReader, topics: list[str]) -> int:
 
 def _csv(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """A file for each topic; columns as `rostopic echo -p` names them."""
-    names = file_names(bag.topics)
-    directory = _directory(arguments)
+    paths = new_paths(bag, topics, arguments, ".csv")
     files: dict[str, _CsvFile] = {}
-    try:
-        with Progress("writing CSV", _total(bag, topics), quiet=arguments.quiet) as progress:
-            for topic, message, stamp in _messages(bag, topics, arguments):
-                if topic not in files:
-                    path = os.path.join(directory, names[topic] + ".csv")
-                    files[topic] = _CsvFile(path, arguments.fields)
-                files[topic].write(message, stamp.to_nsec())
-                progress.step()
-    finally:
-        for file in files.values():
-            file.close()
+    with (
+        ExitStack() as stack,
+        Progress("writing CSV", _total(bag, topics), quiet=arguments.quiet) as progress,
+    ):
+        for topic, message, stamp in _messages(bag, topics, arguments):
+            if topic not in files:
+                stack.enter_context(whole(paths[topic]))
+                files[topic] = _CsvFile(paths[topic], arguments.fields)
+                stack.callback(files[topic].close)
+            files[topic].write(message, stamp.to_nsec())
+            progress.step()
     return [file.path for file in files.values()]
 
 
@@ -117,13 +112,15 @@ class _CsvFile:
             pairs = zip(values, self._fields or (), strict=True)
             names = [] if self._begun else [header(value, f"field.{name}") for value, name in pairs]
             cells = [row(value) for value in values]
-        if not self._begun:
-            self._file.write(",".join(["%time", *filter(None, names)]) + "\n")
-            self._begun = True
-        self._file.write(",".join([str(receive_ns), *filter(None, cells)]) + "\n")
+        with named(self.path):
+            if not self._begun:
+                self._file.write(",".join(["%time", *filter(None, names)]) + "\n")
+                self._begun = True
+            self._file.write(",".join([str(receive_ns), *filter(None, cells)]) + "\n")
 
     def close(self) -> None:
-        self._file.close()
+        with named(self.path):
+            self._file.close()
 
 
 # -- NPZ ---------------------------------------------------------------------------------------------------
@@ -133,18 +130,16 @@ def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
     """A file for each topic, an array for each field; strings and arrays of changing length as objects."""
     from rosproto.bag.columns import to_numpy
 
-    names = file_names(bag.topics)
-    directory, paths = _directory(arguments), []
+    paths = new_paths(bag, topics, arguments, ".npz")
     with Progress("writing NPZ", _total(bag, topics), quiet=arguments.quiet) as progress:
         for topic in topics:
             fields = arguments.fields or _leaves(bag.message_class(topic))
             columns = to_numpy(bag, topic, bag.topics[topic].connections, fields, progress.step)
             keep = _span_mask(bag, arguments, next(iter(columns.values())))
             columns = {name: column[keep] for name, column in columns.items()}
-            path = os.path.join(directory, names[topic] + ".npz")
-            _write_npz(path, columns)
-            paths.append(path)
-    return paths
+            with whole(paths[topic]):
+                _write_npz(paths[topic], columns)
+    return list(paths.values())
 
 
 def _write_npz(path: str, columns: dict[str, Any]) -> None:
@@ -188,20 +183,19 @@ def _leaves(cls: Any, prefix: str = "") -> list[str]:
 
 
 def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """A file for each image, named by its receive time."""
+    """A file for each image, named by its receive time, in a new folder for each topic."""
     images = [topic for topic in topics if bag.topics[topic].connections[0].type in IMAGES]
     if not images:
         raise CommandError(f"{bag.path}: none of the topics has images ({', '.join(IMAGES)})")
-    names = file_names(bag.topics)
-    directory, paths = _directory(arguments), []
+    folders, paths = new_paths(bag, images, arguments, ""), []
     written: set[str] = set()
     with Progress("writing PNG", _total(bag, images), quiet=arguments.quiet) as progress:
         for topic, message, stamp in _messages(bag, images, arguments):
-            folder = os.path.join(directory, names[topic])
-            os.makedirs(folder, exist_ok=True)
-            path = _free(os.path.join(folder, f"{stamp.secs}.{stamp.nsecs:09d}"), ".png", written)
-            with open(path, "wb") as file:
-                file.write(png_of(message, scale_depth=arguments.scale_depth))
+            os.makedirs(folders[topic], exist_ok=True)
+            path = _free(os.path.join(folders[topic], f"{stamp.secs}.{stamp.nsecs:09d}"), ".png", written)
+            picture = png_of(message, scale_depth=arguments.scale_depth)
+            with whole(path), open(path, "wb") as file:
+                file.write(picture)
             paths.append(path)
             progress.step()
     return paths
@@ -223,17 +217,10 @@ def _free(path: str, ending: str, written: set[str]) -> str:
 def _mcap(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """One file in the ros1 profile, messages as they are; Foxglove opens it."""
     need("mcap.writer", "mcap", "mcap")
-    from rosproto.bag.mcap import McapWriter
-
     path = arguments.output or next_to(arguments.bag) + ".mcap"
-    if os.path.exists(path):
-        raise CommandError(f"{path} exists already; choose another name with -o")
-    start, end = span(bag, arguments)
-    progress_line = Progress(path, _total(bag, topics), quiet=arguments.quiet)
-    with McapWriter(path, "zstd") as writer, progress_line as progress:
-        for topic, raw, stamp in bag.read_messages(topics, start, end, raw=True):
-            writer.write(topic, raw, stamp)
-            progress.step()
+    check_new([path], arguments.bag)
+    entries = bag.read_messages(topics, *span(bag, arguments), raw=True)
+    write(path, entries, MCAP_COMPRESSION, _total(bag, topics), mcap=True, quiet=arguments.quiet)
     return [path]
 
 

@@ -10,6 +10,7 @@ from rosproto.bag import reindex as mend
 from rosproto.text import printable
 
 from .bag_opening import check_local
+from .bag_output import check_new, compression_of, whole
 from .bag_progress import Progress
 from .console import counted
 from .failure import CommandError
@@ -82,11 +83,12 @@ def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
 def fix(arguments: argparse.Namespace) -> int:
     """Write every message that can be read into a new bag."""
 
-    with Progress(f"opening {arguments.bag}", in_bytes=True) as progress:
+    check_new([arguments.output], arguments.bag)
+    with whole(arguments.output), Progress(f"opening {arguments.bag}", in_bytes=True) as progress:
         report = recover(
             arguments.bag,
             arguments.output,
-            compression=arguments.compression,
+            compression=compression_of(arguments),
             progress=progress.at,
             found=lambda count: progress.go_on(f"saving {arguments.bag}", count),
             scanning=progress.at,

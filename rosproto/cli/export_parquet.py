@@ -7,6 +7,7 @@ import importlib
 import os
 import re
 from collections.abc import Iterable
+from contextlib import ExitStack
 from typing import Any
 from zlib import crc32
 
@@ -14,6 +15,7 @@ from rosproto.bag import BagReader
 
 from .bag_edit import span
 from .bag_opening import next_to
+from .bag_output import check_new, named, whole
 from .bag_progress import Progress
 from .console import counted
 from .failure import CommandError
@@ -25,7 +27,7 @@ MOST_BYTES = 64 << 20
 
 
 def write_parquet(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """A file for each topic; what stands there already is replaced once the new ones are whole."""
+    """A file for each topic; all of them, or none."""
     parquet = need("pyarrow.parquet", "pyarrow", "arrow")
     from rosproto.bag.arrow import TopicBatches, batches_of
 
@@ -33,45 +35,53 @@ def write_parquet(bag: BagReader, topics: list[str], arguments: argparse.Namespa
     total = sum(bag.topics[topic].message_count for topic in topics)
     tables = [TopicBatches(bag, topic, arguments.fields) for topic in topics]
     files = [_File(parquet, paths[topic], table.schema) for topic, table in zip(topics, tables, strict=True)]
-    try:
-        with Progress("writing Parquet", total, quiet=arguments.quiet) as progress:
-            for number, batch in batches_of(bag, tables, *span(bag, arguments)):
-                progress.step(batch.num_rows)
-                files[number].take(batch)
-                if sum(file.size for file in files) >= MOST_BYTES:
-                    max(files, key=lambda file: file.size).write()
-            for file in files:
-                file.finish()
+    with ExitStack() as stack, Progress("writing Parquet", total, quiet=arguments.quiet) as progress:
         for file in files:
-            os.replace(file.part, file.path)
-    except BaseException:
+            stack.enter_context(whole(file.path))
+            stack.callback(file.close)
+        for number, batch in batches_of(bag, tables, *span(bag, arguments), step=progress.step):
+            files[number].take(batch)
+            if sum(file.size for file in files) >= MOST_BYTES:
+                max(files, key=lambda file: file.size).write()
         for file in files:
-            file.drop()
-        raise
+            file.write()
     return list(paths.values())
 
 
 def _paths(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> dict[str, str]:
     output: str | None = arguments.output
-    if output is not None and output.endswith(".parquet") and not os.path.isdir(output):
-        if len(topics) != 1:
-            raise CommandError(
-                f"{output} is one file, but there are {counted(len(topics), 'topic')}: choose one with"
-                " --topics, or name a directory"
-            )
-        return {topics[0]: output}
-    directory = output or next_to(arguments.bag)
-    os.makedirs(directory, exist_ok=True)
+    if output is None or not output.endswith(".parquet") or os.path.isdir(output):
+        return new_paths(bag, topics, arguments, ".parquet")
+    if len(topics) != 1:
+        raise CommandError(
+            f"{output} is one file, but there are {counted(len(topics), 'topic')}: choose one with"
+            " --topics, or name a directory"
+        )
+    check_new([output], arguments.bag)
+    return {topics[0]: output}
+
+
+def new_paths(
+    bag: BagReader, topics: list[str], arguments: argparse.Namespace, ending: str
+) -> dict[str, str]:
+    """What an export of these topics writes, in the directory of its own or of `--output`, which is made.
+
+    Raises:
+        CommandError: One of them exists already.
+    """
+    directory: str = arguments.output or next_to(arguments.bag)
     names = file_names(bag.topics)
-    return {topic: os.path.join(directory, names[topic] + ".parquet") for topic in topics}
+    paths = {topic: os.path.join(directory, names[topic] + ending) for topic in topics}
+    check_new(paths.values(), arguments.bag)
+    os.makedirs(directory, exist_ok=True)
+    return paths
 
 
 class _File:
-    """One topic's file, under another name until all are whole.
+    """One topic's file.
 
     Attributes:
-        path: Its name in the end.
-        part: Its name until then.
+        path: Its name.
         size: Bytes that wait for their row group to be full.
     """
 
@@ -81,7 +91,6 @@ class _File:
         self._writer: Any = None
         self._group: list[Any] = []
         self.path = path
-        self.part = path + ".part"
         self.size = 0
 
     def take(self, batch: Any) -> None:
@@ -93,29 +102,21 @@ class _File:
 
     def write(self) -> None:
         """What waits, as a row group."""
-        if self._writer is None:
-            # Numbers seldom repeat: a dictionary of them is tried, and given up, at the cost of a hash each.
-            self._writer = self._parquet.ParquetWriter(
-                self.part, self._schema, compression="zstd", use_dictionary=_texts(self._schema)
-            )
-        if self._group:
-            table = need("pyarrow", "pyarrow", "arrow").Table.from_batches(self._group)
-            self._group, self.size = [], 0
-            self._writer.write_table(table)
+        with named(self.path):
+            if self._writer is None:
+                # Numbers seldom repeat: a dictionary is tried, and given up, at the cost of a hash each.
+                self._writer = self._parquet.ParquetWriter(
+                    self.path, self._schema, compression="zstd", use_dictionary=_texts(self._schema)
+                )
+            if self._group:
+                table = need("pyarrow", "pyarrow", "arrow").Table.from_batches(self._group)
+                self._group, self.size = [], 0
+                self._writer.write_table(table)
 
-    def finish(self) -> None:
-        self.write()
-        self._writer.close()
-
-    def drop(self) -> None:
-        """Leave nothing of it."""
+    def close(self) -> None:
         if self._writer is not None:
-            try:
+            with named(self.path):
                 self._writer.close()
-            except OSError:
-                pass  # why it failed is told already
-        if os.path.exists(self.part):
-            os.unlink(self.part)
 
 
 def _texts(schema: Any) -> list[str]:

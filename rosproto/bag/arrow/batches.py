@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -139,8 +139,12 @@ def batches_of(
     tables: Sequence[TopicBatches],
     start_time: Stamp | None = None,
     end_time: Stamp | None = None,
+    *,
+    step: Callable[[int], object] | None = None,
 ) -> Iterator[tuple[int, Any]]:
     """Batches of several topics in one pass over the bag: which of the tables, and the batch.
+
+    `step` is called after each chunk, with the number of its messages.
 
     Raises:
         BagError: See `BagReader.read_messages`.
@@ -156,6 +160,8 @@ def batches_of(
             batch = add(secs, nsecs, blob[start:end])
             if batch is not None:
                 yield number, batch
+        if step is not None:
+            step(len(run.places))
     for number, table in enumerate(tables):
         batch = table.rest()
         if batch is not None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rosproto.bag import BagWriter
+from rosproto.bag import BagWriter, open_bag
 from rosproto.cli import main
 from rosproto.cli.bag_export import pixels_of
 from rosproto.cli.export_parquet import file_name, file_names
@@ -157,8 +157,9 @@ def test_depth_as_data_and_to_look_at(tmp_path: Path) -> None:
     with BagWriter(path) as writer:
         writer.write("/depth", Image(height=1, width=3, encoding="16UC1", step=6, data=data), 1000.0)
     for words, expected in (([], [600, 0, 800]), (["--scale-depth"], [255, 0, 40])):
-        assert main(["bag", "export", str(path), "png", "-o", str(tmp_path / "out"), *words]) == 0
-        pixels = read_png((tmp_path / "out" / "depth" / "1000.000000000.png").read_bytes())
+        out = tmp_path / f"out{len(words)}"
+        assert main(["bag", "export", str(path), "png", "-o", str(out), *words]) == 0
+        pixels = read_png((out / "depth" / "1000.000000000.png").read_bytes())
         assert pixels.reshape(-1).tolist() == expected
 
 
@@ -186,8 +187,55 @@ def test_mcap(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert channel.metadata["callerid"] == "/x"
     assert message.log_time == 1000_500_000_000
     assert message.data[4:] == b'a "b", c\nd'
-    assert main(["bag", "export", bag, "mcap", "-o", str(path)]) == 1
-    assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("form", ["csv", "npz", "png", "mcap", "parquet"])
+def test_nothing_is_replaced(bag: str, tmp_path: Path, form: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """As convert, filter and merge: what exists is refused, before anything is written."""
+    for package in {"mcap": ["mcap"], "parquet": ["pyarrow"]}.get(form, []):
+        pytest.importorskip(package)
+    assert main(["bag", "export", bag, form, "--topics", "/camera"]) == 0
+    made = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert len(made) == 2  # the bag, and what was made of it
+    capsys.readouterr()
+    assert main(["bag", "export", bag, form]) == 1
+    assert "exists already; choose another name" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == made
+
+
+@pytest.mark.parametrize(
+    "words", ["convert {bag} {out}", "filter {bag} {out} True", "merge {out} {bag}", "fix {bag} {out}"]
+)
+def test_a_bag_is_not_replaced_either(
+    bag: str, tmp_path: Path, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nor taken away, as one that could not be finished."""
+    out = tmp_path / "yesterday.bag"
+    out.write_bytes(b"yesterday")
+    assert main(["bag", *words.format(bag=bag, out=out).split()]) == 1
+    assert "exists already; choose another name" in capsys.readouterr().err
+    assert out.read_bytes() == b"yesterday"
+
+
+@pytest.mark.parametrize(
+    ("words", "compression"),
+    [
+        ("convert {bag} {out}", "zstd"),
+        ("convert --lz4 {bag} {out}", "lz4"),
+        ("filter {bag} {out} True", "zstd"),
+        ("merge {out} {bag}", "zstd"),
+        ("fix {bag} {out}", "zstd"),
+        ("export {bag} mcap -o {out}", "zstd"),
+    ],
+)
+def test_mcap_is_compressed_in_one_way(bag: str, tmp_path: Path, words: str, compression: str) -> None:
+    """By zstd, whichever command makes it, unless an option says otherwise."""
+    pytest.importorskip("mcap", reason="mcap is not installed (extra mcap)")
+    path = tmp_path / "made.mcap"
+    assert main(["bag", *words.format(bag=bag, out=path).split()]) == 0
+    with open_bag(path) as made:
+        assert list(made.compression()) == [compression]
+        assert made.message_count == 7
 
 
 CLASHING = [
