@@ -136,25 +136,17 @@ def _up_to_damage(decompress: Callable[[Any, int], bytes], data: bytes | memoryv
     return bytes(got)
 
 
-def keep_freed_memory(chunk_bytes: int) -> None:
-    """Have the C library keep the memory of a freed chunk of this size for the next one.
+@cache
+def keep_freed_memory() -> None:
+    """Have the C library keep the memory of a freed chunk for the next one.
 
     glibc returns large blocks to the system whenever they are freed, and faults new ones in page by page for
     the next chunk. It stops doing so for sizes up to the largest block it has seen freed, and keeps up to
-    twice that much (mallopt(3), M_MMAP_THRESHOLD). The block freed here is never touched, so it costs
-    nothing. Other C libraries are not affected. Without it, reading LZ4 takes 1.7 to 2 times the processor
-    time, and writing it twice the time.
+    twice that much (mallopt(3), M_MMAP_THRESHOLD). The block freed here is the largest that it takes as an
+    example, and costs nothing, since it is never touched. Other C libraries are not affected. Without it,
+    reading LZ4 takes 1.7 to 2 times the processor time, and writing it twice the time.
     """
-    _free_once(_LARGE_BLOCK if chunk_bytes > _SMALL_CHUNK else _SMALL_BLOCK)
-
-
-_SMALL_CHUNK, _SMALL_BLOCK = 2 << 20, 8 << 20
-_LARGE_BLOCK = (32 << 20) - (8 << 10)  # the largest that glibc takes as an example
-
-
-@cache
-def _free_once(size: int) -> None:
-    bytes(size)
+    bytes((32 << 20) - (8 << 10))
 
 
 def _lz4() -> Any:

@@ -168,7 +168,7 @@ class ChunkOutput:
         if self._compression == "none":
             self._put(info, size, size, parts, indexes)
             return
-        keep_freed_memory(size)
+        keep_freed_memory()
         chunk = _Chunk(info, b"".join(parts), indexes)
         if size < _SMALL:
             self.drain()

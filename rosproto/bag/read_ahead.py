@@ -62,7 +62,7 @@ class ReadAhead:
         if data.packed and not self._packed:
             self._begin(number + 1)
         self._packed = data.packed
-        keep_freed_memory(len(data.blob))
+        keep_freed_memory()
         return data
 
     def _begin(self, first: int) -> None:

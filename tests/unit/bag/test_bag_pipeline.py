@@ -6,6 +6,7 @@ import errno
 import gc
 import io
 import os
+import platform
 import subprocess
 import sys
 import threading
@@ -345,3 +346,30 @@ def test_a_message_outlives_reader_and_iteration(tmp_path):
         kept = [message for _, message, _ in bag.read_messages()]
     gc.collect()
     assert [k.data.tobytes() for k in kept] == [m.data.tobytes() for m in messages]
+
+
+FAULTS = """
+import resource, sys
+from rosproto.bag import BagReader
+def faults():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(6):
+    before = faults()
+    with BagReader(sys.argv[1]) as bag:
+        assert sum(1 for _ in bag.read_messages(raw="view")) == 20
+    last = faults() - before
+print(last)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="is about the allocator of glibc")
+@pytest.mark.parametrize("size", [500_000, 3_000_000])
+def test_chunks_are_unpacked_into_memory_that_was_used_before(tmp_path, size):
+    """The system would give new pages for each chunk, one fault for each: 2400 or 14600 here."""
+    path = tmp_path / "a.bag"
+    write(path, blocks(20, size), "lz4").close()
+    done = subprocess.run(
+        [sys.executable, "-c", FAULTS, str(path)], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) < 20 * size / 4096 / 4
