@@ -43,6 +43,10 @@ _DEFINITIONS = (
 _WITH_DEFINITIONS = frozenset({"beginner_tutorials", "roscpp_tutorials", "rospy_tutorials", "turtlesim"})
 
 
+NOT_OVER_THIS = frozenset({"roslaunch", "rosmaster"})
+"""What a ROS installation has of these is built on parts of its own modules that ours do not have."""
+
+
 def absence(name: str) -> str | None:
     """What to say about a module that was not found; None for one that has nothing to do with ROS."""
     why = _ABSENT.get(name)

@@ -19,6 +19,7 @@ import sys
 from collections.abc import Sequence
 from types import ModuleType
 
+from rosproto.rospy.absent import NOT_OVER_THIS, absence, is_imported
 from rosproto.rospy.definitions import library
 
 # No base class from importlib.abc: importing that takes 20 ms, and Python asks only for the methods.
@@ -40,11 +41,16 @@ def serve() -> None:
             _serve_children(sys.modules["multiprocessing.spawn"])
 
 
+def stand_ins() -> frozenset[str]:
+    """Names of the modules and packages of ROS that are provided, without the message packages."""
+    return _names_in(MODULES)
+
+
 class RosFinder:
     """Finds the modules that this layer provides; leaves everything else to the finders behind it."""
 
     def __init__(self) -> None:
-        self._modules = _names_in(MODULES) - SPARE
+        self._modules = stand_ins() - SPARE
         # Read once: every import of the process calls find_spec, the library's own imports too.
         self._packages = frozenset(library().packages())
         self._ours: dict[str, bool] = {}
@@ -52,13 +58,20 @@ class RosFinder:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The spec of a module that this layer provides, None for any other."""
+        """The spec of a module that this layer provides, None for any other.
+
+        Raises:
+            ModuleNotFoundError: An import asks for a part of a ROS installation that does not work with this
+                layer; it says what to use instead.
+        """
         if fullname == "multiprocessing.spawn":
             return self._patched(fullname, path)
         package, _, rest = fullname.partition(".")
         if not rest:
             if package in self._modules:
                 return _spec_of_module(package)
+            if package in NOT_OVER_THIS and _came_with_ros(package) and is_imported():
+                raise ModuleNotFoundError(absence(package), name=package)
             return self._message_spec(fullname) if self._is_ours(package) else None
         kind, _, base = rest.partition(".")
         of_rospy = package in self._modules
@@ -67,7 +80,7 @@ class RosFinder:
             and "." not in base
             and (package in self._packages if of_rospy else self._is_ours(package))
         ):
-            return self._message_spec(fullname)
+            return self._message_spec(fullname) if _has_definitions(package, kind) else None
         return _spec_of_module(fullname, *([] if of_rospy else [SUBMODULES]))
 
     @staticmethod
@@ -125,8 +138,6 @@ class FallbackFinder:
         """
         if fullname.partition(".")[0] in SPARE:
             return _spec_of_module(fullname)
-        from rosproto.rospy.absent import absence, is_imported
-
         text = absence(fullname)
         if text is not None and is_imported():
             raise ModuleNotFoundError(text, name=fullname)
@@ -153,13 +164,35 @@ def _spec_of_module(name: str, *folders: str) -> importlib.machinery.ModuleSpec 
     return spec if spec is not None and spec.has_location else None  # without __init__.py it is no package
 
 
+def _has_definitions(package: str, kind: str) -> bool:
+    """True when genpy would have written `<package>.msg`, or `.srv`."""
+    known = library()
+    return bool(known.messages(package) if kind == "msg" else known.services(package))
+
+
 def _has_generated_code(package: str) -> bool:
     """True when the user has generated code of that package on sys.path."""
+    entry = _entry_with(*(os.path.join(package, kind) for kind in KINDS))
+    return entry is not None and not _is_of_ros(entry)
+
+
+def _came_with_ros(package: str) -> bool:
+    """True when the package on sys.path is one of a ROS installation, not the user's own."""
+    entry = _entry_with(package)
+    return entry is not None and _is_of_ros(entry)
+
+
+def _entry_with(*packages: str) -> str | None:
+    """The first folder of sys.path that has one of these packages."""
     for entry in sys.path:
-        folder = os.path.join(entry or os.curdir, package)
-        if any(os.path.isfile(os.path.join(folder, kind, "__init__.py")) for kind in KINDS):
-            return not os.path.isfile(os.path.join(entry or os.curdir, "rospy", "__init__.py"))
-    return False
+        folder = entry or os.curdir
+        if any(os.path.isfile(os.path.join(folder, package, "__init__.py")) for package in packages):
+            return folder
+    return None
+
+
+def _is_of_ros(folder: str) -> bool:
+    return os.path.isfile(os.path.join(folder, "rospy", "__init__.py"))
 
 
 def _serve_children(spawn: ModuleType) -> None:

@@ -346,3 +346,19 @@ def test_a_chassis_with_other_definitions(firmware: str) -> None:
     ours = on_a_chassis(["chassis_step.py", "chassis_task.py"], firmware=firmware)
     assert [o.code for o in ours] == [0, 0], [o.err for o in ours]
     assert [o.out[0] for o in ours] == ["True 3 1", "True Battery"]
+
+
+def test_packages_are_those_of_rospy(both: Run) -> None:
+    """load_manifest, modules of message packages, and what a bag says of its compression."""
+    both("packages.py")
+
+
+@pytest.mark.parametrize("name", ["roslaunch", "rosmaster", "rosmaster.master_api"])
+def test_debians_modules_that_cannot_run_here_say_so(tmp_path: Path, name: str) -> None:
+    """With Debian's packages on the path; before, "No module named 'rosgraph.xmlrpc'"."""
+    program = tmp_path / "program.py"
+    program.write_text(f"import {name}\n", "utf-8")
+    done = run_program(program, real=False, packages=["/usr/lib/python3/dist-packages"])
+    assert done.code == 1
+    assert done.err[-1].startswith(f"ModuleNotFoundError: No module named {name.partition('.')[0]!r}: ")
+    assert "rosproto" in done.err[-1]

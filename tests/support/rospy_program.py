@@ -8,7 +8,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-__all__ = ["output", "run"]
+__all__ = ["ROOT", "output", "run"]
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -1,9 +1,8 @@
 """rospkg as far as programs use it: the folder of a package, by ROS_PACKAGE_PATH or around the program."""
 
 import os
-import sys
 
-from roslib.packages import definitions_folder, find_package, list_packages
+from roslib.packages import definitions_folder, find_package, list_packages, package_around
 
 
 class ResourceNotFound(Exception):
@@ -55,22 +54,12 @@ class RosPack:
         """
         found = (
             find_package(name, os.pathsep.join(self.ros_paths))
-            or self._around(name)
+            or package_around(name)
             or definitions_folder(name)
         )
         if found is None:
             raise ResourceNotFound(name, self.ros_paths)
         return found
-
-    @staticmethod
-    def _around(name):
-        folder = os.path.dirname(os.path.abspath(sys.argv[0]))
-        while True:
-            if os.path.basename(folder) == name and os.path.isfile(os.path.join(folder, "package.xml")):
-                return folder
-            if os.path.dirname(folder) == folder:
-                return None
-            folder = os.path.dirname(folder)
 
 
 def get_ros_home(env=None):

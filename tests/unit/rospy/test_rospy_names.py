@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+import pytest
+
 from rosproto.master import Master
-from tests.support.rospy_program import output
+from tests.support.rospy_program import ROOT, output
 
 REACHED = """
     rospy.core.ROSInitException rospy.core.ROSInterruptException rospy.core.ns_join rospy.core.ParameterInvalid
@@ -104,3 +107,69 @@ def test_synchronisers_forget_when_simulated_time_jumps_back(tmp_path: Path) -> 
             filters[index].signalMessage(Stamped(stamp, name))
     """
     assert output(code, tmp_path).splitlines() == ["['a', 'b']", "['newer', 'new']"]
+
+
+@pytest.mark.parametrize("name", ["roslaunch", "rosmaster"])
+def test_what_a_ros_installation_builds_on_its_own_modules_says_why(tmp_path: Path, name: str) -> None:
+    """Where real ROS is visible it was found, and failed for a module inside; the user's own is left alone."""
+    for folder, package in [("ros", "rospy"), ("ros", name), ("own", name)]:
+        (tmp_path / folder / package).mkdir(parents=True, exist_ok=True)
+        text = "import rosgraph.xmlrpc\n" if folder == "ros" else "MINE = True\n"
+        (tmp_path / folder / package / "__init__.py").write_text(text, "utf-8")
+    code = f"""
+        import importlib
+        for module in ("{name}", "{name}.inside"):
+            try:
+                importlib.import_module(module)
+            except ModuleNotFoundError as error:
+                print(error.name, error)
+            else:
+                print(importlib.import_module(module).MINE)
+                break
+    """
+
+    def told(folder: str) -> list[str]:
+        path = os.pathsep.join([str(ROOT), str(tmp_path / folder)])
+        return output(code, tmp_path, PYTHONPATH=path).splitlines()
+
+    assert told("own") == ["True"]
+    lines = told("ros")
+    assert len(lines) == 2
+    assert all(line.startswith(f"{name} No module named {name!r}: ") for line in lines)
+    assert all("rosproto" in line for line in lines)
+
+
+def test_a_package_has_the_modules_that_genpy_would_have_written(tmp_path: Path) -> None:
+    """std_srvs has services only; a package that is nowhere is no package."""
+    own = tmp_path / "src" / "robot_bringup"
+    own.mkdir(parents=True)
+    (own / "package.xml").touch()
+    code = """
+        import importlib, os, roslib, sys
+        for name in ("std_srvs.srv", "std_srvs.msg", "geometry_msgs.msg", "geometry_msgs.srv", "sensor_msgs.srv"):
+            try:
+                print(importlib.import_module(name).__name__)
+            except ModuleNotFoundError as error:
+                print(error)
+        for name in ("rospy", "std_srvs", "woosh_msgs", "robot_bringup", "nowhere"):
+            try:
+                print(name, roslib.load_manifest(name))
+            except Exception as error:
+                print(type(error).__name__, str(error).splitlines()[0])
+        sys.argv[0] = os.path.join(os.environ["ROS_PACKAGE_PATH"], "robot_bringup", "scripts", "drive.py")
+        del os.environ["ROS_PACKAGE_PATH"]
+        print(roslib.load_manifest("robot_bringup"))  # the program lies in it
+    """
+    assert output(code, tmp_path, ROS_PACKAGE_PATH=str(tmp_path / "src")).splitlines() == [
+        "std_srvs.srv",
+        "No module named 'std_srvs.msg'",
+        "geometry_msgs.msg",
+        "No module named 'geometry_msgs.srv'",
+        "sensor_msgs.srv",
+        "rospy None",
+        "std_srvs None",
+        "woosh_msgs None",
+        "robot_bringup None",
+        "ResourceNotFound nowhere",
+        "None",
+    ]

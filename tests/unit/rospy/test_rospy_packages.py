@@ -104,7 +104,7 @@ def test_small_modules_on_a_graph(tmp_path: Path) -> None:
         import rospy, rosgraph, roslib, rosparam, rosservice, rostopic
         from std_msgs.msg import String
         from std_srvs.srv import Trigger, TriggerResponse
-        roslib.load_manifest("anything")
+        roslib.load_manifest("std_msgs")
         rospy.init_node("small")
         pub = rospy.Publisher("/chat", String, queue_size=1)
         service = rospy.Service("/pull", Trigger, lambda r: TriggerResponse(True, "pulled"))

@@ -1,6 +1,7 @@
 """roslib.packages: where packages are. There is no ROS installation, so ROS_PACKAGE_PATH decides."""
 
 import os
+import sys
 
 
 class ROSPkgException(Exception):
@@ -61,6 +62,17 @@ def list_packages(path):
 
 def find_package(package, path):
     return next((folder for name, folder in list_packages(path) if name == package), None)
+
+
+def package_around(name):
+    """The folder of a package in which the program lies, None when it is in none of that name."""
+    folder = os.path.dirname(os.path.abspath(sys.argv[0]))
+    while True:
+        if os.path.basename(folder) == name and os.path.isfile(os.path.join(folder, "package.xml")):
+            return folder
+        if os.path.dirname(folder) == folder:
+            return None
+        folder = os.path.dirname(folder)
 
 
 def definitions_folder(package):

@@ -10,9 +10,10 @@ from .exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
 
 
 def sleep(duration):
-    """Sleep by the node's clock; ends early when the node is shut down.
+    """Sleep by the node's clock; ends early when the node is shut down, as by Ctrl-C.
 
-    By this computer's clock it then returns, by simulated time it raises: so does rospy 1.15 (measured).
+    By this computer's clock it then returns at once, where rospy 1.15 sleeps to the end; by simulated time it
+    raises, as there (measured).
 
     Raises:
         ROSInterruptException: The node was shut down meanwhile, and time is simulated.
