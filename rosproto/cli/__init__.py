@@ -61,6 +61,7 @@ from rosproto.cli.options import (
 from rosproto.cli.parser import Parser, WrongUse, give_examples, hint, near
 from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
 from rosproto.cli.signals import interrupt_on_signals, signals_ignored
+from rosproto.cli.token import add_token, token_of
 
 __all__ = [
     "DONE",
@@ -79,6 +80,7 @@ __all__ = [
     "add_completion_arguments",
     "add_output_options",
     "add_server_options",
+    "add_token",
     "announced",
     "answer_completion",
     "cannot_listen",
@@ -116,6 +118,7 @@ __all__ = [
     "terminal_size",
     "to_float",
     "to_int",
+    "token_of",
     "unguarded",
     "until_interrupted",
     "whole",

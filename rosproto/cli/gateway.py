@@ -22,6 +22,7 @@ from .connection import add_graph_options, open_node
 from .failure import CommandError, cannot_listen
 from .options import count, host, port, seconds
 from .signals import interrupt_on_signals
+from .token import add_token, token_of
 
 if TYPE_CHECKING:
     import ssl
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from rosproto.watchdog import Watchdog
 
 T = TypeVar("T")
+TOKEN_VARIABLE = "ROSPROTO_TOKEN"
 STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
 WEB, DESKTOP = "https://app.foxglove.dev", "file://"
 """Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.
@@ -159,7 +161,7 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
     parser.add_argument(
         "--port", type=port, default=default_port, help=f"port, 0 for a free one (default: {default_port})"
     )
-    parser.add_argument("--token", help="clients have to give it: ws://...?token=T")
+    add_token(parser, TOKEN_VARIABLE, "clients have to give it: ws://...?token=T")
     parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate (PEM), for wss://")
     parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key (PEM)")
     parser.add_argument(
@@ -222,7 +224,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
     from rosproto.gateway import Access
     from rosproto.transport.address import is_loopback
 
-    token = arguments.token
+    token = token_of(arguments, TOKEN_VARIABLE)
     if token is None and not is_loopback(arguments.bind):
         import secrets
 

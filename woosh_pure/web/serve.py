@@ -139,8 +139,8 @@ class WebServer:
         if not is_loopback(bind) and not app.state.context.access.needs_token:
             raise ValueError(
                 say(
-                    "--bind {bind} lets others in: that takes a token (--token, made by chance, at least "
-                    "8 letters)",
+                    "--bind {bind} lets others in: that takes a token (--token-file, made by chance, at "
+                    "least 8 letters)",
                     bind=bind,
                 )
             )

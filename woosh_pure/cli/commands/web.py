@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)"
     )
     parser.add_argument("--port", type=port, default=8080, help="0 takes a free one (8080)")
-    parser.add_argument("--token", help="what everybody has to know; needed off this computer")
+    add_token(parser, TOKEN_VARIABLE, "what everybody has to know; needed off this computer")
     parser.add_argument(
         "--allow-driving",
         action="store_true",
@@ -70,7 +70,7 @@ def run(args: Namespace, out: Output) -> int:
         require()
     except ImportError as missing:
         raise CommandError(str(missing)) from missing
-    more = _further(args)
+    more, token = _further(args), token_of(args, TOKEN_VARIABLE)
     with ExitStack() as stack:
         watchdog = stack.enter_context(watchdog_of(args))
         first = stack.enter_context(connect(args, out, watchdog=watchdog))
