@@ -327,11 +327,37 @@ def test_off_this_computer_only_with_a_token(chassis: Chassis) -> None:
 
 
 # -- bad input -----------------------------------------------------------------------------------------------
+        assert TOKEN not in cookie
 
 HOSTILE: list[Any] = [
     b"",
     b"{",
     b"null",
+        stale = web.get("status", headers={"cookie": f"woosh_token={TOKEN}"})
+        assert stale.status == 401, "the token itself is no cookie"
+
+
+@pytest.mark.promise("two servers of one host do not accept each other's")
+def test_two_servers_of_one_host_keep_their_log_ins_apart(chassis: Chassis) -> None:
+    """Browsers send a cookie to every port of its host."""
+    with serving(chassis, token=TOKEN) as one, serving(chassis, token=TOKEN) as two:
+        first, second = (
+            web.post("login", {"token": TOKEN}).headers["set-cookie"].partition(";")[0] for web in (one, two)
+        )
+        one.token = two.token = None
+        assert first.partition("=")[0] != second.partition("=")[0], "none overwrites the other"
+        both = {"cookie": f"{first}; {second}"}
+        assert [web.get("status", headers=both).status for web in (one, two)] == [200, 200]
+        name, value = second.partition("=")[0], first.partition("=")[2]
+        for cookie in (first, f"{name}={value}"):
+            assert two.get("status", headers={"cookie": cookie}).status == 401
+
+
+@pytest.mark.promise("The same host by another scheme is another site")
+def test_a_page_by_another_scheme_is_another_site(web: Served) -> None:
+    own = f"127.0.0.1:{web.port}"
+    assert web.post("stop", headers={"origin": f"https://{own}"}).status == 403
+    assert web.post("stop", headers={"origin": f"http://{own}"}).status == 200
     b"[]",
     b"1",
     b'"x"',

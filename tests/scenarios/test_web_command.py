@@ -104,6 +104,13 @@ class Command:
     def get(self, path: str) -> Any:
         request = urllib.request.Request(self.url + path, headers={"authorization": f"Bearer {TOKEN}"})
         with urllib.request.urlopen(request, timeout=20, context=self.trust) as answer:
+    def log_in(self) -> str:
+        """What a browser keeps."""
+        body, kind = json.dumps({"token": TOKEN}).encode(), {"content-type": "application/json"}
+        request = urllib.request.Request(self.url + "api/v1/login", body, kind, method="POST")
+        with urllib.request.urlopen(request, timeout=20, context=self.trust) as answer:
+            return str(answer.headers["set-cookie"]).partition(";")[0]
+
             return json.loads(answer.read())
 
 
@@ -142,7 +149,7 @@ def test_two_robots_over_https_and_an_orderly_end_under_their_pages(command: Com
     who_is_it(command)
     with_curl(command)
 
-    cookie = {"cookie": f"woosh_token={TOKEN}"}
+    cookie = {"cookie": command.log_in()}
     with (
         PageClient(command.port, ssl=command.trust, additional_headers=cookie) as page,
         PageClient(

@@ -244,7 +244,8 @@ def test_without_the_token_the_page_is_told_why(chassis: Chassis) -> None:
             page._reader.join(10)
             assert page.socket.close_code == 4401
             assert "token" in (page.socket.close_reason or "")
-        with PageClient(web.port, additional_headers={"cookie": "woosh_token=a-long-secret"}) as page:
+        cookie = web.post("login", {"token": "a-long-secret"}).headers["set-cookie"].partition(";")[0]
+        with PageClient(web.port, additional_headers={"cookie": cookie}) as page:
             page.of("hello")
 
 

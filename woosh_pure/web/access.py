@@ -1,5 +1,5 @@
-"""Who may reach the server: token, Host, Origin and the rate; sessions; slots for connections. No input or
-output: headers and times are arguments.
+"""Who may reach the server: token, log-in, Host, Origin and the rate; sessions; slots for connections. No
+input or output: headers and times are arguments.
 
 A browser sends requests on behalf of any page that is open in it. A page from somebody else's site must not
 reach the robot through the browser on this computer. `Origin` tells which site's page sent the request, and
@@ -9,6 +9,7 @@ this server, but not an IP address or localhost. Programs do not send `Origin`, 
 
 from __future__ import annotations
 
+import hashlib
 import hmac
 import ipaddress
 import itertools
@@ -26,8 +27,7 @@ from rosproto.sentence import say
 from rosproto.text import printable
 from rosproto.transport import is_loopback
 
-COOKIE = "woosh_token"
-_AUTHORITY = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::[0-9]{1,5})?")
+_AUTHORITY = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::([0-9]{1,5}))?")
 LEAST_TOKEN = 8
 MOST_BUCKETS = 1000
 
@@ -44,6 +44,19 @@ def host_of(header: str) -> str:
     """The lower-case name in a Host header or a URL's authority, without the port; "" if it is malformed."""
     found = _AUTHORITY.fullmatch(header.strip())
     return "" if found is None else (found[1] or found[2]).rstrip(".").lower()
+
+
+def cookie_name(host: str, scheme: str) -> str:
+    """The name of the log-in's cookie. Browsers send cookies to every port of a host, so it has the port."""
+    found = _AUTHORITY.fullmatch(host.strip())
+    usual = "443" if scheme in ("https", "wss") else "80"
+    return f"woosh_login_{(found and found[3]) or usual}"
+
+
+def cookies(header: str, name: str) -> list[str]:
+    """The values of the cookies with that name: several if paths of one server lie in one another."""
+    pairs = (part.strip().partition("=") for part in header.split(";"))
+    return [value for key, _, value in pairs if key == name]
 
 
 def _is_number(host: str) -> bool:
@@ -102,6 +115,7 @@ class AccessRules:
         if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
             raise ValueError("the token has letters that no header can carry; take ASCII letters and digits")
         self._token = None if token is None else token.encode("utf-8", "surrogateescape")
+        self._key = b"" if token is None else _key_of(token)
         self._origins = frozenset(_origin(origin) for origin in origins)
         named = (urlsplit(origin).hostname or "" for origin in self._origins)
         self._hosts = frozenset(filter(None, (*named, *(host_of(host) for host in hosts), "localhost")))
@@ -124,15 +138,25 @@ class AccessRules:
             "--host-name NAME (a page of another name could reach the robot through it)",
         )
 
-    def check_origin(self, origin: str | None, host: str | None, site: str | None = None) -> Refusal | None:
-        """Accept our own page, an origin that was allowed, and programs, which are no page at all."""
+    def check_origin(
+        self, origin: str | None, host: str | None, scheme: str, site: str | None = None
+    ) -> Refusal | None:
+        """Accept our own page, an origin that was allowed, and programs, which are no page at all.
+
+        Args:
+            origin: The header of this name.
+            host: The header of this name.
+            scheme: How the request came: a page of the same host by another scheme is another site's.
+            site: The header Sec-Fetch-Site.
+        """
         if origin is None:
             if site in (None, "same-origin", "none"):
                 return None
         else:
             asked = _origin(origin, strict=False)
-            own = urlsplit(asked).netloc if asked else ""
-            if asked and (asked in self._origins or own == (host or "").lower()):
+            secure = scheme in ("https", "wss")
+            own = _origin(f"{'https' if secure else 'http'}://{host or ''}", strict=False)
+            if asked and (asked in self._origins or asked == own):
                 return None
         return Refusal(
             403,
@@ -151,11 +175,42 @@ class AccessRules:
         missing = "this needs the token that `woosh web` was started with" if given is None else "wrong token"
         return Refusal(401, f"{missing}; send it as `Authorization: Bearer TOKEN`, or log in")
 
+    def log_in(self, place: str) -> str:
+        """What a browser keeps in place of the token.
+
+        It is good as long as the token is, also for a server that was started again: STOP of a page that is
+        open needs no second log-in. It is no way to the token, and good at this place only.
+
+        Args:
+            place: The cookie's name and the server's port.
+        """
+        number = secrets.token_urlsafe(18)
+        return f"{number}.{self._mark_of(number, place)}"
+
+    def is_logged_in(self, kept: Iterable[str], place: str) -> bool:
+        """Whether one of these was given by `log_in` for this place."""
+        if self._token is None:
+            return False
+        numbers = ((value.encode("utf-8", "surrogateescape"), value.partition(".")[0]) for value in kept)
+        return any(
+            hmac.compare_digest(value, f"{number}.{self._mark_of(number, place)}".encode("utf-8", "replace"))
+            for value, number in numbers
+        )
+
+    def _mark_of(self, number: str, place: str) -> str:
+        text = f"{place} {number}".encode("utf-8", "surrogateescape")
+        return hmac.new(self._key, text, "sha256").hexdigest()
+
     def check_rate(self, who: str, now: float) -> Refusal | None:
         """Limit commands to five a second, ten at once, from each address. A stop is never counted."""
         if _bucket(self._moves, who, 5.0, 10.0).take(now):
             return None
         return Refusal(429, "too many orders at once from this address; at most five a second")
+
+
+def _key_of(token: str) -> bytes:
+    """A key that takes long to try: who has read a cookie is no nearer to the token."""
+    return hashlib.pbkdf2_hmac("sha256", token.encode("utf-8", "surrogateescape"), b"woosh log-in", 100_000)
 
 
 def _bucket(buckets: OrderedDict[str, TokenBucket], who: str, rate: float, burst: float) -> TokenBucket:
@@ -249,11 +304,10 @@ class Clients:
         with self._lock:
             return self._known.get(session)
 
-    @staticmethod
-    def program(address: str) -> Client:
-        """A client without a session. All programs at one address count as one client."""
-        address = printable(address)[:60]
-        return Client("", f"program at {address}", address)
+    def is_page(self, name: str) -> bool:
+        """Whether a page has this name: somebody sits in front of it, and can be asked."""
+        with self._lock:
+            return any(client.name == name for client in self._known.values())
 
     def _forget(self, now: float) -> None:
         gone = [

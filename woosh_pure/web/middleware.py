@@ -8,12 +8,11 @@ import asyncio
 import json
 import re
 import time
-from collections.abc import Awaitable, Callable, MutableMapping
-from http.cookies import CookieError, SimpleCookie
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from typing import Any
 
 from rosproto.sentence import say
-from woosh_pure.web.access import COOKIE, Key, Refusal
+from woosh_pure.web.access import AccessRules, Key, Refusal, cookie_name, cookies
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
@@ -39,16 +38,28 @@ _OPEN_TO_ALL = ("/api/v1/access", "/api/v1/login")
 _SAFE = ("GET", "HEAD", "OPTIONS")
 
 
-def token_of(headers: dict[str, str]) -> str | None:
-    """The token of a request: from its Authorization header, or else from its cookie."""
+def token_of(headers: Mapping[str, str]) -> str | None:
+    """The token of a request, from its Authorization header."""
     scheme, _, value = headers.get("authorization", "").partition(" ")
-    if scheme.lower() == "bearer":
-        return value.strip()
-    try:
-        cookie = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
-    except CookieError:
-        return None
-    return None if cookie is None else cookie.value
+    return value.strip() if scheme.lower() == "bearer" else None
+
+
+def login_place(scope: Mapping[str, Any], headers: Mapping[str, str]) -> tuple[str, str]:
+    """The name of the log-in's cookie, and the place for which it is good, which is this port."""
+    name = cookie_name(headers.get("host", ""), scope.get("scheme", "http"))
+    return name, f"{name} {(scope.get('server') or ('', 0))[1]}"
+
+
+def check_access(
+    access: AccessRules, scope: Mapping[str, Any], headers: Mapping[str, str], who: str
+) -> Refusal | None:
+    """Accept the right token, or a browser that has logged in."""
+    token = token_of(headers)
+    if token is None:
+        name, place = login_place(scope, headers)
+        if access.is_logged_in(cookies(headers.get("cookie", ""), name), place):
+            return None
+    return access.check_token(token, who, time.monotonic())
 
 
 _STOP = re.compile(r"/api/v1/stop|/api/v1/robots/[^/]+/stop|/robots/[^/]+/api/v1/stop")
@@ -129,11 +140,12 @@ class SecurityMiddleware:
         if (refusal := access.check_host(host)) is not None:
             return refusal
         if scope["type"] == "websocket" or scope["method"] not in _SAFE:
-            refusal = access.check_origin(headers.get("origin"), host, headers.get("sec-fetch-site"))
+            scheme, site = scope.get("scheme", "http"), headers.get("sec-fetch-site")
+            refusal = access.check_origin(headers.get("origin"), host, scheme, site)
             if refusal is not None:
                 return refusal
         if needs_token(_path(scope)):
-            return access.check_token(token_of(headers), _end_of(scope)[0], time.monotonic())
+            return check_access(access, scope, headers, _end_of(scope)[0])
         return None
 
 

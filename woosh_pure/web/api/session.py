@@ -1,4 +1,4 @@
-"""Logging in, with the token in a cookie that scripts cannot read, and the live connection of a page."""
+"""Logging in, which is kept in a cookie that scripts cannot read, and the live connection of a page."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from typing import Any, cast
 from fastapi import APIRouter, Request, Response, WebSocket
 
 from woosh_pure.web import models
-from woosh_pure.web.access import COOKIE
 from woosh_pure.web.api.dependencies import address_of, context_of, problems
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.live.viewer import Viewer
-from woosh_pure.web.middleware import token_of
+from woosh_pure.web.middleware import check_access, login_place
 from woosh_pure.web.problems import Problem
 
 # -- GET access, POST and DELETE login -----------------------------------------------------------------------
@@ -23,8 +22,7 @@ login = APIRouter(tags=["access"], responses=problems(401, 403, 429))
 def get_access(request: Request) -> dict[str, Any]:
     """Whether a token is needed, and what this client may do. Needs no token itself."""
     context = context_of(request)
-    given = token_of(dict(request.headers))
-    refusal = context.access.check_token(given, address_of(request), time.monotonic())
+    refusal = check_access(context.access, request.scope, request.headers, address_of(request))
     return {
         "needs_token": context.access.needs_token,
         "logged_in": refusal is None,
@@ -34,29 +32,30 @@ def get_access(request: Request) -> dict[str, Any]:
 
 
 def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
-    """Store the token in a cookie."""
+    """Log this browser in: it keeps a cookie, good for this port as long as the token is."""
     context = context_of(request)
     refusal = context.access.check_token(body.token, address_of(request), time.monotonic())
     if refusal is not None:
         raise Problem(refusal.status, refusal.text)
+    name, place = login_place(request.scope, request.headers)
     response.set_cookie(
-        COOKIE,
-        body.token,
-        path=_place(request),
+        name,
+        context.access.log_in(place),
+        path=_path(request),
         httponly=True,
         samesite="strict",
-        secure=request.url.scheme == "https",
+        secure="https" in (request.url.scheme, request.headers.get("origin", "").partition(":")[0]),
     )
     return {"logged_in": True}
 
 
 def log_out(request: Request, response: Response) -> dict[str, Any]:
-    """Delete the token's cookie in this browser."""
-    response.delete_cookie(COOKIE, path=_place(request))
+    """Log this browser out: its cookie is deleted."""
+    response.delete_cookie(login_place(request.scope, request.headers)[0], path=_path(request))
     return {"logged_in": False}
 
 
-def _place(request: Request) -> str:
+def _path(request: Request) -> str:
     return str(request.scope.get("root_path", "")) or "/"
 
 

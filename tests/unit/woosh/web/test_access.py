@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from woosh_pure.web.access import MOST_BUCKETS, AccessRules, TokenBucket, host_of
+from woosh_pure.web.access import MOST_BUCKETS, AccessRules, TokenBucket, cookie_name, cookies, host_of
 
 GOOD_HOSTS = [
     "localhost",
@@ -57,7 +57,8 @@ def test_names_that_were_given_are_ours_and_those_of_origins() -> None:
     [
         (None, "127.0.0.1:8080", True),
         ("http://127.0.0.1:8080", "127.0.0.1:8080", True),
-        ("https://127.0.0.1:8080", "127.0.0.1:8080", True),
+        ("https://127.0.0.1:8080", "127.0.0.1:8080", False),
+        ("http://127.0.0.1", "127.0.0.1:80", True),
         ("http://LOCALHOST:8080", "localhost:8080", True),
         ("http://127.0.0.1:8081", "127.0.0.1:8080", False),
         ("http://localhost:8080", "127.0.0.1:8080", False),
@@ -73,20 +74,31 @@ def test_names_that_were_given_are_ours_and_those_of_origins() -> None:
     ],
 )
 def test_only_our_own_page_may_change_something(origin: str | None, host: str, good: bool) -> None:
-    assert (AccessRules().check_origin(origin, host) is None) == good
+    assert (AccessRules().check_origin(origin, host, "http") is None) == good
+
+
+@pytest.mark.promise("The same host by another scheme is another site")
+@pytest.mark.parametrize("scheme", ["http", "ws", "https", "wss"])
+def test_the_same_host_by_another_scheme_is_another_site(scheme: str) -> None:
+    own, other = ("https", "http") if scheme in ("https", "wss") else ("http", "https")
+    assert AccessRules().check_origin(f"{own}://robot:8080", "robot:8080", scheme) is None
+    assert AccessRules().check_origin(f"{other}://robot:8080", "robot:8080", scheme) is not None
 
 
 def test_a_page_that_was_given_may_ask() -> None:
     access = AccessRules(origins=["https://desk.example"])
-    assert access.check_origin("https://desk.example", "127.0.0.1:8080") is None
-    assert access.check_origin("https://desk.example:444", "127.0.0.1:8080") is not None
+    assert access.check_origin("https://desk.example", "127.0.0.1:8080", "http") is None
+    assert access.check_origin("https://desk.example:444", "127.0.0.1:8080", "http") is not None
+    assert access.check_origin("https://desk.example", "desk.example", "http") is None, (
+        "behind a proxy with TLS"
+    )
 
 
 @pytest.mark.parametrize(
     ("site", "good"), [("same-origin", True), ("none", True), ("cross-site", False), ("same-site", False)]
 )
 def test_a_browser_that_names_no_origin_says_whence_it_comes(site: str, good: bool) -> None:
-    assert (AccessRules().check_origin(None, "127.0.0.1", site) is None) == good
+    assert (AccessRules().check_origin(None, "127.0.0.1", "http", site) is None) == good
 
 
 @pytest.mark.parametrize(
@@ -114,6 +126,34 @@ def test_the_right_token_lets_in_and_a_wrong_one_does_not() -> None:
         refusal = access.check_token(wrong, "a", 0.0)
         assert refusal is not None
         assert refusal.status == 401
+
+
+@pytest.mark.promise("a cookie that scripts cannot read and other sites do not send")
+def test_a_log_in_is_good_at_its_place_as_long_as_the_token_is() -> None:
+    access = AccessRules("correct-horse")
+    kept = access.log_in("woosh_login_80 80")
+    assert kept != access.log_in("woosh_login_80 80"), "each browser has its own"
+    assert access.is_logged_in(["", "a.b", "\udcff.x", "päß", kept], "woosh_login_80 80")
+    assert not access.is_logged_in([kept], "woosh_login_81 81")
+    assert not access.is_logged_in([kept[:-1], kept.upper(), "correct-horse"], "woosh_login_80 80")
+    again = AccessRules("correct-horse")
+    assert again.is_logged_in([kept], "woosh_login_80 80"), "STOP of an open page outlives a restart"
+    assert not AccessRules("another-horse").is_logged_in([kept], "woosh_login_80 80")
+    assert not AccessRules().is_logged_in([AccessRules().log_in("x")], "x")
+
+
+def test_a_cookie_has_the_port_in_its_name() -> None:
+    hosts = [
+        ("h:8080", "http"),
+        ("[::1]:8081", "https"),
+        ("h", "http"),
+        ("h", "wss"),
+        ("", "http"),
+        ("h:1:2", "ws"),
+    ]
+    names = [cookie_name(host, scheme) for host, scheme in hosts]
+    assert names == [f"woosh_login_{port}" for port in (8080, 8081, 80, 443, 80, 80)]
+    assert cookies("a=1; b=2;a=3=4; a; =; a =5", "a") == ["1", "3=4", ""]
 
 
 @pytest.mark.promise("answered ten times, then once every six seconds")
