@@ -1,7 +1,8 @@
 """Who commands a robot now: one at a time, asked for, shown to all, given back, lapsing by itself.
 
-A lease is taken when it is free. Who wants it while another holds it asks, and the holder grants it; nobody
-can take it away. It lapses when its holder does not renew it. It is advisory for programs
+A lease is taken when it is free. Who wants it while another holds it asks, and the holder grants it. Who has
+asked can take it over from a holder that cannot be asked, a program: `take_over`; the page and the REST API
+never take it from a person. It lapses when its holder does not renew it. It is advisory for programs
 (`chassis.lease.holder` tells them), and binding for the page, the REST API and the fleet.
 """
 
@@ -79,6 +80,14 @@ class Lease:
         self.expires = max(self.expires, now + seconds)
         return True
 
+    def shorten(self, owner: str, seconds: float, now: float) -> bool:
+        """Let it lapse after so many seconds at most; False when it is not this owner's (any more)."""
+        self.lapse(now)
+        if self.owner != owner:
+            return False
+        self.expires = min(self.expires, now + seconds)
+        return True
+
     def release(self, owner: str, now: float) -> bool:
         """Give it back, and take back a question; False when it was not this owner's."""
         self.lapse(now)
@@ -114,6 +123,15 @@ class Lease:
             return False
         self.owner, self.expires = to, now + seconds
         self._forget(to)
+        return True
+
+    def take_over(self, owner: str, holder: str, seconds: float, now: float) -> bool:
+        """Take it from this holder; False when another has it, or `owner` has not asked for it before."""
+        self.lapse(now)
+        if self.owner != holder or owner not in self.asking:
+            return False
+        self.owner, self.expires = owner, now + seconds
+        self._forget(owner)
         return True
 
     def state(self, now: float) -> LeaseState:
@@ -182,6 +200,16 @@ class ChassisLease:
         with self._lock:  # nobody is told: what others see does not change
             return self._lease.renew(owner, seconds, self._clock())
 
+    def shorten(self, owner: str, seconds: float) -> bool:
+        """Let it lapse after so many seconds at most: its holder has gone; False when it is not this owner's.
+
+        Raises:
+            ValueError: No name, or `seconds` makes no sense.
+        """
+        owner, seconds = _name(owner), _seconds(seconds)
+        with self._lock:
+            return self._lease.shorten(owner, seconds, self._clock())
+
     def release(self, owner: str) -> bool:
         """Give it back, or take a question back; False when it was not this owner's."""
         return self._change(lambda now: self._lease.release(owner, now))
@@ -207,6 +235,17 @@ class ChassisLease:
         """
         seconds = _seconds(seconds)
         return self._change(lambda now: self._lease.grant(owner, to, seconds, now))
+
+    def take_over(self, owner: str, holder: str, seconds: float = DEFAULT_SECONDS) -> bool:
+        """Take it from a holder that cannot be asked; False when another has it, or `owner` did not ask.
+
+        What the holder has begun goes on until it is cancelled or replaced.
+
+        Raises:
+            ValueError: No name, or `seconds` makes no sense.
+        """
+        owner, seconds = _name(owner), _seconds(seconds)
+        return self._change(lambda now: self._lease.take_over(owner, holder, seconds, now))
 
     def on(self, callback: Callable[[LeaseState], object]) -> Callable[[], None]:
         """Call `callback(state)` after each change, in the thread that changed it; returns what ends that.

@@ -26,7 +26,7 @@ from woosh_pure import Chassis, SimulatedChassis, interface
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.web.api import session
-from woosh_pure.web.live import driving, frames, outgoing
+from woosh_pure.web.live import driving, frames, outgoing, viewer
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
 
 ZEROS = 1.0
@@ -311,6 +311,27 @@ def test_a_page_that_is_cut_off_keeps_the_lease_for_its_return(
         context = web.app.state.context  # type: ignore[attr-defined]
         until(lambda: context.viewers == 0, what="the connection being gone")
         assert chassis.lease.holder == name
+
+
+def test_the_lease_of_a_killed_browser_lapses_in_seconds_unless_it_comes_back(
+    web: Served, chassis: Chassis, until: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viewer, "GONE_SECONDS", 1.5)
+    context = web.app.state.context  # type: ignore[attr-defined]
+    with PageClient(web.port) as page:
+        hello = page.of("hello")
+        page.say(t="lease", op="ask")
+        page.of("lease", yours=True)
+        page.socket.socket.shutdown(socket.SHUT_RDWR)
+        until(lambda: context.viewers == 0, what="the connection being gone")
+    with PageClient(web.port, f"/api/v1/live?session={hello['session']}") as back:
+        assert back.of("hello")["you"] == hello["you"]
+        assert back.of("lease", yours=True)["seconds"] > 30.0, "it has come back"
+        back.socket.socket.shutdown(socket.SHUT_RDWR)
+        until(lambda: context.viewers == 0, what="the connection being gone again")
+    gone = time.monotonic()
+    until(lambda: chassis.lease.holder is None, what="control being free")
+    assert time.monotonic() - gone < 3.0
 
 
 def test_a_page_that_has_gone_asks_for_nothing_any_more(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rosproto.sentence import say
+from woosh_pure.lease import DEFAULT_SECONDS
 from woosh_pure.web.access import AccessRules, Clients, ConnectionSlots
 from woosh_pure.web.live.hub import Hub, Workers
 from woosh_pure.web.problems import Problem
@@ -53,6 +54,27 @@ class WebContext:
                 ),
             )
         return self.robots[name]
+
+    def take_over(self, robot: Robot, who: str, seconds: float = DEFAULT_SECONDS) -> None:
+        """Give the lease of a program to a client that has asked for it before: a program does not answer.
+
+        Raises:
+            Problem: A person has the lease, or the client has not asked before.
+        """
+        lease = robot.chassis.lease
+        holder = lease.holder
+        if holder in (None, who):
+            lease.acquire(who, seconds)
+            return
+        assert holder is not None
+        if self.clients.is_page(holder):
+            raise Problem(
+                409, say("{holder} is a person, who has to agree; ask for the lease", holder=holder), "lease"
+            )
+        if not lease.take_over(who, holder, seconds):
+            text = "ask {holder} for the lease first; who asks a program twice may take it over"
+            raise Problem(409, say(text, holder=holder), "lease")
+        robot.journal.note(who, f"take over from {holder}")
 
     def close(self, why: str) -> None:
         """End driving by velocity at once. Requests that still wait for something end soon."""

@@ -148,6 +148,7 @@ class ProblemDocument(Answer):
     status: int
     detail: str
     instance: str
+    take_over: Annotated[bool, Field(description="only from a program, and only after having asked")] = False
 
 
 class Goal(Answer):
@@ -339,6 +340,7 @@ class Status(Answer):
 class RobotEntry(Answer):
     """A robot of this server."""
 
+    holder_is_program: bool
     name: str
     page: str
     api: str

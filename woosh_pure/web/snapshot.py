@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from typing import Any
 
@@ -158,8 +158,10 @@ def faults_part(faults: Faults) -> dict[str, Any]:
     }
 
 
-def lease_part(state: LeaseState, *, mine: str | None = None) -> dict[str, Any]:
-    """The lease, for the client with the name `mine`."""
+def lease_part(
+    state: LeaseState, *, mine: str | None = None, is_page: Callable[[str], bool] = lambda name: True
+) -> dict[str, Any]:
+    """The lease, for the client with the name `mine`; `is_page` tells whose names people have."""
     part: dict[str, Any] = {
         "holder": state.holder,
         "seconds": round(state.seconds, 1),
@@ -168,6 +170,7 @@ def lease_part(state: LeaseState, *, mine: str | None = None) -> dict[str, Any]:
     if mine is not None:
         part["you"] = mine
         part["yours"] = state.holder == mine
+        part["holder_is_program"] = state.holder is not None and not is_page(state.holder)
     return part
 
 

@@ -52,6 +52,28 @@ def test_it_is_handed_over_only_to_somebody_who_asks() -> None:
     assert lease.state(2.0) == LeaseState("bert", 60.0, ())
 
 
+def test_it_is_taken_over_only_by_who_has_asked_its_holder() -> None:
+    lease = Lease()
+    lease.acquire("a program", 60.0, 0.0)
+    assert not lease.take_over("anna", "a program", 60.0, 1.0), "asked once is not asked twice"
+    lease.request("anna", 1.0)
+    assert not lease.take_over("anna", "another program", 60.0, 1.0), "it has changed hands meanwhile"
+    assert lease.take_over("anna", "a program", 60.0, 2.0)
+    assert lease.state(2.0) == LeaseState("anna", 60.0, ())
+    assert not lease.renew("a program", 60.0, 3.0)
+
+
+def test_it_is_shortened_for_its_holder_and_never_lengthened() -> None:
+    lease = Lease()
+    lease.acquire("anna", 60.0, 0.0)
+    assert not lease.shorten("bert", 1.0, 0.0)
+    assert lease.shorten("anna", 6.0, 10.0)
+    assert lease.shorten("anna", 30.0, 10.0)
+    assert lease.expires == 16.0
+    assert lease.renew("anna", 60.0, 12.0), "who comes back keeps it"
+    assert lease.expires == 72.0
+
+
 def test_nobody_asks_for_a_free_one_or_for_ones_own() -> None:
     lease = Lease()
     assert not lease.request("bert", 0.0)

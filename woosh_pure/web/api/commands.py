@@ -161,14 +161,19 @@ lease = APIRouter(tags=["lease"], responses=PROBLEMS)
 
 def get_lease(request: Request) -> dict[str, Any]:
     """Who commands the robot, and who has asked for it."""
-    return lease_part(robot_of(request).chassis.lease.state, mine=client_of(request).name)
+    state = robot_of(request).chassis.lease.state
+    return lease_part(state, mine=client_of(request).name, is_page=context_of(request).clients.is_page)
 
 
 def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, Any]:
-    """Take the lease if it is free, or renew it. Otherwise its holder is asked; `yours` tells which."""
-    robot, client = check_command(request, lease=False)
-    lease = robot.chassis.lease
-    if not lease.acquire(client.name, (body or models.LeaseRequest()).seconds):
+    """Take the lease if it is free, or renew it. Otherwise its holder is asked; `yours` tells which. A
+    program does not answer: who has asked it takes the lease over by a second request that says so.
+    """
+    robot, client = check_command(request, lease=False, connected=False)
+    lease, body = robot.chassis.lease, body or models.LeaseRequest()
+    if body.take_over:
+        context_of(request).take_over(robot, client.name, body.seconds)
+    elif not lease.acquire(client.name, body.seconds):
         lease.request(client.name)
     return get_lease(request)
 

@@ -84,6 +84,11 @@ def check_command(request: Request, *, lease: bool = True) -> tuple[Robot, Clien
     """
     refusal = context_of(request).access.check_rate(address_of(request), time.monotonic())
     if refusal is not None:
+    Args:
+        request: The request.
+        lease: Whether the command is refused while another has the lease.
+        connected: Whether it needs the robot, and not only this server.
+
         raise Problem(refusal.status, refusal.text)
     robot, client = robot_of(request), client_of(request)
     if lease:

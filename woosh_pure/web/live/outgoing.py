@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from starlette.websockets import WebSocket
@@ -39,14 +39,15 @@ class Outgoing:
     Args:
         hub: What all pages of this robot are shown.
         name: The page's, as others see it.
+        is_page: Whether a holder of the lease is a page: somebody who can be asked.
 
     Attributes:
         wake: Set when there is something new.
         watched: Cameras and costmap that are sent to this page.
     """
 
-    def __init__(self, hub: Hub, name: str) -> None:
-        self._hub, self._robot, self._name = hub, hub.robot, name
+    def __init__(self, hub: Hub, name: str, is_page: Callable[[str], bool]) -> None:
+        self._hub, self._robot, self._name, self._is_page = hub, hub.robot, name, is_page
         self.wake = asyncio.Event()
         self._sent = self._acked = 0
         self._under_way: deque[float] = deque()  # when each unacknowledged frame was sent
@@ -194,4 +195,4 @@ class Outgoing:
         if seen == self._lease:
             return None
         self._lease = seen
-        return text_of({"t": "lease", **lease_part(state, mine=self._name)})
+        return text_of({"t": "lease", **lease_part(state, mine=self._name, is_page=self._is_page)})

@@ -29,6 +29,8 @@ from woosh_pure.web.problems import problem_of
 from woosh_pure.web.snapshot import plain, stop_part
 
 MOST_TEXT = 4096
+GONE_SECONDS = 6.0
+"""Seconds for which a page whose connection has ended keeps the lease: time to connect again, and no more."""
 GOING_AWAY = 1001
 """With this code a browser closes the connections of a page that is closed or left. What the page's script
 sends then does not always arrive (Firefox); a network that is cut says nothing."""
@@ -40,7 +42,7 @@ class Viewer:
     def __init__(self, socket: WebSocket, context: WebContext, hub: Hub, client: Client) -> None:
         self._socket, self._context, self._hub, self._client = socket, context, hub, client
         self._robot = hub.robot
-        self._outgoing = Outgoing(hub, client.name)
+        self._outgoing = Outgoing(hub, client.name, context.clients.is_page)
         self._hand = Hand(context, hub.robot, client.name, self._outgoing, self._start)
         self._tell = self._outgoing.tell
         self._wanted: set[str] = set()  # cameras and costmap that the page wants to see
@@ -51,6 +53,7 @@ class Viewer:
     async def run(self, lang: str) -> None:
         """Serve the page until the connection ends. The drive is ended first of all."""
         self._hub.join(self._outgoing.wake.set)
+        self._robot.chassis.lease.renew(self._client.name)  # of a page that has come back
         self._tell(self._hello(lang))
         parts = (self._read(), self._outgoing.send_all(self._socket), self._hand.watch())
         tasks = [asyncio.ensure_future(part) for part in parts]
@@ -69,6 +72,7 @@ class Viewer:
                     raise error
         finally:
             self._hand.gone()
+            self._robot.chassis.lease.shorten(self._client.name, GONE_SECONDS)
             if self._robot.chassis.lease.withdraw(self._client.name):
                 self._hub.wake()
             try:
