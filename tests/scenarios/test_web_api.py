@@ -210,6 +210,53 @@ def test_a_lease_of_somebody_else_is_in_the_way_but_never_of_a_stop(web: Served,
     assert web.delete("lease").json["holder"] is None
 
 
+def test_a_person_takes_over_from_a_program_by_asking_twice(web: Served, chassis: Chassis) -> None:
+    assert chassis.lease.acquire("the night shift")
+    early = web.post("lease", {"take_over": True})
+    assert (early.status, "first" in early.problem) == (409, True), "asked once"
+    asked = web.post("lease").json
+    assert (asked["yours"], asked["holder_is_program"]) == (False, True)
+    taken = web.post("lease", {"take_over": True}).json
+    assert (taken["yours"], taken["asking"]) == (True, [])
+    assert web.get("journal").json[-1]["what"] == "take over from the night shift"
+    assert not chassis.lease.renew("the night shift")
+
+
+def test_nobody_takes_over_from_a_person(web: Served, chassis: Chassis) -> None:
+    with PageClient(web.port) as page:
+        page.say(t="lease", op="ask")
+        holder = page.of("lease", yours=True)
+        assert holder["holder_is_program"] is False
+        assert web.post("lease").json["holder_is_program"] is False
+        refused = web.post("lease", {"take_over": True})
+        assert (refused.status, "is a person" in refused.problem) == (409, True)
+        assert chassis.lease.holder == holder["you"]
+
+
+@pytest.mark.promise("not told where this computer keeps its files")
+def test_a_folder_for_recordings_that_is_not_there_is_told_at_the_start(
+    chassis: Chassis, tmp_path: Path
+) -> None:
+    from woosh_pure import web
+
+    with pytest.raises(ValueError, match="there is no folder"):
+        web.app(chassis, recordings=tmp_path / "none")
+    with Chassis(chassis.master_uri) as other:
+        web.app({"a": chassis, "b": other}, recordings=tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b"], "one for each of several robots"
+
+
+@pytest.mark.promise("not told where this computer keeps its files")
+def test_a_bag_that_cannot_be_written_is_told_without_its_path(chassis: Chassis, tmp_path: Path) -> None:
+    folder = tmp_path / "bags"
+    folder.mkdir()
+    with serving(chassis, recordings=folder) as web:
+        folder.rmdir()
+        answer = web.post("recordings")
+        assert (answer.status, "the log of the server" in answer.problem) == (503, True)
+        assert str(tmp_path).encode() not in answer.body
+
+
 def test_several_robots_have_one_page_each(chassis: Chassis) -> None:
     with Chassis(chassis.master_uri) as other, serving({"hall": chassis, "yard": other}) as web:
         assert [robot["name"] for robot in web.get("robots").json] == ["hall", "yard"]

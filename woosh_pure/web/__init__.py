@@ -54,8 +54,8 @@ def app(
 
     Raises:
         ImportError: The extra `web` is not installed.
-        ValueError: The token is too easy to guess, an origin is not valid, or a name cannot be part of a
-            URL.
+        ValueError: The token is too easy to guess, an origin is not valid, a name cannot be part of a URL,
+            or nothing can be written to `recordings`.
     """
     from woosh_pure.web.extra import require
 
@@ -63,6 +63,8 @@ def app(
     from woosh_pure.web.build import build
     from woosh_pure.web.context import WebContext
     from woosh_pure.web.robot import Robot
+    from woosh_pure.web.marks import MarkList
+    from woosh_pure.web.recordings import require_folder
 
     robots = dict(chassis) if isinstance(chassis, Mapping) else {name or "robot": chassis}
     if not robots:
@@ -76,16 +78,15 @@ def app(
             )
     origins = tuple(origins)
     access = AccessRules(token, origins, hosts)
-    folder = None if recordings is None else Path(recordings)
-    made = {
-        each: Robot(
-            each,
-            one,
-            marks=marks.get(each, ()) if isinstance(marks, Mapping) else marks,
-            recordings=folder if folder is None or len(robots) == 1 else folder / each,
-        )
-        for each, one in robots.items()
-    }
+    folder = None if recordings is None else require_folder(Path(recordings))
+    of_all = None if isinstance(marks, Mapping) else MarkList(marks)
+    made = {}
+    for each, one in robots.items():
+        own = folder if folder is None or len(robots) == 1 else folder / each
+        if own is not None:
+            own.mkdir(exist_ok=True)
+        own_marks = of_all or MarkList(marks.get(each, ()) if isinstance(marks, Mapping) else ())
+        made[each] = Robot(each, one, marks=own_marks, recordings=own)
     return build(WebContext(made, access, allow_driving=allow_driving), origins=origins)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import tempfile
 import threading
 import time
@@ -10,13 +11,34 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rosproto.errors import RosError
+from rosproto.errors import BagError, RosError
+from rosproto.logs import get_logger
 from rosproto.recording import Recorder
 from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
 from woosh_pure.web.problems import Problem
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
+NOT_WRITTEN = "the bag cannot be written; the log of the server says why"
+"""What clients are told: where this computer keeps its files is not their business."""
+_logger = get_logger("woosh_pure.web")
+
+
+def require_folder(folder: Path) -> Path:
+    """A folder in which bags can be kept, checked at the start and not at the first recording.
+
+    Raises:
+        ValueError: There is no such folder, or nothing can be written there.
+    """
+    if not folder.is_dir():
+        raise ValueError(
+            say("recordings: there is no folder {folder}; make it first, or give another", folder=folder)
+        )
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ValueError(
+            say("recordings: nothing can be written to {folder}; change its rights", folder=folder)
+        )
+    return folder
 
 
 @dataclass(slots=True)
@@ -80,8 +102,7 @@ class RecordingManager:
         """Start to record, for an hour or 1 GiB at most. The oldest bags are deleted when the list is full.
 
         Raises:
-            Problem: A recording runs already.
-            BagError: The bag cannot be written.
+            Problem: A recording runs already, or the bag cannot be written.
         """
         from rosproto.recording import Recorder
         from woosh_pure.interface.recorded_topics import selection_of
@@ -100,16 +121,20 @@ class RecordingManager:
                 self._folder = Path(tempfile.mkdtemp(prefix="woosh-web-"))
             number = str(next(self._numbers))
             path = self._free(time.strftime("%Y%m%d-%H%M%S"), number)
-            recorder = Recorder(
-                self._chassis.node,
-                path,
-                selection=selection_of(camera=camera),
-                compression="lz4",
-                most_seconds=min(seconds or MOST_SECONDS, MOST_SECONDS),
-                most_bytes=MOST_BYTES,
-                buffer_bytes=64 << 20,
-                least_free_bytes=LEAST_FREE,
-            )
+            try:
+                recorder = Recorder(
+                    self._chassis.node,
+                    path,
+                    selection=selection_of(camera=camera),
+                    compression="lz4",
+                    most_seconds=min(seconds or MOST_SECONDS, MOST_SECONDS),
+                    most_bytes=MOST_BYTES,
+                    buffer_bytes=64 << 20,
+                    least_free_bytes=LEAST_FREE,
+                )
+            except BagError as error:
+                _logger.error("! a recording cannot begin: %s", error)
+                raise Problem(503, NOT_WRITTEN, "bag-error") from error
             self._all[number] = found = Recording(number, who, recorder, path, time.time())
             return found
 
@@ -132,7 +157,8 @@ class RecordingManager:
         try:
             found.recorder.close()
         except RosError as error:
-            found.error = str(error)
+            _logger.error("! recording %s: %s", found.id, error)
+            found.error = NOT_WRITTEN
         if found.ended is None:
             found.ended = time.time()
         return found
