@@ -20,7 +20,8 @@ try:
     from woosh_client import AuthenticatedClient, Client
     from woosh_client.api.goals import create_goal, wait_for_goal
     from woosh_client.api.lease import ask_for_lease, give_lease_back
-    from woosh_client.api.state import get_marks, get_readiness
+    from woosh_client.api.marks import get_marks
+    from woosh_client.api.state import get_readiness
     from woosh_client.api.stop import stop
     from woosh_client.models import CarryGoal, CarryGoalDirection, LeaseRequest, MarkGoal, ProblemDocument
 except ModuleNotFoundError as error:

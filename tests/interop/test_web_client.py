@@ -16,8 +16,8 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 from tests.support.web import serving
 from tests.support.web_peers import python_with
 from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.maps.marks import UserMark
 from woosh_pure.sim.site import built_in_site
-from woosh_pure.web.maps import WebMark
 
 TOKEN = "made-by-chance"
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "rest" / "delivery.py"
@@ -52,7 +52,7 @@ def test_the_example_says_how_the_client_is_made(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_generated_client_fetches_and_delivers(tmp_path: Path) -> None:
     python = python_with("openapi_python_client")
-    marks = [WebMark(name, mark.pose, mark.charger) for name, mark in built_in_site().marks.items()]
+    marks = [UserMark(name, mark.pose, charger=mark.charger) for name, mark in built_in_site().marks.items()]
     with (
         SimulatedChassis(full_graph=False, speed=8.0) as sim,
         Chassis(sim.master_uri) as chassis,

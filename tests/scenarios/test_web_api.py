@@ -16,10 +16,10 @@ pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
-from tests.support.web import Served, serving
+from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis
 from woosh_pure.geometry import Pose2D
-from woosh_pure.web.maps import WebMark
+from woosh_pure.maps.marks import UserMark
 from woosh_pure.web.middleware import MOST_BODY
 
 TOKEN = "a-long-secret"
@@ -28,7 +28,7 @@ TOKEN = "a-long-secret"
 @pytest.fixture
 def web(chassis: Chassis, tmp_path: Path) -> Iterator[Served]:
     """A server for one robot."""
-    marks = [WebMark("A1", Pose2D(3.0, 1.0, 1.57)), WebMark("C1", Pose2D(-0.9, -3.0), charger=True)]
+    marks = [UserMark("A1", Pose2D(3.0, 1.0, 1.57)), UserMark("C1", Pose2D(-0.9, -3.0), charger=True)]
     with serving(chassis, marks=marks, recordings=tmp_path) as served:
         yield served
 
@@ -327,11 +327,37 @@ def test_the_page_logs_in_with_a_cookie_that_scripts_cannot_read(chassis: Chassi
         cookie = web.post("login", {"token": TOKEN}).headers["set-cookie"]
         assert "HttpOnly" in cookie
         assert "SameSite=strict" in cookie
+        assert TOKEN not in cookie
         sent = {"cookie": cookie.partition(";")[0]}
         assert web.get("status", headers=sent).status == 200
         assert web.get("access", headers=sent).json["logged_in"] is True
         foreign = web.post("stop", headers={**sent, "origin": "http://evil.example"})
         assert foreign.status == 403, "the cookie does not help a foreign page"
+        stale = web.get("status", headers={"cookie": f"woosh_token={TOKEN}"})
+        assert stale.status == 401, "the token itself is no cookie"
+
+
+@pytest.mark.promise("two servers of one host do not accept each other's")
+def test_two_servers_of_one_host_keep_their_log_ins_apart(chassis: Chassis) -> None:
+    """Browsers send a cookie to every port of its host."""
+    with serving(chassis, token=TOKEN) as one, serving(chassis, token=TOKEN) as two:
+        first, second = (
+            web.post("login", {"token": TOKEN}).headers["set-cookie"].partition(";")[0] for web in (one, two)
+        )
+        one.token = two.token = None
+        assert first.partition("=")[0] != second.partition("=")[0], "none overwrites the other"
+        both = {"cookie": f"{first}; {second}"}
+        assert [web.get("status", headers=both).status for web in (one, two)] == [200, 200]
+        name, value = second.partition("=")[0], first.partition("=")[2]
+        for cookie in (first, f"{name}={value}"):
+            assert two.get("status", headers={"cookie": cookie}).status == 401
+
+
+@pytest.mark.promise("The same host by another scheme is another site")
+def test_a_page_by_another_scheme_is_another_site(web: Served) -> None:
+    own = f"127.0.0.1:{web.port}"
+    assert web.post("stop", headers={"origin": f"https://{own}"}).status == 403
+    assert web.post("stop", headers={"origin": f"http://{own}"}).status == 200
 
 
 @pytest.mark.promise("answered ten times, then once every six seconds")
@@ -374,37 +400,11 @@ def test_off_this_computer_only_with_a_token(chassis: Chassis) -> None:
 
 
 # -- bad input -----------------------------------------------------------------------------------------------
-        assert TOKEN not in cookie
 
 HOSTILE: list[Any] = [
     b"",
     b"{",
     b"null",
-        stale = web.get("status", headers={"cookie": f"woosh_token={TOKEN}"})
-        assert stale.status == 401, "the token itself is no cookie"
-
-
-@pytest.mark.promise("two servers of one host do not accept each other's")
-def test_two_servers_of_one_host_keep_their_log_ins_apart(chassis: Chassis) -> None:
-    """Browsers send a cookie to every port of its host."""
-    with serving(chassis, token=TOKEN) as one, serving(chassis, token=TOKEN) as two:
-        first, second = (
-            web.post("login", {"token": TOKEN}).headers["set-cookie"].partition(";")[0] for web in (one, two)
-        )
-        one.token = two.token = None
-        assert first.partition("=")[0] != second.partition("=")[0], "none overwrites the other"
-        both = {"cookie": f"{first}; {second}"}
-        assert [web.get("status", headers=both).status for web in (one, two)] == [200, 200]
-        name, value = second.partition("=")[0], first.partition("=")[2]
-        for cookie in (first, f"{name}={value}"):
-            assert two.get("status", headers={"cookie": cookie}).status == 401
-
-
-@pytest.mark.promise("The same host by another scheme is another site")
-def test_a_page_by_another_scheme_is_another_site(web: Served) -> None:
-    own = f"127.0.0.1:{web.port}"
-    assert web.post("stop", headers={"origin": f"https://{own}"}).status == 403
-    assert web.post("stop", headers={"origin": f"http://{own}"}).status == 200
     b"[]",
     b"1",
     b'"x"',

@@ -11,7 +11,7 @@ import ssl
 import subprocess
 import urllib.request
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,10 +25,13 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.support.certificates import certificate
 from tests.support.robot_pool import RobotPool
-from tests.support.web import PageClient
+from tests.support.ros import free_port
+from tests.support.web import PageClient, Served
 from tests.support.woosh_command import woosh_process
+from woosh_pure import SimulatedChassis
 from woosh_pure.cli.commands.web import _first, _further
 from woosh_pure.cli.entry import parser_for
+from woosh_pure.maps.marks import MarkFile
 
 TOKEN = "made-by-chance"
 
@@ -101,9 +104,6 @@ class Command:
     def port(self) -> int:
         return int(self.record["port"])
 
-    def get(self, path: str) -> Any:
-        request = urllib.request.Request(self.url + path, headers={"authorization": f"Bearer {TOKEN}"})
-        with urllib.request.urlopen(request, timeout=20, context=self.trust) as answer:
     def log_in(self) -> str:
         """What a browser keeps."""
         body, kind = json.dumps({"token": TOKEN}).encode(), {"content-type": "application/json"}
@@ -111,6 +111,9 @@ class Command:
         with urllib.request.urlopen(request, timeout=20, context=self.trust) as answer:
             return str(answer.headers["set-cookie"]).partition(";")[0]
 
+    def get(self, path: str) -> Any:
+        request = urllib.request.Request(self.url + path, headers={"authorization": f"Bearer {TOKEN}"})
+        with urllib.request.urlopen(request, timeout=20, context=self.trust) as answer:
             return json.loads(answer.read())
 
 
@@ -202,3 +205,46 @@ def with_curl(command: Command) -> None:
     assert "Secure" in done.stdout
     untrusting = subprocess.run([curl, "-sS", command.url], capture_output=True, text=True, timeout=30)
     assert untrusting.returncode == 60, "curl: the certificate is not known"
+
+
+# -- a robot that is off -------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.promise("neither printed nor given to a browser's command line")
+def test_a_robot_that_is_off_is_waited_for(private_config: Path, until: Callable[..., None]) -> None:
+    """Its page is served meanwhile and says so, STOP is answered, and marks can be saved. The token of a file
+    is not printed.
+    """
+    file, port = private_config.parent / "token", free_port()
+    file.write_text(TOKEN)
+    file.chmod(0o600)
+    process = woosh_process(
+        *("--chassis", f"127.0.0.1:{port}", "web", "--port", "0", "--no-browser", "--token-file", str(file))
+    )
+    with ExitStack() as stack:
+        stack.callback(process.communicate, timeout=20)
+        stack.callback(process.kill)
+        assert process.stdout is not None
+        waits, page_line = process.stdout.readline(), process.stdout.readline()
+        assert "waiting for it" in waits
+        assert page_line.startswith("the page: http://127.0.0.1:")
+        assert TOKEN not in page_line
+        web = Served(int(page_line.rpartition(":")[2].strip(" /\n")), TOKEN)
+        away = web.get("status")
+        assert (away.status, away.json["type"]) == (503, "urn:woosh:not-connected"), away
+        assert web.post("goals", {"kind": "mark", "mark": "A1"}).status == 503
+        stopped = web.post("stop")
+        assert (stopped.status, stopped.json["stands_still"]) == (200, None), (
+            "it is tried, and said to be unknown"
+        )
+        assert web.post("marks", {"name": "A1", "on_chassis": True}).status == 201
+        assert MarkFile(private_config / "marks.json").names == ["A1"]
+        with PageClient(web.port, additional_headers={"authorization": f"Bearer {TOKEN}"}) as page:
+            page.of("lost", key="not-connected")
+            page.of("marks")
+            with SimulatedChassis(port=port):
+                page.wait(lambda d: d["t"] == "lost" and d["text"] is None, 30.0)
+                page.of("pose")
+                until(lambda: web.get("status").status == 200, what="the robot being reached")
+                assert "connected" in process.stdout.readline() + process.stdout.readline()

@@ -94,7 +94,7 @@ def robot(hall: Robot) -> Robot:
 
 def marks() -> list[object]:
     """Those of the simulated hall."""
+    from woosh_pure.maps.marks import UserMark
     from woosh_pure.sim.site import built_in_site
-    from woosh_pure.web.maps import WebMark
 
-    return [WebMark(name, mark.pose, mark.charger) for name, mark in built_in_site().marks.items()]
+    return [UserMark(name, mark.pose, charger=mark.charger) for name, mark in built_in_site().marks.items()]

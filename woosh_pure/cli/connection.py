@@ -78,9 +78,14 @@ def watchdog_of(args: Namespace) -> Iterator[Watchdog | None]:
 
 @contextmanager
 def connect(
-    args: Namespace, out: Output, *, sim_speed: float = 1.0, watchdog: Watchdog | None = None
+    args: Namespace,
+    out: Output,
+    *,
+    sim_speed: float = 1.0,
+    watchdog: Watchdog | None = None,
+    patient: bool = False,
 ) -> Iterator[Chassis]:
-    """The chassis that the common options name."""
+    """The chassis that the common options name; `patient` as for `connect_to`."""
     with ExitStack() as stack:
         address: str | None
         if args.sim:
@@ -89,7 +94,7 @@ def connect(
             raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
         else:
             address, host = chosen(args)
-        yield stack.enter_context(connect_to(address, host, args, out, watchdog=watchdog))
+        yield stack.enter_context(connect_to(address, host, args, out, watchdog=watchdog, patient=patient))
 
 
 @contextmanager
@@ -100,25 +105,39 @@ def connect_to(
     out: Output,
     *,
     watchdog: Watchdog | None = None,
+    patient: bool = False,
 ) -> Iterator[Chassis]:
-    """A chassis at an address, with what else the common options say."""
+    """A chassis at an address, with what else the common options say.
+
+    Args:
+        address: Of the chassis; None takes $ROS_MASTER_URI.
+        host: Our own address.
+        args: The command line.
+        out: Where is told what is waited for.
+        watchdog: What stops the robot when this process is killed.
+        patient: A chassis that cannot be reached is given all the same, not entered yet; enter it later.
+    """
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:
         with out.working("connecting"):
             paths = [*(args.msg_path or ()), *environment_paths()]
             learned = not args.no_learned
-            with reaching():
-                chassis = stack.enter_context(
-                    Chassis(
-                        address,
-                        host=host,
-                        msg_path=paths,
-                        learned=learned,
-                        resolve=names(args),
-                        watchdog=watchdog or False,
-                    )
-                )
+            chassis = Chassis(
+                address,
+                host=host,
+                msg_path=paths,
+                learned=learned,
+                resolve=names(args),
+                watchdog=watchdog or False,
+            )
+            try:
+                with reaching():
+                    stack.enter_context(chassis)
+            except ConnectionLost:
+                if not patient:
+                    raise
+                stack.push(chassis)  # closed at the end, whether it was entered later or not
         try:
             yield chassis
         except BaseException as error:

@@ -1,14 +1,14 @@
 """A user's own list of marks: name, pose, note. Marks cannot be listed over the chassis's ROS interface.
 
 The file is JSON: `{"A1": {"x": 3.0, "y": 1.0, "yaw": 1.57, "note": "shelf"}}`; x, y in m, yaw in rad, map
-frame.
+frame. `"charger": true` marks a charger, `"on_chassis": false` a place that is not on the chassis's own map.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -22,11 +22,22 @@ __all__ = ["MarkFile", "UserMark"]
 
 @dataclass(frozen=True, slots=True)
 class UserMark:
-    """One mark of the user's list; the pose may be unknown."""
+    """One mark of the user's list; the pose may be unknown.
+
+    Attributes:
+        name: Its name.
+        pose: Where it is, in the map.
+        note: Anything.
+        charger: Whether there is a charger.
+        on_chassis: Whether the chassis's own map has a mark of this name, to which a task can go. Else it is
+            a place, to which the robot is sent by its pose.
+    """
 
     name: str
     pose: Pose2D | None = None
     note: str = ""
+    charger: bool = False
+    on_chassis: bool = True
 
 
 class MarkFile:
@@ -39,8 +50,31 @@ class MarkFile:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._marks: dict[str, UserMark] = {}
-        if self.path.exists():
+        self._read: tuple[int, int] | None = None
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read the file again if it has changed: another program may keep the same list.
+
+        Raises:
+            ValueError: It is no list of marks.
+            OSError: It cannot be read.
+        """
+        stamp = self._stamp()
+        if stamp == self._read:
+            return
+        if stamp is None:
+            self._marks = {}
+        else:
             self._load()
+        self._read = stamp
+
+    def _stamp(self) -> tuple[int, int] | None:
+        try:
+            found = self.path.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        return found.st_mtime_ns, found.st_size
 
     def _load(self) -> None:
         try:
@@ -83,10 +117,11 @@ class MarkFile:
         return sorted(self._marks)
 
     def put(self, name: str, pose: Pose2D | None = None, note: str = "") -> UserMark:
-        """Add or replace a mark; `save` writes the file."""
+        """Add a mark, or replace its pose and note; `save` writes the file."""
         if not name.strip():
             raise ValueError("a mark needs a name")
-        mark = UserMark(name, None if pose is None else replace(pose.require_finite(), frame="map"), note)
+        where = None if pose is None else replace(pose.require_finite(), frame="map")
+        mark = replace(self._marks.get(name, UserMark(name)), pose=where, note=note)
         self._marks[name] = mark
         return mark
 
@@ -96,20 +131,27 @@ class MarkFile:
 
     def save(self) -> None:
         """Write the file; an interrupted write leaves the old one."""
-        entries = {m.name: _entry(m) for m in self._marks.values()}
+        self.keep(self)
+
+    def keep(self, marks: Iterable[UserMark]) -> None:
+        """Write these marks in place of all that are there; nothing changes if that fails."""
+        kept = {mark.name: mark for mark in marks}
+        entries = {mark.name: _entry(mark) for mark in kept.values()}
         text = json.dumps(entries, indent=2, ensure_ascii=False, sort_keys=True) + "\n"
         self.path.parent.mkdir(parents=True, exist_ok=True)
         temporary = self.path.with_name(self.path.name + ".new")
         write_file(temporary, text.encode())
         os.replace(temporary, self.path)
+        self._marks, self._read = kept, self._stamp()
 
 
 def _mark(name: str, entry: dict[str, object]) -> UserMark:
     note = str(entry.get("note", ""))
+    charger, on_chassis = bool(entry.get("charger", False)), bool(entry.get("on_chassis", True))
     if "x" not in entry:
-        return UserMark(name, None, note)
+        return UserMark(name, None, note, charger, on_chassis)
     x, y, yaw = (float(str(entry.get(key, 0.0))) for key in ("x", "y", "yaw"))
-    return UserMark(name, Pose2D(x, y, yaw).require_finite(), note)
+    return UserMark(name, Pose2D(x, y, yaw).require_finite(), note, charger, on_chassis)
 
 
 def _entry(mark: UserMark) -> dict[str, object]:
@@ -118,4 +160,8 @@ def _entry(mark: UserMark) -> dict[str, object]:
         entry.update(x=round(mark.pose.x, 4), y=round(mark.pose.y, 4), yaw=round(mark.pose.yaw, 5))
     if mark.note:
         entry["note"] = mark.note
+    if mark.charger:
+        entry["charger"] = True
+    if not mark.on_chassis:
+        entry["on_chassis"] = False
     return entry

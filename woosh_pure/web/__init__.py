@@ -48,7 +48,8 @@ def app(
         origins: Origins of other servers' pages that may send requests, as "https://host:port".
         hosts: Host names under which the server may be reached, besides localhost and IP addresses.
         name: The robot's name, if there is only one robot.
-        marks: Marks to show and to drive to: those of a `MarkFile`, or any objects with `name` and `pose`.
+        marks: Marks to show and to drive to: a `MarkFile`, in which the page and the API save what they
+            change, or any objects with `name` and `pose`; changes of those last as long as the application.
             The chassis cannot list its own. With several robots, a mapping from robot name to marks.
         recordings: Folder for recorded bags. With None, the first recording creates a temporary folder.
 
@@ -62,9 +63,9 @@ def app(
     require()
     from woosh_pure.web.build import build
     from woosh_pure.web.context import WebContext
-    from woosh_pure.web.robot import Robot
     from woosh_pure.web.marks import MarkList
     from woosh_pure.web.recordings import require_folder
+    from woosh_pure.web.robot import Robot
 
     robots = dict(chassis) if isinstance(chassis, Mapping) else {name or "robot": chassis}
     if not robots:

@@ -20,7 +20,7 @@ from rosproto.errors import RosError
 from rosproto.text import printable
 from rosproto.version import __version__
 from woosh_pure.web import models
-from woosh_pure.web.api import commands, readings, session, stop
+from woosh_pure.web.api import commands, marks, readings, session, stop
 from woosh_pure.web.api.dependencies import named_robot
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.middleware import SecurityMiddleware
@@ -30,7 +30,7 @@ from woosh_pure.web.snapshot import text_of
 PAGE = Path(__file__).parent / "page"
 _ROBOT = (
     *(readings.state, commands.goals, stop.router, readings.maps, readings.pictures, readings.feeds),
-    *(commands.lease, commands.recordings, session.viewers),
+    *(readings.journal, marks.router, commands.lease, commands.recordings, session.viewers),
 )
 _SERVER = (readings.robots, session.login)
 DESCRIPTION = (
@@ -80,7 +80,7 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
         app.add_middleware(
             CORSMiddleware,
             allow_origins=list(origins),
-            allow_methods=["GET", "POST", "DELETE"],
+            allow_methods=["GET", "POST", "PATCH", "DELETE"],
             allow_headers=["authorization", "content-type", "x-woosh-session"],
         )
     _say_problems(app)

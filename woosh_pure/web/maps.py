@@ -1,51 +1,21 @@
-"""The map of one robot, fetched when somebody looks at it and refreshed now and then; and the marks."""
+"""The map of one robot, fetched when somebody looks at it and refreshed now and then."""
 
 from __future__ import annotations
 
 import hashlib
 import threading
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.numeric import encode_png
-from rosproto.text import printable
 from woosh_pure.chassis import Chassis
-from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.web.snapshot import pose_part
 
 FRESH = 30.0
 """Seconds after which the map is fetched again if somebody looks at it."""
-
-
-@dataclass(frozen=True, slots=True)
-class WebMark:
-    """A mark that is shown on the page."""
-
-    name: str
-    pose: Pose2D | None = None
-    charger: bool = False
-    note: str = ""
-
-    def as_json(self) -> dict[str, Any]:
-        """The mark as the API sends it; x, y and theta are null if the pose is not known."""
-        pose: dict[str, Any] = dict.fromkeys(("x", "y", "theta"))
-        if self.pose is not None:
-            pose.update(pose_part(self.pose) or {})
-        return {"name": printable(self.name), **pose, "charger": self.charger, "note": printable(self.note)}
-
-
-def marks_of(marks: Iterable[Any]) -> tuple[WebMark, ...]:
-    """Marks of a user's list, or of any objects with a name and a pose."""
-    return tuple(
-        mark
-        if isinstance(mark, WebMark)
-        else WebMark(mark.name, mark.pose, getattr(mark, "charger", False), getattr(mark, "note", ""))
-        for mark in marks
-    )
 
 
 @dataclass(frozen=True, slots=True)

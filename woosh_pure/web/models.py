@@ -98,6 +98,38 @@ GoalRequest = Annotated[
 ]
 
 
+class MarkPlace(Request):
+    """Where a mark is: where the robot stands now, or at x and y in the map."""
+
+    here: Annotated[bool, Field(description="where the robot stands now")] = False
+    x: Metres | None = None
+    y: Metres | None = None
+    theta: Radians | None = None
+
+
+NewName = Annotated[str, Field(min_length=1, max_length=100)]
+Note = Annotated[str, Field(max_length=200)]
+_ON_CHASSIS = Field(description="the chassis's own map has a mark of this name; else it is a place")
+
+
+class MarkRequest(MarkPlace):
+    """A mark to save. A place of the list needs a pose; a mark of the chassis's own map may have one."""
+
+    name: NewName
+    note: Note = ""
+    charger: bool = False
+    on_chassis: Annotated[bool, _ON_CHASSIS] = False
+
+
+class MarkChange(MarkPlace):
+    """What becomes of a mark; what is left out stays."""
+
+    name: NewName | None = None
+    note: Note | None = None
+    charger: bool | None = None
+    on_chassis: Annotated[bool | None, _ON_CHASSIS] = None
+
+
 class PoseRequest(Request):
     """Where the robot stands, in the map."""
 
@@ -113,9 +145,10 @@ class StopRequest(Request):
 
 
 class LeaseRequest(Request):
-    """How long the lease is wanted for."""
+    """How long the lease is wanted for, and whether it is taken from a program that was asked before."""
 
     seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] = 60.0
+    take_over: Annotated[bool, Field(description="only from a program, and only after having asked")] = False
 
 
 class GrantRequest(Request):
@@ -148,7 +181,6 @@ class ProblemDocument(Answer):
     status: int
     detail: str
     instance: str
-    take_over: Annotated[bool, Field(description="only from a program, and only after having asked")] = False
 
 
 class Goal(Answer):
@@ -224,7 +256,9 @@ class Faults(Answer):
 
 
 class Mark(Answer):
-    """A mark; x, y and theta are null if its pose is not known."""
+    """A mark; x, y and theta are null if its pose is not known. To a place that is not on the chassis's own
+    map (`on_chassis` is false), a goal of kind `mark` goes by its pose.
+    """
 
     name: str
     x: float | None
@@ -232,6 +266,7 @@ class Mark(Answer):
     theta: float | None
     charger: bool
     note: str
+    on_chassis: bool
 
 
 class MapFacts(Answer):
@@ -305,6 +340,7 @@ class LeaseAnswer(Answer):
     asking: list[str]
     you: str
     yours: bool
+    holder_is_program: bool
 
 
 class Snapshot(Answer):
@@ -340,7 +376,6 @@ class Status(Answer):
 class RobotEntry(Answer):
     """A robot of this server."""
 
-    holder_is_program: bool
     name: str
     page: str
     api: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,8 @@ from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
 from woosh_pure.web.goals import GoalManager, Journal
 from woosh_pure.web.live.manual_drive import ManualDrive
-from woosh_pure.web.maps import MapCache, WebMark, marks_of
+from woosh_pure.web.maps import MapCache
+from woosh_pure.web.marks import MarkList
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.recordings import RecordingManager
 from woosh_pure.web.snapshot import LISTENED
@@ -80,8 +81,9 @@ class Robot:
     Attributes:
         name: The robot's name in the paths of the API.
         chassis: The Chassis; whoever made it opens and closes it.
-        marks: The marks that were given: the chassis cannot list its own.
+        marks: The marks that are known here: the chassis cannot list its own.
         journal, goals, manual_drive, map, cameras, recordings: See the classes of the same names.
+        unreachable: Why the Chassis is not connected yet, in words, while its opener still tries; else "".
     """
 
     def __init__(
@@ -89,17 +91,17 @@ class Robot:
         name: str,
         chassis: Chassis,
         *,
-        marks: Iterable[Any] = (),
+        marks: MarkList,
         recordings: Path | None = None,
     ) -> None:
-        self.name, self.chassis = name, chassis
-        self.marks: tuple[WebMark, ...] = marks_of(marks)
+        self.name, self.chassis, self.marks = name, chassis, marks
         self.journal = Journal()
         self.goals = GoalManager(self.journal)
         self.manual_drive = ManualDrive(chassis)
         self.map = MapCache(chassis)
         self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}
         self.recordings = RecordingManager(chassis, recordings)
+        self.unreachable = ""
         self._listening = False
         self._stops = Stops(self._stop)
 
@@ -114,6 +116,16 @@ class Robot:
         for name in names:
             self.feed(name).connect()
         self._listening = True
+
+    def require_connection(self) -> None:
+        """Refuse at once what needs a robot that is still off, so that no thread waits for it.
+
+        Raises:
+            Problem: The robot has not been reached yet.
+        """
+        if self.unreachable:
+            text = "not connected to the robot yet, as when it is switched off: {why}"
+            raise Problem(503, say(text, why=self.unreachable), "not-connected")
 
     def feed(self, name: str) -> Feed[Any]:
         """A feed of the chassis."""

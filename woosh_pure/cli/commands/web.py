@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import time
 from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from rosproto.cli import CommandError, host, hurry
+from rosproto.cli import CommandError, add_token, host, hurry, token_of
+from rosproto.errors import RosError
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, port
-from woosh_pure.cli.connection import connect, connect_to, watchdog_of
+from woosh_pure.cli.connection import connect, connect_to, reaching, watchdog_of
 from woosh_pure.cli.output import Output
-from woosh_pure.maps.marks import MarkFile
+from woosh_pure.maps.marks import MarkFile, UserMark
 
 if TYPE_CHECKING:
+    from fastapi import FastAPI
+
     from woosh_pure.chassis import Chassis
 
+TOKEN_VARIABLE = "WOOSH_WEB_TOKEN"
+AGAIN_SECONDS = 1.0
+"""Seconds between two attempts to reach a robot that is off."""
 HELP = "show the robot in a browser, on a phone too, and serve a REST API for any language"
 
 
@@ -73,7 +80,7 @@ def run(args: Namespace, out: Output) -> int:
     more, token = _further(args), token_of(args, TOKEN_VARIABLE)
     with ExitStack() as stack:
         watchdog = stack.enter_context(watchdog_of(args))
-        first = stack.enter_context(connect(args, out, watchdog=watchdog))
+        first = stack.enter_context(connect(args, out, watchdog=watchdog, patient=True))
         robots: dict[str, Chassis] = {_first(args, alone=not more): first}
         for name, address in more:
             if name in robots:
@@ -82,10 +89,12 @@ def run(args: Namespace, out: Output) -> int:
                         "two robots are called {name}; give names, as --chassis hall2=192.168.1.20", name=name
                     )
                 )
-            robots[name] = stack.enter_context(connect_to(address, args.host, args, out, watchdog=watchdog))
+            robots[name] = stack.enter_context(
+                connect_to(address, args.host, args, out, watchdog=watchdog, patient=True)
+            )
         app = web.app(
             robots,
-            token=args.token,
+            token=token,
             allow_driving=args.allow_driving,
             origins=args.origin,
             hosts=args.host_name,
@@ -100,7 +109,9 @@ def run(args: Namespace, out: Output) -> int:
             if error.filename:  # a file of TLS
                 raise
             raise CommandError(error.strerror or str(error)) from error
+        waiting = _Waiting(app, robots, out)
         stack.enter_context(server)
+        # A token that is not on our command line is neither printed nor put on that of a browser.
         page = server.url + (f"#token={args.token}" if args.token else "")
         out.line(say("the page: {page}", page=page))
         out.line(say("for programs: {url}api/v1/status, {url}openapi.json", url=server.url))
@@ -111,7 +122,39 @@ def run(args: Namespace, out: Output) -> int:
             _open_browser(page)
         while server.running:
             time.sleep(0.1)
+            waiting.try_again()
     return 1
+
+
+class _Waiting:
+    """The robots that could not be reached yet: their pages are served, and each is entered when it comes."""
+
+    def __init__(self, app: FastAPI, robots: dict[str, Chassis], out: Output) -> None:
+        from woosh_pure.chassis import core_of
+
+        self._out = out
+        self._served = app.state.context.robots
+        self._left = {name: one for name, one in robots.items() if not core_of(one).in_block}
+        self._due = 0.0
+        for name in self._left:
+            self._served[name].unreachable = str(say("it has not answered yet"))
+            out.line(say("{name}: no answer; waiting for it, and serving its page meanwhile", name=name))
+
+    def try_again(self) -> None:
+        """Try each of them once a second. Blocks as long as a robot that is off takes."""
+        if not self._left or time.monotonic() < self._due:
+            return
+        for name, chassis in list(self._left.items()):
+            try:
+                with reaching():
+                    chassis.__enter__()
+            except RosError as error:
+                self._served[name].unreachable = str(error)
+                continue
+            del self._left[name]
+            self._served[name].unreachable = ""
+            self._out.line(say("{name}: connected", name=name))
+        self._due = time.monotonic() + AGAIN_SECONDS
 
 
 def _first(args: Namespace, *, alone: bool) -> str:
@@ -153,21 +196,21 @@ def _called(address: str) -> str:
     return f"{master.hostname or address}{port}".replace("%", "-")
 
 
-def _marks(args: Namespace, out: Output) -> list[Any]:
-    """Of the file, of the simulated hall, or of the user's own list."""
+def _marks(args: Namespace, out: Output) -> Iterable[UserMark]:
+    """Of the file, of the simulated hall, or of the user's own list. The page saves in the file."""
     from woosh_pure.cli import config
-    from woosh_pure.web.maps import WebMark
 
     if args.marks is not None:
         if not args.marks.exists():
             raise ValueError(say("--marks {marks}: there is no such file", marks=args.marks))
-        return list(MarkFile(args.marks))
+        return MarkFile(args.marks)
     if args.sim:
         from woosh_pure.sim.site import built_in_site
 
-        return [WebMark(name, mark.pose, mark.charger) for name, mark in built_in_site().marks.items()]
+        hall = built_in_site().marks
+        return [UserMark(name, mark.pose, charger=mark.charger) for name, mark in hall.items()]
     try:
-        return list(MarkFile(config.mark_file()))
+        return MarkFile(config.mark_file())
     except (OSError, ValueError) as error:
         out.line(say("no marks: {error}", error=error))
         return []

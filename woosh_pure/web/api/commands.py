@@ -14,6 +14,7 @@ from starlette.concurrency import run_in_threadpool
 
 from rosproto.sentence import say
 from woosh_pure.enums import Direction
+from woosh_pure.geometry import Pose2D
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import (
     PROBLEMS,
@@ -46,6 +47,9 @@ def create_goal(body: models.GoalRequest, request: Request) -> dict[str, Any]:
 
 def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> tuple[str, Callable[[], Any]]:
     chassis = robot.chassis
+    place = _place(robot, body)
+    if place is not None:
+        return f"go to {body.mark}", partial(chassis.go_to, place.x, place.y, place.yaw, **options)
     if body.kind == "mark":
         return f"go to {body.mark}", partial(chassis.go_to_mark, body.mark, **options)
     if body.kind == "park":
@@ -63,6 +67,24 @@ def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> tuple[str, Callab
             chassis.move, body.distance, speed=body.speed, **options
         )
     return f"rotate {body.angle:.2f} rad", partial(chassis.rotate, body.angle, speed=body.speed, **options)
+
+
+def _place(robot: Robot, body: Any) -> Pose2D | None:
+    """Where a place is that only the list of this server has; None for what the chassis knows itself."""
+    mark = robot.marks.find(body.mark) if hasattr(body, "mark") else None
+    if mark is None or mark.on_chassis:
+        return None
+    if body.kind != "mark":
+        raise Problem(
+            409,
+            say(
+                "{name} is a place of this list; the chassis itself must know a mark to {kind} there",
+                name=mark.name,
+                kind=body.kind,
+            ),
+            "mark",
+        )
+    return mark.pose
 
 
 def list_goals(request: Request) -> list[dict[str, Any]]:

@@ -76,21 +76,28 @@ def name_of(request: Request) -> str:
     return f"page of another session at {address}" if client is None else client.name
 
 
-def check_command(request: Request, *, lease: bool = True) -> tuple[Robot, Client]:
+async def connected(request: Request) -> None:
+    """Refuses what asks a robot that is still off. It is async, so that it needs no thread."""
+    robot_of(request).require_connection()
+
+
+def check_command(request: Request, *, lease: bool = True, connected: bool = True) -> tuple[Robot, Client]:
     """Robot and client of a command, after checking the rate and that no other client has the lease.
+
+    Args:
+        request: The request.
+        lease: Whether the command is refused while another has the lease.
+        connected: Whether it needs the robot, and not only this server.
 
     Raises:
         Problem: The command is not allowed now.
     """
     refusal = context_of(request).access.check_rate(address_of(request), time.monotonic())
     if refusal is not None:
-    Args:
-        request: The request.
-        lease: Whether the command is refused while another has the lease.
-        connected: Whether it needs the robot, and not only this server.
-
         raise Problem(refusal.status, refusal.text)
     robot, client = robot_of(request), client_of(request)
+    if connected:
+        robot.require_connection()
     if lease:
         robot.require_lease(client)
     return robot, client

@@ -7,7 +7,7 @@ import time
 from typing import Any, Literal
 
 import numpy as np
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 from starlette.types import Receive, Scope, Send
 
@@ -20,7 +20,7 @@ from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, context_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, connected, context_of, problems, robot_of
 from woosh_pure.web.camera import jpeg_of, png_of
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.live import robot_state
@@ -28,9 +28,11 @@ from woosh_pure.web.live.frames import COSTMAP_TOPIC
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.snapshot import plain, text_of
 
-# -- the state, marks, the journal, and the robots of this server --------------------------------------------
+# -- the state, the journal, and the robots of this server --------------------------------------------
 
-state, robots = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter(tags=["robots"])
+_ASKS_ROBOT = [Depends(connected)]
+state = APIRouter(tags=["state"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
+journal, robots = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter(tags=["robots"])
 
 
 def get_status(request: Request) -> dict[str, Any]:
@@ -64,11 +66,6 @@ def get_faults(request: Request) -> Any:
     return robot_state.slow_parts(robot_of(request))["faults"]
 
 
-def get_marks(request: Request) -> list[dict[str, Any]]:
-    """The marks that this server was given: the chassis cannot list its own."""
-    return [mark.as_json() for mark in robot_of(request).marks]
-
-
 def get_journal(request: Request) -> list[dict[str, Any]]:
     """What was done, by whom, and how it ended; the oldest first."""
     return [entry.as_json() for entry in robot_of(request).journal.entries()]
@@ -87,15 +84,14 @@ state.add_api_route("/status", get_status, response_model=models.Status)
 state.add_api_route("/snapshot", get_snapshot, response_model=models.Snapshot)
 state.add_api_route("/readiness", get_readiness, response_model=models.Readiness)
 state.add_api_route("/faults", get_faults, response_model=models.Faults)
-state.add_api_route("/marks", get_marks, response_model=list[models.Mark])
-state.add_api_route("/journal", get_journal, response_model=list[models.Entry])
+journal.add_api_route("/journal", get_journal, response_model=list[models.Entry])
 robots.add_api_route("/robots", list_robots, response_model=list[models.RobotEntry])
 
 
 _logger = get_logger("woosh_pure.web")
 # -- feeds: the newest value of one, and its stream of Server-Sent Events ------------------------------------
 
-feeds = APIRouter(tags=["feeds"], responses=PROBLEMS)
+feeds = APIRouter(tags=["feeds"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
 MOST_STREAMS, STUCK_SECONDS, BEAT_SECONDS, LOOK_SECONDS = 32, 10.0, 5.0, 0.25
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/event-stream": {}}, "description": "one event for each new value, as FeedValue"}
@@ -220,7 +216,7 @@ feeds.add_api_route(
 
 # -- the map, the plan, the costmap --------------------------------------------------------------------------
 
-maps = APIRouter(tags=["map"], responses=PROBLEMS)
+maps = APIRouter(tags=["map"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
 _PNG: dict[int | str, dict[str, Any]] = {
     200: {"content": {"image/png": {}}, "description": "a picture, north up"}
 }
@@ -288,7 +284,7 @@ maps.add_api_route("/costmap.png", get_costmap_png, response_class=Response, res
 
 # -- the cameras: one picture, for which a camera is subscribed ----------------------------------------------
 
-pictures = APIRouter(tags=["camera"], responses=PROBLEMS)
+pictures = APIRouter(tags=["camera"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
 _PICTURE: dict[int | str, dict[str, Any]] = {
     200: {"content": {"image/jpeg": {}, "image/png": {}}, "description": "depth: near is bright"}
 }

@@ -120,6 +120,8 @@ class Hand:
     def _refusal(self) -> tuple[str, str] | None:
         if not self._context.allow_driving:
             return "not allowed", "driving is off; it is allowed by starting the server with --allow-driving"
+        if self._robot.unreachable:
+            return "not connected", self._robot.unreachable
         if self._robot.chassis.lease.holder != self._name:
             return "no lease", "ask for the lease first: one person drives at a time"
         if not self.confirmed:

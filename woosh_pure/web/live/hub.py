@@ -18,9 +18,13 @@ from typing import Any, TypeVar
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from rosproto.sentence import say
+from woosh_pure.maps.marks import UserMark
 from woosh_pure.web.camera import jpeg_of
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
+from woosh_pure.web.marks import mark_part
+from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
 
@@ -133,10 +137,11 @@ class Hub:
         """A viewer wants, or no longer wants, "color", "depth" or "costmap"."""
         self._watched[what] = max(0, self._watched[what] + (1 if on else -1))
         if what == "costmap":
-            await self._in_thread(partial(self._costmap.set_wanted, self._watched[what] > 0))
+            want = partial(self._costmap.set_wanted, self._watched[what] > 0)
+            await self._in_thread(want, asks_robot=False)
             return
         camera = self.robot.cameras[what]
-        await self._in_thread(camera.add_viewer if on else camera.remove_viewer)
+        await self._in_thread(camera.add_viewer if on else camera.remove_viewer, asks_robot=False)
         if not self._watched[what]:
             self.newest.pop(f"camera {what}", None)
 
@@ -158,6 +163,11 @@ class Hub:
     async def _fast_loop(self) -> None:
         """What comes by topics: look at the newest values many times a second."""
         robot, due = self.robot, 0.0
+        while robot.unreachable:
+            self._go_on(self._not_connected)
+            self.wake()
+            await asyncio.sleep(SLOW)
+        self._seen.pop("began", None)  # from now on its silence counts
         await self._in_thread(robot.listen)
         while True:
             before, now = self._version, time.monotonic()
@@ -185,10 +195,14 @@ class Hub:
     async def _slow_loop(self) -> None:
         """What takes a moment to find out is asked in a thread, a few times a second."""
         robot = self.robot
-        self.put("marks", text_of({"t": "marks", "marks": [mark.as_json() for mark in robot.marks]}))
         outline = {"t": "footprint", "points": robot_state.round_outline(), "assumed": True}
         self.put("footprint", text_of(outline))
+        shown: list[UserMark] | None = None
         while True:
+            marks = await self._in_thread(robot.marks.all, asks_robot=False)
+            if marks is not None and marks != shown:
+                shown = marks
+                self.put("marks", text_of({"t": "marks", "marks": [mark_part(mark) for mark in marks]}))
             await self._in_thread(robot.listen)  # once more, in case the robot was not there yet
             parts = await self._in_thread(lambda: robot_state.slow_parts(robot))
             for part, value in (parts or {}).items():
@@ -224,11 +238,13 @@ class Hub:
                     self.wake()
             await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
 
-    async def _in_thread(self, ask: Callable[[], Any]) -> Any:
+    async def _in_thread(self, ask: Callable[[], Any], *, asks_robot: bool = True) -> Any:
         """Call in a thread. None if the robot does not answer; the page shows how old its values are."""
+        if asks_robot and self.robot.unreachable:
+            return None  # no thread waits for it
         try:
             return await self._workers.run(ask)
-        except (RosError, ValueError) as error:
+        except (RosError, ValueError, Problem) as error:
             _logger.debug("! %s: %s", self.robot.name, error)
             return None
         except Exception:
@@ -284,6 +300,12 @@ class Hub:
             rates = {name: round((counts[name] - before[name]) / (now - then), 1) for name in names}
             self.put("rates", text_of(rates))
 
+    def _not_connected(self) -> None:
+        began = self._seen.setdefault("began", time.monotonic())
+        text = str(say("not connected to the robot yet: {why}", why=self.robot.unreachable))
+        since = round(time.monotonic() - began)
+        self.put("lost", text_of({"t": "lost", "text": text, "since": since, "key": "not-connected"}))
+
     def _check_silence(self, now: float) -> None:
         heard = [
             r.received
@@ -292,7 +314,7 @@ class Hub:
         ]
         began = self._seen.setdefault("began", now)
         since = now - max(heard, default=began)
-        document: dict[str, Any] = {"t": "lost", "text": None, "since": 0.0}
+        document: dict[str, Any] = {"t": "lost", "text": None, "since": 0.0, "key": "silent"}
         if since > LOST_AFTER:
             begun = f"for {since:.0f} s" if heard else "so far"
             document["text"] = f"nothing was heard of the robot {begun}: what is shown is old; look at it"

@@ -16,11 +16,13 @@ from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleS
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.lease import LeaseState
 from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.marks import UserMark
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.web.access import MOST_SESSIONS, Clients
 from woosh_pure.web.goals import Journal
 from woosh_pure.web.live.frames import MOST_CELLS, MOST_RANGES, PART, camera_frame, costmap_frames, scan_frame
-from woosh_pure.web.maps import MapCache, WebMark
+from woosh_pure.web.maps import MapCache
+from woosh_pure.web.marks import mark_part
 from woosh_pure.web.problems import Problem, problem_of
 from woosh_pure.web.snapshot import (
     lease_part,
@@ -264,7 +266,7 @@ def test_what_is_no_number_is_not_known(number: float) -> None:
     assert (parts["odometer"], parts["velocity"]) == (None, None)
     assert pose_part(Pose2D(1.0, number)) is None
     assert points_part([(0.0, number), (1.0, 2.0)]) == [[1.0, 2.0]]
-    assert WebMark("A1", Pose2D(number, 0.0)).as_json()["x"] is None
+    assert mark_part(UserMark("A1", Pose2D(number, 0.0)))["x"] is None
     assert json.loads(text_of({"deep": [{"one": number, "other": np.float32(number)}]})) == {
         "deep": [{"one": None, "other": None}]
     }

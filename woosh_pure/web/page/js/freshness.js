@@ -35,11 +35,11 @@ export class Ages {
   }
 }
 
-// What is lost: null, or {who: "server" | "robot", since: seconds, text}. The server's silence comes first: without
+// What is lost: null, or {who: "server" | "robot" | "absent", since: seconds, text}. The server's silence comes first: without
 // it nothing is known of the robot.
 export function lost({ open, heardAt, robotLost, now }) {
   const silent = heardAt === null ? 0 : now - heardAt;
   if (!open || silent > SILENT_SECONDS) return { who: "server", since: silent, text: "" };
-  if (robotLost) return { who: "robot", since: now - robotLost.at, text: robotLost.text };
+  if (robotLost) return { who: robotLost.key === "not-connected" ? "absent" : "robot", since: now - robotLost.at, text: robotLost.text };
   return null;
 }

@@ -1,9 +1,10 @@
-// Where should it go? Marks, a place on the map, amounts, charging, and telling it where it is.
+// Where should it go? A mark, a place on the map, amounts, charging, and telling it where it is.
 
 import { ask, dismiss } from "./confirm.js";
-import { button, byId, el, fill, icon, say } from "./dom.js";
+import { button, byId, el, fill, show } from "./dom.js";
 import { hint } from "./hints.js";
-import { degrees, number, onLanguage, t, word } from "./i18n.js";
+import { degrees, number, onLanguage, t } from "./i18n.js";
+import { Marks } from "./marks.js";
 import { attempt, toast } from "./toast.js";
 
 const KNOWN = "woosh-has-driven";
@@ -28,50 +29,27 @@ export class Go {
   constructor({ store, rest, map, lease }) {
     Object.assign(this, { store, rest, map, lease });
     this.root = byId("tab-go");
-    this.distances = new Map();
+    this.marks = new Marks({ store, rest, go: this });
     this.known = remembered(); // whoever has sent it somewhere needs no hint how
     map.onmark = (mark) => this.askMark(mark);
-    store.on("marks", () => this.render());
-    store.on("pose", () => this.updateDistances());
+    store.on("marks", (marks) => show(this.first, marks.length > 0 && !this.known));
     onLanguage(() => this.render());
   }
 
   render() {
-    const marks = this.store.get("marks") ?? [];
-    this.distances.clear();
+    this.first = el("p", { class: "quiet" }, t("go.first"));
+    show(this.first, this.marks.all.length > 0 && !this.known);
     fill(
       this.root,
       el("h2", {}, t("go.title")),
-      marks.length && !this.known ? el("p", { class: "quiet" }, t("go.first")) : null,
-      marks.length ? el("ul", { class: "marks" }, ...marks.map((mark) => this.row(mark))) : this.byName(),
+      this.first,
+      this.marks.root,
       el("div", { class: "actions" },
         button(t("go.place"), () => this.choosePlace(), { name: "place", id: "choose-place" }),
         button(t("go.charge"), () => this.askCharge(), { name: "charge", id: "charge" }),
         button(t("go.pose"), () => this.choosePose(), { name: "pose", id: "choose-pose" })),
       this.amounts(),
     );
-    this.updateDistances();
-  }
-
-  row(mark) {
-    const away = el("span", { class: "quiet away" });
-    this.distances.set(mark, away);
-    const kind = mark.kind && mark.kind !== "mark" ? ` · ${word("mark", mark.kind)}` : "";
-    return el("li", {},
-      el("button", { type: "button", class: "markrow", onclick: () => this.askMark(mark) },
-        el("span", { class: `dot ${mark.kind === "charger" ? "charger" : ""}` }, icon(mark.kind === "charger" ? "charge" : "go")),
-        el("span", { class: "grow" }, el("strong", {}, mark.name), el("span", { class: "quiet" }, `${kind}${mark.note ? ` · ${mark.note}` : ""}`), el("br"), away),
-        el("span", { class: "go" }, t("go.go"))));
-  }
-
-  byName() {
-    const input = el("input", { type: "text", name: "mark", required: true, maxlength: 100, autocomplete: "off" });
-    return el("form", {
-      class: "inline", onsubmit: (event) => {
-        event.preventDefault();
-        this.askMark({ name: input.value.trim() });
-      },
-    }, el("p", { class: "quiet" }, t("go.none")), el("label", {}, el("span", {}, t("go.name")), input), el("button", { class: "primary" }, t("go.go")));
   }
 
   amounts() {
@@ -88,15 +66,6 @@ export class Go {
       el("h3", {}, t("go.amounts")),
       line("move", t("go.move"), t("go.metres"), "0.5", (n) => this.askAmount({ kind: "move", distance: n }, n, "go.moveask", 2)),
       line("turn", t("go.turn"), t("go.degrees"), "90", (n) => this.askAmount({ kind: "rotate", angle: radians(n) }, n, "go.turnask", 0)));
-  }
-
-  updateDistances() {
-    const pose = this.store.get("pose");
-    for (const [mark, element] of this.distances) {
-      const known = Number.isFinite(mark.x) && pose;
-      say(element, known ? t("go.away", { n: number(Math.hypot(mark.x - pose.x, mark.y - pose.y), 1) })
-        : Number.isFinite(mark.x) ? "" : t("go.noplace"));
-    }
   }
 
   // -- questions, then goals
@@ -128,7 +97,7 @@ export class Go {
   askCharge() {
     this.endPlacing();
     const input = el("input", { type: "text", required: true, maxlength: 100, id: "charger-name", list: "charger-names", autocomplete: "off" });
-    const chargers = (this.store.get("marks") ?? []).filter((mark) => mark.kind === "charger").map((mark) => mark.name);
+    const chargers = (this.store.get("marks") ?? []).filter((mark) => mark.kind === "charger" && mark.on_chassis !== false).map((mark) => mark.name);
     input.value = chargers[0] ?? "";
     const names = el("datalist", { id: "charger-names" }, ...chargers.map((name) => el("option", { value: name })));
     const field = el("label", {}, el("span", {}, t("go.charger")), input, names);

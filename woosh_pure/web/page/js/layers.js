@@ -1,5 +1,7 @@
 // What is drawn above the map's picture. Each function draws one thing; `paint` holds the colours of the theme.
 
+import { placeLabels } from "./labels.js";
+
 const PI2 = 2 * Math.PI;
 
 export function paintOf(element) {
@@ -59,14 +61,17 @@ export function drawScan(context, view, paint, scan, old) {
 }
 
 export function drawMarks(context, view, paint, marks, chosen) {
-  context.font = paint.font;
-  context.textAlign = "center";
+  const pins = [];
   for (const mark of marks ?? []) {
     if (!Number.isFinite(mark.x) || !Number.isFinite(mark.y)) continue;
     const [px, py] = view.toScreen(mark.x, mark.y);
+    if (px < -60 || py < -20 || px > view.width + 60 || py > view.height + 40) continue;
     pin(context, paint, px, py, mark.kind === "charger", mark.name === chosen);
-    label(context, paint, mark.name, px, py + 17);
+    pins.push({ text: mark.name, x: px, y: py, first: mark.name === chosen });
   }
+  context.font = paint.font;
+  context.textAlign = "center";
+  for (const { text, x, y } of placeLabels(pins, (each) => context.measureText(each).width)) label(context, paint, text, x, y);
 }
 
 // A drop whose tip is the place; a charger bears a flash, so that colour is not all that tells.

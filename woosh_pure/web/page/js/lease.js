@@ -1,16 +1,18 @@
-// Who has control. It is asked for, shown to all, given back, and taken over only by asking.
+// Who has control. It is asked for, shown to all, and given back. A person who has it has to agree; from a program,
+// which cannot, it is taken over by asking twice.
 
+import { ask } from "./confirm.js";
 import { button, el, fill } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 import { Refused } from "./rest.js";
 import { seconds } from "./link.js";
+import { attempt } from "./toast.js";
 
 const WAIT = 3; // seconds for a lease that nobody holds
 
 export class Lease {
-  constructor({ store, link, boxes }) {
-    this.store = store;
-    this.link = link;
+  constructor({ store, link, rest, boxes }) {
+    Object.assign(this, { store, link, rest });
     this.boxes = boxes; // elements that show it
     this.asked = false; // by us, and not answered yet
     store.on("lease", (lease) => {
@@ -42,7 +44,24 @@ export class Lease {
     this.say("ask");
     const end = seconds() + WAIT;
     while (!this.yours && seconds() < end && !this.held) await new Promise((done) => setTimeout(done, 50));
+    if (!this.yours && this.held && this.store.get("lease").program) await this.takeOver();
     if (!this.yours) throw new Refused(this.held ? t("lease.waiting", { name: this.holder }) : t("drive.needlease"));
+  }
+
+  // The second question, answered by a person; ends when control is here, or was refused.
+  takeOver() {
+    return new Promise((done) => {
+      const take = async () => {
+        const lease = await attempt(() => this.rest.json("POST", "lease", { take_over: true }));
+        const end = seconds() + WAIT;
+        while (lease?.yours && !this.yours && seconds() < end) await new Promise((go) => setTimeout(go, 50));
+        done();
+      };
+      ask({
+        text: t("lease.takeoverask", { name: this.holder }), note: t("lease.takeovernote"), yes: t("lease.takeover"),
+        onyes: take, onno: done,
+      });
+    });
   }
 
   get held() {
@@ -67,7 +86,10 @@ export class Lease {
       if (!lease.askedBy) parts.push(button(t("lease.give"), () => this.say("give"), { kind: "plain" }));
     } else if (this.held) {
       parts.push(el("p", {}, t("lease.other", { name: this.holder })));
-      if (this.asked) parts.push(el("p", { class: "quiet" }, t("lease.waiting", { name: this.holder })));
+      if (this.asked && lease.program) {
+        parts.push(el("p", { class: "quiet" }, t("lease.program", { name: this.holder })));
+        parts.push(button(t("lease.takeover"), () => this.takeOver(), { id: "take-over" }));
+      } else if (this.asked) parts.push(el("p", { class: "quiet" }, t("lease.waiting", { name: this.holder })));
       else parts.push(button(t("lease.ask"), () => this.say("ask"), { class: "ask" }));
     } else {
       parts.push(el("p", {}, t("lease.free")));

@@ -58,7 +58,7 @@ store.on("hello", (hello) => {
   if (anew) store.set("anew", true);
 });
 const leaseBox = el("section", { class: "card lease", "aria-live": "polite" });
-const lease = new Lease({ store, link, boxes: [leaseBox] });
+const lease = new Lease({ store, link, rest, boxes: [leaseBox] });
 const tabs = new Tabs(store);
 const map = new MapView({ store, ages, rest, link });
 new Header({ store, ages, link, tabs });

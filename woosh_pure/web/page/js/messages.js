@@ -40,7 +40,7 @@ const KINDS = {
     store.set("pose", { x: message.x, y: message.y, theta: message.theta });
   },
   lost(store, message, ages, now) {
-    store.set("robotlost", message.text ? { text: message.text, at: now - (message.since ?? 0) } : null);
+    store.set("robotlost", message.text ? { text: message.text, at: now - (message.since ?? 0), key: message.key } : null);
   },
 };
 

@@ -70,6 +70,7 @@ export const entry = (one) => ({
 export const lease = (part) => ({
   holder: part.holder,
   yours: Boolean(part.yours),
+  program: Boolean(part.holder_is_program), // it cannot be asked
   seconds: part.seconds,
   askedBy: part.asking?.[0] ?? null,
   asking: part.asking ?? [],

@@ -6,6 +6,7 @@ const FORMS = [
   [/^(go to|park at|charge at|load at|unload at) (.+)$/, (verb, name) => [verb, { name }]],
   [/^(move|rotate) (-?[\d.]+) (?:m|rad)$/, (verb, n) => [verb, verb === "move" ? { n } : { n: Math.round((n * 180) / Math.PI) }]],
   [/^(cancel goal|pause goal|resume goal|record bag|end bag) (\S+)$/, (verb, n) => [verb, { n }]],
+  [/^(save mark|change mark|delete mark|take over from) (.+)$/, (verb, name) => [verb, { name }]],
   [/^(set the pose) to/, (verb) => [verb, {}]],
   [/^(stop)$/, (verb) => [verb, {}]],
 ];

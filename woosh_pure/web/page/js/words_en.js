@@ -1,8 +1,10 @@
 // Every sentence of the page in English. The same keys stand in words_zh.js, which a test checks.
 
+import { marks } from "./words_en_marks.js";
 import { state } from "./words_en_state.js";
 
 export const en = {
+  ...marks,
   ...state,
   "unknown": "not known",
   "skip.stop": "To the stop button",
@@ -58,8 +60,6 @@ export const en = {
 
   "go.title": "Where should it go?",
   "go.first": "Touch a mark, here or on the map, then Start.",
-  "go.none": "The robot has not told any marks. Type the name of one.",
-  "go.name": "Name of a mark",
   "go.go": "Go",
   "go.start": "Start",
   "go.replace": "Start this instead",

@@ -1,8 +1,10 @@
 // 页面上的全部中文句子；键与 words_en.js 相同，由测试检查。
 
+import { marks } from "./words_zh_marks.js";
 import { state } from "./words_zh_state.js";
 
 export const zh = {
+  ...marks,
   ...state,
   "unknown": "未知",
   "skip.stop": "跳到停止按钮",
@@ -58,8 +60,6 @@ export const zh = {
 
   "go.title": "要它去哪里？",
   "go.first": "点一个标记点（列表或地图上），再点“开始”。",
-  "go.none": "机器人没有报告任何标记点。请输入一个名称。",
-  "go.name": "标记点名称",
   "go.go": "前往",
   "go.start": "开始",
   "go.replace": "改为执行这个",

@@ -1,0 +1,99 @@
+"""The marks of the list: GET and POST marks; GET, PATCH and DELETE one. Nothing here moves the robot."""
+
+from __future__ import annotations
+
+from typing import Any
+from urllib.parse import quote
+
+from fastapi import APIRouter, Path, Request, Response
+
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.marks import UserMark
+from woosh_pure.web import models
+from woosh_pure.web.api.dependencies import PROBLEMS, check_command, problems, robot_of
+from woosh_pure.web.marks import mark_part
+from woosh_pure.web.problems import Problem
+from woosh_pure.web.robot import Robot
+
+router = APIRouter(tags=["marks"], responses=PROBLEMS)
+HERE_SECONDS = 3.0
+"""Seconds for the robot to say where it is."""
+_NAME = Path(max_length=200, description="name of a mark of this list")
+
+
+def get_marks(request: Request) -> list[dict[str, Any]]:
+    """The marks that this server knows: the chassis cannot list its own."""
+    return [mark_part(mark) for mark in robot_of(request).marks.all()]
+
+
+def create_mark(body: models.MarkRequest, request: Request, response: Response) -> dict[str, Any]:
+    """Save a mark: where the robot stands (`here`), at x and y, or by the name of a mark of the chassis."""
+    robot, client = check_command(request, lease=False, connected=False)
+    pose = _pose(robot, body, Pose2D(0.0, 0.0))
+    mark = robot.marks.add(UserMark(body.name, pose, body.note, body.charger, body.on_chassis))
+    robot.journal.note(client.name, f"save mark {mark.name}")
+    response.headers["location"] = f"{request.url.path.rstrip('/')}/{quote(mark.name, safe='')}"
+    return mark_part(mark)
+
+
+def get_mark(request: Request, mark: str = _NAME) -> dict[str, Any]:
+    """One mark by its name."""
+    found = robot_of(request).marks.find(mark)
+    if found is None:
+        raise Problem(404, f"there is no mark {mark[:80]!r} on the list of this server")
+    return mark_part(found)
+
+
+def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) -> dict[str, Any]:
+    """Rename a mark, move it, or change what is said about it. What is not given stays."""
+    robot, client = check_command(request, lease=False, connected=False)
+    changes = {
+        name: value
+        for name in ("name", "note", "charger", "on_chassis")
+        if (value := getattr(body, name)) is not None
+    }
+    old = robot.marks.find(mark)
+    pose = _pose(robot, body, (old and old.pose) or Pose2D(0.0, 0.0))
+    if pose is not None:
+        changes["pose"] = pose
+    changed = robot.marks.change(mark, changes)
+    robot.journal.note(client.name, f"change mark {mark}", text=f"now {changed.name}")
+    return mark_part(changed)
+
+
+def delete_mark(request: Request, mark: str = _NAME) -> None:
+    """Take a mark off the list. The chassis's own map stays as it is."""
+    robot, client = check_command(request, lease=False, connected=False)
+    robot.marks.remove(mark)
+    robot.journal.note(client.name, f"delete mark {mark}")
+
+
+def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2D) -> Pose2D | None:
+    """The pose that a request gives, None if it gives none. `here` waits for what the robot says now."""
+    given = [value is not None for value in (body.x, body.y, body.theta)]
+    if body.here:
+        if any(given):
+            raise Problem(422, "here: true is where the robot stands; leave out x, y and theta", "invalid")
+        robot.require_connection()
+        here: Pose2D = robot.feed("pose").wait(HERE_SECONDS)
+        return here.require_sensible()
+    if not any(given):
+        return None
+    if body.x is None or body.y is None:
+        raise Problem(422, "x and y belong together: give both", "invalid")
+    theta = old.yaw if body.theta is None else body.theta
+    return Pose2D(body.x, body.y, theta).require_sensible()
+
+
+_CHANGES = problems(403, 409, 422, 429)
+router.add_api_route("/marks", get_marks, response_model=list[models.Mark])
+router.add_api_route(
+    "/marks", create_mark, methods=["POST"], status_code=201, response_model=models.Mark, responses=_CHANGES
+)
+router.add_api_route("/marks/{mark:path}", get_mark, response_model=models.Mark, responses=problems(422))
+router.add_api_route(
+    "/marks/{mark:path}", change_mark, methods=["PATCH"], response_model=models.Mark, responses=_CHANGES
+)
+router.add_api_route(
+    "/marks/{mark:path}", delete_mark, methods=["DELETE"], status_code=204, responses=_CHANGES
+)

@@ -1,0 +1,168 @@
+"""The marks that a server knows: those it was given, or those of a file, which it changes.
+
+The chassis cannot list its own marks. What is saved here is a place of this list; only who says that the
+chassis's map has a mark of this name is taken there by the chassis's own task.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from rosproto.logs import get_logger
+from rosproto.sentence import say
+from rosproto.text import printable
+from woosh_pure.maps.marks import MarkFile, UserMark
+from woosh_pure.web.problems import Problem
+from woosh_pure.web.snapshot import pose_part
+
+MOST_MARKS = 1000
+R = TypeVar("R")
+_logger = get_logger("woosh_pure.web")
+
+
+def mark_part(mark: UserMark) -> dict[str, Any]:
+    """A mark as the API sends it; x, y and theta are null if the pose is not known."""
+    pose = None if mark.pose is None else pose_part(mark.pose)
+    return {
+        "name": printable(mark.name),
+        **(pose or dict.fromkeys(("x", "y", "theta"))),
+        "charger": mark.charger,
+        "note": printable(mark.note),
+        "on_chassis": mark.on_chassis,
+    }
+
+
+class MarkList:
+    """The marks of one site. Robots of one site share it. Safe from any thread; it reads and writes a file.
+
+    Args:
+        given: A `MarkFile`, which is read again when it has changed, and written; or any objects with `name`
+            and `pose`. Of these, what is changed is kept as long as the server runs.
+    """
+
+    def __init__(self, given: Iterable[Any] = ()) -> None:
+        self._file = given if isinstance(given, MarkFile) else None
+        self._lock = threading.Lock()
+        self._marks = {mark.name: mark for mark in map(_as_mark, () if self._file else given)}
+
+    def all(self) -> list[UserMark]:
+        """All marks.
+
+        Raises:
+            Problem: The file cannot be read now.
+        """
+        with self._lock:
+            return list(self._now().values())
+
+    def find(self, name: str) -> UserMark | None:
+        """The mark of that name; None if there is none.
+
+        Raises:
+            Problem: The file cannot be read now.
+        """
+        with self._lock:
+            return self._now().get(name)
+
+    def add(self, mark: UserMark) -> UserMark:
+        """Add a mark.
+
+        Raises:
+            Problem: It has no name or no place, there is one of this name, there are too many, or the list
+                cannot be kept.
+        """
+        mark = _checked(mark)
+
+        def act(marks: dict[str, UserMark]) -> UserMark:
+            _require_free(marks, mark.name)
+            if len(marks) >= MOST_MARKS:
+                raise Problem(409, say("there are {most} marks already", most=MOST_MARKS), "marks")
+            marks[mark.name] = mark
+            return mark
+
+        return self._change(act)
+
+    def change(self, name: str, changes: dict[str, Any]) -> UserMark:
+        """Change a mark: its name, pose, note ...
+
+        Raises:
+            Problem: There is no such mark, another has the new name, or it cannot be kept.
+        """
+
+        def act(marks: dict[str, UserMark]) -> UserMark:
+            old = _require(marks, name)
+            new = _checked(replace(old, **changes))
+            if new.name != name:
+                _require_free(marks, new.name)
+            del marks[name]
+            marks[new.name] = new
+            return new
+
+        return self._change(act)
+
+    def remove(self, name: str) -> None:
+        """Take a mark off the list.
+
+        Raises:
+            Problem: There is no such mark, or the list cannot be kept.
+        """
+        self._change(lambda marks: marks.pop(_require(marks, name).name))
+
+    def _now(self) -> dict[str, UserMark]:
+        if self._file is None:
+            return self._marks
+        try:
+            self._file.refresh()
+        except (OSError, ValueError) as error:
+            raise _not_kept("read", error) from error
+        return {mark.name: mark for mark in self._file}
+
+    def _change(self, act: Callable[[dict[str, UserMark]], R]) -> R:
+        with self._lock:
+            marks = dict(self._now())
+            done = act(marks)
+            if self._file is None:
+                self._marks = marks
+                return done
+            try:
+                self._file.keep(marks.values())
+            except OSError as error:
+                raise _not_kept("written", error) from error
+            return done
+
+
+def _checked(mark: UserMark) -> UserMark:
+    mark = replace(mark, name=mark.name.strip())
+    if not mark.name or mark.name != printable(mark.name):
+        raise Problem(422, "name: a mark needs a name, of letters that can be shown", "invalid")
+    if mark.pose is None and not mark.on_chassis:
+        text = "a place needs a pose: give x and y, or here: true; only a mark of the chassis may have none"
+        raise Problem(422, text, "invalid")
+    return mark
+
+
+def _require(marks: dict[str, UserMark], name: str) -> UserMark:
+    if name not in marks:
+        raise Problem(404, say("there is no mark {name!r:.80} on the list of this server", name=name))
+    return marks[name]
+
+
+def _require_free(marks: dict[str, UserMark], name: str) -> None:
+    if name in marks:
+        text = "there is a mark {name!r:.80} already; take another name, or change that one"
+        raise Problem(409, say(text, name=name), "marks")
+
+
+def _not_kept(what: str, error: Exception) -> Problem:
+    """Where this computer keeps its files is not told to clients."""
+    _logger.error("! the list of marks cannot be %s: %s", what, error)
+    text = "the list of marks cannot be {what}; the log of the server says why"
+    return Problem(503, say(text, what=say(what)), "marks")
+
+
+def _as_mark(mark: Any) -> UserMark:
+    if isinstance(mark, UserMark):
+        return mark
+    return UserMark(mark.name, mark.pose, getattr(mark, "note", ""), getattr(mark, "charger", False))
