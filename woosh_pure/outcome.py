@@ -36,10 +36,10 @@ class Outcome:
 
     Attributes:
         kind: What happened.
-        description: What was asked, in words ("task 17 to A1", "straight 0.5 m").
+        description: What was asked, in words ("drive to A1", "straight 0.5 m").
         text: The chassis's own words, or ours when it gave none.
-        code: Its number: task state, step result, action status or robot state, by kind; None when there
-            was none.
+        code: Its number in the interface, None when there was none: `task_state` or `robot_state` of
+            /robot_status, the `result` of steps, or the status of an action goal. It is no status code.
         stopped: Whether the robot is known to stand still: True, False (it still moves), None (not known).
         seconds: From sending to the end, our clock.
         by_us: Why this program cancelled it ("cancel() was called", "its wait was interrupted" ...), or
@@ -73,8 +73,6 @@ class Outcome:
         parts: list[str] = [say(how, goal=self.description, kind=self.kind, seconds=self.seconds)]
         if self.text:
             parts.append(with_words(self.text))
-        if self.code is not None:
-            parts.append(say("code {code}", code=self.code))
         if not self.arrived:
             if self.kind is not OutcomeKind.REPLACED or self.stopped:
                 parts.append(say(_STOPPED[self.stopped]))

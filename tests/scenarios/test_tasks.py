@@ -287,6 +287,20 @@ def test_the_tracker_reads_every_order_right(events, kind):
     assert (tracker.ending.kind if tracker.ending else None) is kind
 
 
+def test_a_state_that_is_not_documented_is_told_by_its_number():
+    """The one number that says more than the kind of end does."""
+    tracker = TaskTracker(5)
+    tracker.status(status(5, -3))
+    assert tracker.ending is not None
+    assert tracker.ending.text == "the chassis reports task state -3"
+
+
+def test_a_goal_is_called_by_what_it_does(chassis):
+    """Its random number is in `task_id`; a person reads where the robot goes."""
+    assert chassis.go_to_mark("P1").wait(30.0).sentence().startswith("drive to P1: arrived after ")
+    assert chassis.charge("C1").wait(60.0).description == "drive to C1 and charge"
+
+
 def test_task_ids_are_not_reused():
     assert len({new_task_id() for _ in range(1000)}) == 1000
 

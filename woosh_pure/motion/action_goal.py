@@ -400,9 +400,8 @@ class StepHandle(ActionHandle):
         if code == 1:
             self._motion.finish(OutcomeKind.ARRIVED, text, code)
         else:
-            self._motion.finish(
-                OutcomeKind.FAILED, self._reason(text or "the chassis reports a failed step"), code
-            )
+            failed = say("the chassis reports a failed step (result {result})", result=code)
+            self._motion.finish(OutcomeKind.FAILED, self._reason(text or failed), code)
 
 
 def _in_a_row(steps: Sequence[Step]) -> str:

@@ -28,7 +28,12 @@ from woosh_pure.values.state import RobotStatus
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS, _ONCE_MORE = 10.0, 2.0
 _MISSED = say("the robot has no such task any more; its end was told while the link was away")
-_TYPES = (TaskType.PICK, TaskType.PARK, TaskType.CHARGE, TaskType.CARRY)
+_ASKED = {
+    TaskType.PICK: "drive to {where}",
+    TaskType.PARK: "drive to {where} and park",
+    TaskType.CHARGE: "drive to {where} and charge",
+    TaskType.CARRY: "drive to {where} and load or unload",
+}
 
 
 class TaskHandle(GoalHandle[RobotStatus]):
@@ -40,8 +45,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def __init__(self, core: Core, order: TaskOrder, timeout: float | None) -> None:
         tracker = TaskTracker(new_task_id())
-        text = say("{type} task {id} to {mark}", type=order.task_type, id=tracker.task_id, mark=order.target)
-        super().__init__(core, text, timeout, task_id=tracker.task_id)
+        super().__init__(core, order.sentence(), timeout, task_id=tracker.task_id)
         self._order = order
         self._tracker = tracker
         # Two threads tell it something: the one that sends, and the one that receives. No verb holds this.
@@ -311,10 +315,9 @@ class TaskOrder:
     type_number: int
     custom: int
 
-    @property
-    def target(self) -> str:
-        """Where to, in words."""
-        return self.mark or str(self.poses[-1])
+    def sentence(self) -> str:
+        """What it is to do, in words."""
+        return say(_ASKED[self.task_type], where=self.mark or self.poses[-1])
 
     def check(self) -> None:
         """Refuse what the interface cannot express.
@@ -322,9 +325,9 @@ class TaskOrder:
         Raises:
             ValueError: A number is out of range, or nothing says where to.
         """
-        if self.task_type not in _TYPES:
+        if self.task_type not in _ASKED:
             raise ValueError(
-                say("task type {type}: expected one of {types}", type=self.task_type, types=_TYPES)
+                say("task type {type}: expected one of {types}", type=self.task_type, types=[*_ASKED])
             )
         if not isinstance(self.mark, str):
             raise ValueError(say("mark {mark!r}: give its name as text, as it is on the map", mark=self.mark))

@@ -94,10 +94,11 @@ class TaskTracker:
         if kind is not None:
             self._end(kind, status)
         elif int(status.task_state) < 0:
-            self._end(OutcomeKind.FAILED, status)
+            told = say("the chassis reports task state {state}", state=int(status.task_state))
+            self._end(OutcomeKind.FAILED, status, told)
         elif status.robot_state is RobotState.FAULT:
             text = status.message or "the robot is in fault"
             self.ending = Ending(OutcomeKind.FAILED, int(status.robot_state), text, under_way=True)
 
-    def _end(self, kind: OutcomeKind, status: RobotStatus) -> None:
-        self.ending = Ending(kind, int(status.task_state), status.message)
+    def _end(self, kind: OutcomeKind, status: RobotStatus, text: str = "") -> None:
+        self.ending = Ending(kind, int(status.task_state), status.message or text)

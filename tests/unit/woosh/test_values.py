@@ -191,6 +191,7 @@ def test_only_an_arrival_is_true():
         assert "goal" in outcome.sentence()
         assert f"{outcome}" == outcome.sentence()  # what `print` shows
         assert f"{outcome.kind}" in outcome.sentence()
+        assert "9" not in outcome.sentence(), "a number of the interface tells a person nothing"
     assert "STILL MOVES" in Outcome(OutcomeKind.FAILED, "goal", stopped=False).sentence()
 
 
