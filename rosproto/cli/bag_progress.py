@@ -24,7 +24,7 @@ class Progress:
     """Tells progress in one line that is written over; use it in a `with` block.
 
     Args:
-        what: For example "compressing run.bag".
+        what: For example "compressing run.bag"; with "" the line is what `show` is given, and nothing else.
         total: How many steps there are; None when nobody knows.
         stream: A terminal, else nothing is written.
         quiet: Write nothing.
@@ -54,7 +54,7 @@ class Progress:
         self._ticker: threading.Thread | None = None
 
     def __enter__(self) -> Progress:
-        if self._on:
+        if self._on and self._what:
             self._ticker = threading.Thread(target=self._tick, name="progress", daemon=True)
             self._ticker.start()
         return self
@@ -91,11 +91,6 @@ class Progress:
         with self._writing:
             self._what, self._total, self._count, self._in_bytes = what, total, 0, False
             self._began = time.monotonic()
-
-    def tell(self, text: str) -> None:
-        """Show this, if it has taken long enough already."""
-        if time.monotonic() >= self._due:
-            self.show(text)
 
     def _look(self) -> None:
         now = time.monotonic()

@@ -177,6 +177,35 @@ def test_a_sign_of_life_counts_on_a_terminal_and_goes_away(slow):
         assert "listening" not in terminal.text
 
 
+@pytest.mark.parametrize("columns", [40, 80])
+def test_one_line_tells_how_far_a_motion_is(slow, columns):
+    """A second one over it would be a flicker that nobody can read; what it was is gone at the end."""
+    seen: set[str] = set()
+
+    def ended(text: str) -> bool:
+        seen.update(text.splitlines())
+        return "arrived after" in text
+
+    with Terminal("move", "0.6", "--master", slow.master_uri, columns=columns, rows=12) as terminal:
+        terminal.wait_for(ended)
+        assert terminal.exit_code() == 0
+        assert [line for line in terminal.text.splitlines() if line.startswith("  ")] == []
+        assert terminal.screen.unknown == []
+    live = [line for line in seen if line.startswith("  ")]
+    assert any("straight" in line for line in live)
+    assert [line for line in seen if line.startswith("moving") and not line.endswith("...")] == []
+
+
+def test_a_sign_of_life_stays_in_its_line(slow):
+    """As long as it is: what is longer than the terminal is wide cannot be written over."""
+    slow.fall_silent(30.0)
+    words = ("camera", "--no-file", "--wait", "2.5", "--master", slow.master_uri)
+    with Terminal(*words, columns=30, rows=10) as terminal:
+        terminal.wait_for(lambda text: "waiting for" in text)
+        assert terminal.exit_code() == 1
+        assert "waiting for" not in terminal.text
+
+
 @pytest.mark.parametrize(
     ("columns", "rows", "encoding"), [(40, 10, "utf-8"), (100, 30, "utf-8"), (40, 10, "cp1252")]
 )

@@ -231,7 +231,7 @@ def follow(
             said = text
             out.line(" ", text)
 
-    with Progress(describe, stream=sys.stdout, quiet=not live) as progress:
+    with Progress("", stream=sys.stdout, quiet=not live) as progress:
         return handle.wait(timeout, meanwhile=show)
 
 

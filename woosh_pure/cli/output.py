@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from enum import Enum
 from typing import Any, TextIO
 
-from rosproto.cli import enable_escapes, is_terminal, json_text, own
+from rosproto.cli import Progress, enable_escapes, is_terminal, json_text, own
 from rosproto.text import padded, printable
 
 _COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
@@ -132,9 +132,9 @@ def _show_life(what: str, done: threading.Event) -> None:
         if not is_terminal(stream):
             print(f"{what} ...", file=stream, flush=True)
             return
-        while not done.wait(0.2):
-            print(f"\r{what} ... {time.monotonic() - began:.0f} s ", end="", file=own(stream), flush=True)
-        print("\r" + " " * (2 * len(what) + 16) + "\r", end="", file=own(stream), flush=True)
+        with Progress("", stream=stream) as line:
+            while not done.wait(0.2):
+                line.show(f"{what} ... {time.monotonic() - began:.0f} s ")
     except (OSError, ValueError):
         return  # nobody reads it any more
 

@@ -322,7 +322,6 @@ def test_progress_is_silent_when_short_or_not_on_a_terminal() -> None:
     with Progress("reading", 200, stream=stream) as progress:
         progress.step(100)
         assert progress.text(2.0) == "reading: 50 % (50/s, 2 s left)"
-        progress.tell("too early")
         assert stream.getvalue() == ""
         progress.show("reading: 50 %")
     assert stream.getvalue().endswith("\r")
