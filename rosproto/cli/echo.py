@@ -91,7 +91,7 @@ def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[A
             if timeout is not None and silent >= timeout:
                 raise RosTimeout(_silence(topics, subscribers, timeout)) from None
             if silent > PATIENCE and not told and timeout is None:
-                warn(_silence(topics, subscribers, silent) + "; still listening, Ctrl-C ends it")
+                warn(_silence(topics, subscribers, PATIENCE) + "; still listening, Ctrl-C ends it")
                 told = True
 
 

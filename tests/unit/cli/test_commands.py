@@ -12,7 +12,7 @@ from xmlrpc.client import ServerProxy
 import pytest
 
 from rosproto import Master, Node
-from rosproto.cli import main
+from rosproto.cli import echo, main
 from rosproto.cli.failure import CommandError
 from rosproto.cli.yaml_values import load_text, value_of
 
@@ -83,6 +83,23 @@ def test_filter_of_echo(rosproto: Call) -> None:
     code, _, err = rosproto("topic echo -n 1 /scan", "--filter", "m.angel_min < 0")
     assert code == 2
     assert "no field 'angel_min'" in err
+
+
+def test_a_topic_that_does_not_exist_is_told_after_whole_seconds(
+    rosproto: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """How long it was looked for, and not by how much the computer was late."""
+    told: list[str] = []
+
+    def warn(text: str) -> None:
+        told.append(text)
+        if "no message" in text:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(echo, "PATIENCE", 0.25)
+    monkeypatch.setattr(echo, "warn", warn)
+    assert rosproto("topic echo /nosuch")[0] == 130
+    assert told[-1].startswith("/nosuch: no message within 0.25 s; nobody publishes it; still listening")
 
 
 def test_pub_refuses_wrong_values_before_anything_is_sent(rosproto: Call) -> None:
