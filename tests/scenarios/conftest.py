@@ -25,8 +25,8 @@ def robots() -> Iterator[RobotPool]:
     FIRMWARE=1.0.8 in the environment runs every scenario that uses these on an older one; test_firmwares.py does
     so with a representative part in every run. What it cannot be told is a FirmwareLimit then.
     """
-    # A status code is said once: the harder case.
-    options = {"full_graph": False, "repeat_status_code": False}
+    # The state is said on change, a status code once: the harder case.
+    options = {"full_graph": False, "latch_status": False, "repeat_status_code": False}
     with RobotPool(**options, firmware=os.environ.get("FIRMWARE", CURRENT)) as pool:
         yield pool
 

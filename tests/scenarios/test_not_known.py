@@ -37,7 +37,7 @@ def test_a_pressed_emergency_stop_is_no_ready(pressed, woosh, document):
 
 def test_a_robot_that_tells_its_state_gets_a_yes_or_a_no(capsys):
     """A latched /robot_status is told to everybody who comes."""
-    with SimulatedChassis(full_graph=False, latch_status=True, repeat_status_code=False) as sim:
+    with SimulatedChassis(full_graph=False, repeat_status_code=False) as sim:
         words = ["--master", sim.master_uri, "--json"]
         assert main([*words, "ready", "--wait", "5"]) == 0
         assert json.loads(capsys.readouterr().out)["answer"] == "yes"
@@ -95,7 +95,7 @@ def test_a_motion_that_arrives_is_an_answer(sim):
 def test_what_was_told_before_a_broken_link_is_not_known(until):
     """In between it may have changed, and a change is told once."""
     with (
-        SimulatedChassis(full_graph=False, latch_status=True) as sim,
+        SimulatedChassis(full_graph=False) as sim,
         Chassis(sim.master_uri) as chassis,
     ):
         assert chassis.readiness().answer is Ready.YES

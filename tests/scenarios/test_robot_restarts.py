@@ -23,7 +23,8 @@ class Yard:
         stack.callback(self.off)
 
     def on(self, **options: Any) -> SimulatedChassis:
-        options = {"speed": 8.0, "full_graph": False, "repeat_status_code": False, **options}
+        silent = {"latch_status": False, "repeat_status_code": False}
+        options = {"speed": 8.0, "full_graph": False, **silent, **options}
         self.sim = SimulatedChassis(master_uri=self.master.uri, **options)
         self.sim.__enter__()
         return self.sim

@@ -10,11 +10,36 @@ import pytest
 import rosproto
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure import Chassis, ChassisError, GoalFailed, OutcomeKind, Pose2D, SimulatedChassis
-from woosh_pure.enums import TaskState
+from woosh_pure.enums import RobotState, TaskState
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
+from woosh_pure.reasons import Ready
 from woosh_pure.sim import Settings
 from woosh_pure.values.messages import message_type
+
+
+def test_the_state_is_told_at_the_start_and_after_a_silence():
+    """The first question is answered; a state of before a silence is told to nobody."""
+    with SimulatedChassis(full_graph=False) as sim:
+        with Chassis(sim.master_uri) as chassis:
+            assert chassis.status.wait(5.0, new=False).robot_state is RobotState.IDLE
+            assert chassis.readiness().answer is Ready.YES
+        sim.fall_silent(0.5)
+        sim.press_emergency_stop()
+        with Chassis(sim.master_uri) as chassis:
+            assert chassis.status.wait_for(lambda status: status.robot_state is RobotState.FAULT, 5.0)
+
+
+def test_the_clock_is_right_again_after_the_computer_was_busy(until):
+    """A world that stood still for a second does not hurry after it, but what it stamps is not a second old."""
+    with SimulatedChassis(full_graph=False) as sim:
+        with sim.lock:  # nothing goes on in it meanwhile
+            before, began = sim.world.time, time.time()
+            while time.time() < began + 1.2:
+                time.sleep(0.05)
+            assert sim.world.time == before
+        until(lambda: abs(time.time() - sim.now) < 0.4)
+        assert sim.world.time - before < time.time() - began - 0.9
 
 
 def test_a_task_drives_through_the_robots_own_client(sim, chassis, until):

@@ -99,10 +99,12 @@ class Robot:
             world.time = sim.world.time
             world.tasks.drive = sim.world.tasks.drive
             sim.world = sim.graph._server._world = world
-            sim._status, sim._plan, sim._epoch = world.status(), [], self._epoch
+            # A latched state is said anew: the last one said is that of the world before.
+            sim._status, sim._plan, sim._epoch = None if sim._latch else world.status(), [], self._epoch
             sim.speed, sim.reply_delay = speed, 0.0
             sim.network._silent_until = 0.0
             sim.graph.heard.clear()
+            sim.lock.wait_for(lambda: sim._status is not None, PATIENCE)
         for server in self._servers:
             with server._lock:
                 server._goals = GoalList()

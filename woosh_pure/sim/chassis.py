@@ -67,8 +67,8 @@ class SimulatedChassis:
         speed: Simulated seconds per second.
         site: Map and marks; None is the built-in hall.
         settings: Options of the world.
-        latch_status: Whether /robot_status is latched (not known of the real one; the harder case is the
-            default).
+        latch_status: Whether /robot_status is latched, so that each new subscriber is told the state; False
+            says it on change only, so that a later subscriber hears nothing (not known of the real one).
         repeat_status_code: Whether /status_code says its last code again every second; False says each once,
             so that a later subscriber hears nothing (not known of the real one).
         reply_delay: Seconds by which /exec_task answers late, so that status messages come first.
@@ -93,7 +93,7 @@ class SimulatedChassis:
         speed: float = 1.0,
         site: Site | None = None,
         settings: Settings | None = None,
-        latch_status: bool = False,
+        latch_status: bool = True,
         repeat_status_code: bool = True,
         reply_delay: float = 0.0,
         full_graph: bool = True,
@@ -220,7 +220,7 @@ class SimulatedChassis:
 
     @property
     def now(self) -> float:
-        """Simulated time of day, s since 1970."""
+        """Simulated time of day, s since 1970; it skips what a busy computer has lost."""
         return self._epoch + self.world.time
 
     # -- time ------------------------------------------------------------------------------------------------
@@ -241,14 +241,18 @@ class SimulatedChassis:
                 self.lock.notify_all()
             self._publish()
             rest = next_tick - time.monotonic()
-            if rest < -0.5:
-                next_tick = time.monotonic()  # the computer was busy: do not hurry after the lost time
+            if rest < -0.5:  # the computer was busy: the clock is set, and the robot does not hurry
+                next_tick -= rest
+                self._epoch -= rest
             self._stop.wait(max(rest, 0.001))
 
     def _note_status(self) -> None:
-        """On change, and every change: a state that lasts one step only is published too."""
+        """On change, and every change: a state that lasts one step only is published too.
+
+        What changes in a silence is lost, but a latched state is told after it: newcomers get no old one.
+        """
         record = self.world.status()
-        if record != self._status:
+        if record != self._status and not (self._latch and self.network.silent):
             self._status = record
             self._send("/robot_status", fill_status, always=True)
 

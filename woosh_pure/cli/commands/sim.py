@@ -82,7 +82,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="whose message definitions it speaks: a version of the vendor's package such as 1.1.4, 1.1.0, "
         "1.0.8, or 'page' for the vendor's web page",
     )
-    parser.add_argument("--latch-status", action="store_true", help="latch /robot_status")
+    parser.add_argument(
+        "--status-on-change",
+        action="store_true",
+        help="say /robot_status on change only: who comes later is not told the state",
+    )
     parser.add_argument(
         "--status-code-once",
         action="store_true",
@@ -123,7 +127,7 @@ def run(args: Namespace, out: Output) -> int:
         speed=args.speed,
         site=site_of(args.map, args.mark, args.marks),
         settings=settings,
-        latch_status=args.latch_status,
+        latch_status=not args.status_on_change,
         repeat_status_code=not args.status_code_once,
         firmware=args.firmware,
     )
