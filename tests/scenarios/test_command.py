@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -39,13 +40,18 @@ def test_the_demo_drives_measures_and_ends_well():
     out, err = process.communicate(timeout=100)
     assert process.returncode == 0, err
     for words in (
-        "battery 87 %",
-        "asked 0.500 m, measured 0.",
-        "asked 90.0°, measured ",
-        "arrived after",
-        "ended at",
+        "the battery has 87 %",
+        "asked for 0.500 m, measured 0.",
+        "asked for 90.0°, measured ",
+        "drives to mark A1",
+        "arrived, ",
+        "done in ",
     ):
         assert words in out
+    assert out.splitlines()[-1] == "next, a simulated robot in your browser: woosh --sim web"
+    assert not re.search(r"task|code|\d{6}", out.replace(out.splitlines()[1], "")), (
+        "words, but for the address"
+    )
     assert err == ""
 
 
