@@ -73,7 +73,7 @@ _LEFT_OUT_CALLS = set(
     "add_argument add_argument_group add_parser debug info warning exception compile sub search match "
     "fullmatch Thread NamedTuple getattr removeprefix startswith".split()
 )
-_LEFT_OUT_NAMES = {"HELP", "__all__", "EXIT_CODES", "EXAMPLES"}
+_LEFT_OUT_NAMES = {"HELP", "__all__", "EXIT_CODES", "EXAMPLES", "MEANT", "COMMON_LINE"}
 _QUOTED = re.compile(
     r"`[^`]*`|https?://\S+|'[^']*'|--?[a-zA-Z][\w-]*|/[\w/.-]+|\b\w+\(\)|\b[\w.]+\.\w+(\(.*?\))?|\{[^}]*\}"
 )

@@ -32,6 +32,15 @@ EXIT_CODES = {
     TERMINATED: "ended by SIGTERM, a hang-up or a closed console",
 }
 """What the exit codes mean."""
+MEANT = {
+    **{verb: f"rosproto topic {verb}" for verb in ("echo", "hz", "bw", "pub", "list", "delay")},
+    **{verb: f"rosproto bag {verb}" for verb in ("record", "play", "convert", "export", "info")},
+    **{verb: f"rosproto service {verb}" for verb in ("call",)},
+    **{verb: f"rosproto param {verb}" for verb in ("get", "set")},
+    **dict.fromkeys(("core", "roscore", "rosmaster"), "rosproto master"),
+    "help": "rosproto --help",
+}
+"""What is meant by words that are no command."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -89,6 +98,7 @@ def parser_for(words: Sequence[str]) -> Parser:
         description="ROS 1 without a ROS installation.",
         epilog=exit_codes_line(EXIT_CODES),
     )
+    parser.meant = MEANT
     add_general_options(parser, 0, False)
     parser.add_argument("--version", action="version", version=f"rosproto {__version__}")
     choices = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command")

@@ -25,16 +25,32 @@ class WrongUse(SystemExit):
         self.text = text
 
 
+class _Formatter(argparse.HelpFormatter):
+    """Leaves actions out."""
+
+    def __init__(self, *args: Any, hidden: Sequence[argparse.Action] = (), **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._hidden = hidden
+
+    def add_argument(self, action: argparse.Action) -> None:
+        """See argparse."""
+        if action not in self._hidden:
+            super().add_argument(action)
+
+
 class Parser(argparse.ArgumentParser):
     """As argparse's; usage is one line, help ends in examples, an error shows what is near a mistyped word.
 
+    Args:
+        shared: A parser whose options it and its verbs have, too; the help of the whole command lists them.
+
     Attributes:
         examples: Commands to copy.
-        shared: A parser whose options the verbs have, too; set before the verbs are added.
+        meant: What is probably meant by a word that is none of the choices: a command to copy.
     """
 
     examples: Sequence[str] = ()
-    shared: argparse.ArgumentParser | None = None
+    meant: Mapping[str, str] = {}
 
     @property
     def actions(self) -> Sequence[argparse.Action]:
@@ -52,9 +68,12 @@ class Parser(argparse.ArgumentParser):
         lines = "".join(f"  {line}\n" for line in self.examples)
         return super().format_help() + (f"\nexamples:\n{lines}" if lines else "")
 
-    def __init__(self, *args: Any, **options: Any) -> None:
+    def __init__(self, *args: Any, shared: Parser | None = None, **options: Any) -> None:
         options["exit_on_error"] = False  # `parse_known_args` says it
+        if shared is not None:
+            options |= {"parents": [shared], "formatter_class": partial(_Formatter, hidden=shared.actions)}
         super().__init__(*args, **options)
+        self._shared = shared
 
     def error(self, message: str) -> NoReturn:
         """Say it on stderr and end with code 2."""
@@ -91,8 +110,9 @@ class Parser(argparse.ArgumentParser):
 
     def add_subparsers(self, **options: Any) -> Any:
         """As argparse's; the verbs understand the options of `shared`, too."""
-        if self.shared is not None:
-            options.setdefault("parser_class", partial(type(self), parents=[self.shared]))
+        if self._shared is not None:
+            verb = partial(type(self), shared=self._shared, epilog=self.epilog)
+            options.setdefault("parser_class", verb)
         return super().add_subparsers(**options)
 
     def options_with_value(self) -> set[str]:
@@ -104,7 +124,9 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         shown = [str(choice) for choice in action.choices if not str(choice).startswith("_")]
-        wrong = say("{value!r} is no {noun}", value=value, noun=_noun(action))
+        wrong = say("{value!r} is no {noun}", value=value, noun=say(_noun(action)))
+        if meant := self.meant.get(str(value)):
+            raise argparse.ArgumentError(None, both(wrong, say("did you mean {names}?", names=f"`{meant}`")))
         raise argparse.ArgumentError(
             None, both(wrong, *hint(str(value), shown), say("one of: {names}", names=shown))
         )

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from rosproto.rospy.definitions import MSG_PATH
 
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the address of a host name that this computer does not know: sets ROSPROTO_RESOLVE",
     )
     parser.add_argument("program", help="a Python file written for rospy")
-    parser.add_argument("arguments", nargs="...", help="the program's arguments")
+    parser.add_argument("arguments", nargs="...", help="the program's arguments").required = False
 
 
 def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.rospy") -> int:
@@ -74,9 +74,11 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
         return run_program(words[0], words[1:])
     import argparse
 
-    parser = argparse.ArgumentParser(
-        prog=prog, description="Run a program written for rospy, unchanged, without ROS."
-    )
+    class Parser(argparse.ArgumentParser):
+        def error(self, message: str) -> NoReturn:
+            self.exit(2, f"{prog}: {message}; for example: {prog} --sim program.py\n")
+
+    parser = Parser(prog=prog, description="Run a program written for rospy, unchanged, without ROS.")
     parser.add_argument("-v", "--verbose", action="count", default=0, help="log; twice: log everything")
     add_arguments(parser)
     arguments = parser.parse_args(words)

@@ -60,6 +60,8 @@ WAYS: dict[str, Way] = {
     "woosh camera --depth --png depth.png": Way(writes=("depth.png",)),
     "woosh ready --wait 120": Way(shows="ready", during="task"),
     "woosh faults": Way(shows="not known: no code was heard", code=5),
+    "woosh camera -o now.png": Way(writes=("now.png",)),
+    "woosh --sim plan A1": Way(shows="points, "),
     "woosh goto A1": Way(shows="arrived after"),
     "woosh map save hall": Way(writes=("hall.yaml", "hall.pgm", "hall.png")),
     "woosh plan 3 1 0 --png way.png": Way(writes=("way.png",)),
@@ -105,7 +107,7 @@ LINES = [line for examples in (WOOSH, ROSPROTO) for lines in examples.values() f
 @pytest.fixture(scope="module")
 def robot() -> Iterator[Robot]:
     """A simulated chassis with all of its graph."""
-    with SimulatedChassis(speed=8.0) as running:
+    with SimulatedChassis(speed=8.0, latch_status=False) as running:
         yield Robot(running)
 
 

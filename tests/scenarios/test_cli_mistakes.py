@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto import Master
+from rosproto.cli import main as rosproto
 from woosh_pure import SimulatedChassis
 from woosh_pure.cli.entry import main
 
@@ -32,6 +33,20 @@ def exit_code(line: str) -> object:
         ("goto 会议 室", 2, "a mark is one word; quote it: woosh goto '会议 室'"),
         ("led", 2, "give a state (see --list) or --color"),
         ("led --color 12", 2, "expected six hexadecimal digits"),
+        ("goto", 2, "your list has no marks yet: `woosh marks add NAME`"),
+        ("--sim goto", 2, "give a mark or --pose X Y DEGREES; marks: A1, A2, B1, B2, C1, P1, W1"),
+        ("--sim task pick", 2, "give a mark or --pose X Y DEGREES; marks: A1, A2"),
+        ("--sim charge", 2, "give the mark of a charger; marks: A1, A2"),
+        ("plan A9", 2, "A9: give X Y DEGREES, or a mark whose pose is known here; your list has no marks"),
+        ("plan 1 2", 2, "1: give X Y DEGREES, or a mark"),
+        ("plan inf 0 0", 2, "'inf' is not a plain decimal number"),
+        (f"plan {400 * '9'} 0 0", 2, "finite"),
+        ("--sim plan A9", 2, "known here; marks: A1, A2"),
+        ("forward 1", 2, "'forward' is no command; did you mean `woosh move 0.5`?"),
+        ("go A1", 2, "did you mean `woosh goto A1`?"),
+        ("run", 2, "did you mean `rosproto run program.py`?"),
+        ("led orang", 2, "did you mean orange?"),
+        ("faults 7 --code 8", 2, "give one of: a code, a text, --code, --find"),
         ("costmap maybe", 2, "'maybe' is no setting; one of: on, off, clear"),
         ("--sim --chassis 127.0.0.1 stop", 2, "contradict each other"),
         ("--chassis= status", 2, "--chassis is empty"),
@@ -101,3 +116,38 @@ def test_a_chassis_that_is_registered_and_silent_is_not_ready(sim, woosh):
     code, out, _ = woosh("ready", "--listen", "0.2")
     assert code == 3
     assert out == "NOT READY: nothing comes from the chassis: is it up? try `woosh doctor`\n"
+
+
+def test_the_marks_of_the_list_are_named(woosh):
+    """`woosh goto` alone is a question, and no order."""
+    assert woosh("marks", "add", "仓库", "--no-pose")[0] == 0
+    code, _, err = woosh("goto")
+    assert (code, err) == (2, "woosh: goto: give a mark or --pose X Y DEGREES; marks: 仓库\n")
+    code, _, err = woosh("plan", "仓库")
+    assert (code, "whose pose is known here; marks: 仓库" in err) == (2, True)
+
+
+def test_what_is_no_status_code_is_explained(woosh):
+    """A task state is no fault, and none of its words is \"unknown\"."""
+    code, out, _ = woosh("faults", "7")
+    assert code == 0
+    assert out == (
+        "7 is no status code (12 digits); in /robot_status it is task_state completed, robot_state following\n"
+    )
+    assert "emergency" in woosh("faults", "110201000013")[1]
+    assert "110201000013" in woosh("faults", "emergency")[1]
+
+
+@pytest.mark.parametrize("words", [["run"], ["run", "--sim"]])
+def test_run_without_a_program_says_how(words: list[str], capsys: Captured) -> None:
+    with pytest.raises(SystemExit) as left:
+        rosproto(words)
+    assert left.value.code == 2
+    said = "the following arguments are required: program; for example: rosproto run --sim program.py"
+    assert capsys.readouterr().err == f"rosproto run: {said}\n"
+
+
+def test_a_verb_without_its_command_is_named(capsys: Captured) -> None:
+    with pytest.raises(SystemExit):
+        rosproto(["echo", "/odom"])
+    assert "did you mean `rosproto topic echo`?" in capsys.readouterr().err

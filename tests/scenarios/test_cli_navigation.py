@@ -12,6 +12,7 @@ from tests.support.extras import needs
 from tests.support.png import read_png
 from tests.support.woosh_command import has, woosh_process
 from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.cli import main
 from woosh_pure.enums import LedState, NavigationMode, TaskState
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
@@ -136,7 +137,7 @@ def test_marks_are_kept_and_used(sim, woosh, document, private_config):
     assert "no marks" in woosh("marks", "list")[1]
     assert woosh("marks", "add", "A1", "--here", "--note", "shelf")[0] == 0
     assert woosh("marks", "add", "X2", "--pose", "1", "2", "90")[0] == 0
-    assert woosh("marks", "add", "X3")[0] == 0
+    assert woosh("marks", "add", "X3", "--no-pose")[0] == 0
     code, facts = document("marks", "list")
     assert [m["name"] for m in facts] == ["A1", "X2", "X3"]
     assert facts[1]["pose"]["yaw"] == pytest.approx(math.pi / 2, abs=1e-3)
@@ -145,6 +146,34 @@ def test_marks_are_kept_and_used(sim, woosh, document, private_config):
     code, _, err = woosh("marks", "remove", "X22")
     assert code == 1
     assert "near names: X2" in err
+
+
+def test_a_mark_is_kept_where_the_robot_is(sim, woosh, document, private_config):
+    """Without an option; what it was before is told."""
+    with sim.lock:
+        sim.world.body.pose = Pose2D(1.0, 0.5, 0.0)
+        assert sim.world.initial_pose(Pose2D(1.0, 0.5, 0.0))
+    code, out, _ = woosh("marks", "add", "here")
+    assert (code, "x 1.0" in out) == (0, True)
+    assert woosh("goto", "--pose", "0", "0", "0")[0] == 0
+    code, out, _ = woosh("marks", "add", "here")
+    assert "before it was x 1.0" in out
+    assert document("plan", "here")[1]["ok"] is True
+    assert MarkFile(private_config / "marks.json").names == ["here"]
+
+
+def test_no_mark_is_kept_of_a_robot_that_is_lost(capsys, private_config):
+    with SimulatedChassis(full_graph=False) as lost:
+        lost.lose_localization()
+        assert main(["--master", lost.master_uri, "marks", "add", "lost"]) == 1
+    assert "does not know where it is" in capsys.readouterr().err
+    assert not (private_config / "marks.json").exists()
+
+
+def test_without_a_robot_a_mark_is_kept_by_other_options(capsys, private_config):
+    assert main(["--master", "http://127.0.0.1:1", "marks", "add", "A1"]) == 4
+    assert "`--no-pose` keeps a mark without asking" in capsys.readouterr().out
+    assert not (private_config / "marks.json").exists()
 
 
 def test_doctor_and_status_and_stop_as_json(woosh, document):

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
 from rosproto.cli import finite as number
 from rosproto.files import write_file
-from rosproto.sentence import say
+from rosproto.sentence import Sentence, both, say
+from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D, normalize_angle
 
@@ -31,6 +32,8 @@ __all__ = [
     "each_chassis",
     "enum_words",
     "folder_exists",
+    "mark_missing",
+    "marks_here",
     "named_host",
     "natural",
     "number",
@@ -107,6 +110,25 @@ def add_pose(parser: ArgumentParser) -> None:
     parser.add_argument("x", type=number, metavar="X", help="m, in the map")
     parser.add_argument("y", type=number, metavar="Y", help="m, in the map")
     parser.add_argument("degrees", type=number, metavar="DEGREES", help="heading, counter-clockwise from x")
+
+
+def marks_here(args: argparse.Namespace) -> dict[str, Pose2D | None]:
+    """Pose by name of the marks that are known on this side: those of --sim's hall, else the user's list."""
+    if args.sim:
+        from woosh_pure.sim.site import built_in_site
+
+        return {name: mark.pose for name, mark in built_in_site().marks.items()}
+    from woosh_pure.maps.marks import MarkFile
+
+    return {mark.name: mark.pose for mark in MarkFile(config.mark_file())}
+
+
+def mark_missing(args: argparse.Namespace, wanted: str) -> Sentence:
+    """What a command that drives to a mark says without one: what is wanted, and the marks that are known."""
+    names = sorted(marks_here(args))
+    if names:
+        return both(wanted, say("marks: {names}", names=names))
+    return both(wanted, "your list has no marks yet: `woosh marks add NAME` keeps where the robot is")
 
 
 def add_watchdog(parser: ArgumentParser) -> None:

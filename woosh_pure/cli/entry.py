@@ -32,6 +32,33 @@ from woosh_pure.cli.commands import COMMANDS, load
 from woosh_pure.cli.output import Output, spoken
 from woosh_pure.language import LANGUAGES, language_of
 
+COMMON_LINE = (
+    "Which chassis (--chassis, --master, --sim), --json, --lang and the other options of every command: "
+    "woosh --help"
+)
+MEANT = {
+    **dict.fromkeys(("go", "drive-to", "navigate"), "woosh goto A1"),
+    **dict.fromkeys(("forward", "ahead", "straight"), "woosh move 0.5"),
+    **dict.fromkeys(("back", "backward", "backwards"), "woosh move -0.5"),
+    **dict.fromkeys(("turn", "left"), "woosh rotate 90"),
+    **dict.fromkeys(("halt", "estop", "brake"), "woosh stop"),
+    **dict.fromkeys(("where", "pose", "position", "info"), "woosh status"),
+    **dict.fromkeys(("error", "errors", "fault", "code"), "woosh faults"),
+    **dict.fromkeys(("picture", "photo", "image"), "woosh camera -o FILE"),
+    **dict.fromkeys(("light", "lights", "color", "colour"), "woosh led red"),
+    **{verb: f"woosh task {verb}" for verb in ("pick", "park", "carry", "pause", "resume", "cancel")},
+    **{
+        name: f"rosproto {name}"
+        for name in ("topic", "node", "service", "param", "msg", "srv", "bag", "graph", "tf", "log", "bridge")
+    },
+    "right": "woosh rotate -90",
+    "dock": "woosh charge C1",
+    "lidar": "woosh scan",
+    "mark": "woosh marks",
+    "run": "rosproto run program.py",
+    "help": "woosh --help",
+}
+"""What is meant by words that are no command. None of them is carried out: a guess moves no robot."""
 REFUSED, NOT_KNOWN = 3, 5
 EXIT_CODES = {
     DONE: "done",
@@ -107,14 +134,16 @@ def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentP
         epilog="Stopping by this program is no emergency stop: keep the red button in reach. "
         + exit_codes_line(EXIT_CODES),
     )
+    parser.meant = MEANT
     parser.add_argument("--version", action="version", version=f"woosh {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     asked = _asked(words)
     for name in COMMANDS if asked is None else (asked,):
         command = load(name)
-        sub = commands.add_parser(name, help=command.HELP, description=command.HELP, parents=[common])
+        sub = commands.add_parser(
+            name, help=command.HELP, description=command.HELP, shared=common, epilog=COMMON_LINE
+        )
         if asked is not None:
-            sub.shared = common
             command.add_arguments(sub)
             give_examples(sub, EXAMPLES)
     return parser
@@ -189,9 +218,9 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "doctor": ("woosh --chassis 169.254.128.2 doctor",),
     "selftest": ("woosh selftest",),
     "ready": ("woosh ready --wait 120",),
-    "faults": ("woosh faults", "woosh faults --find localization --chinese"),
+    "faults": ("woosh faults", "woosh faults 110201000013", "woosh faults --find localization --chinese"),
     "scan": ("woosh scan --png scan.png",),
-    "camera": ("woosh camera", "woosh camera --depth --png depth.png"),
+    "camera": ("woosh camera", "woosh camera -o now.png", "woosh camera --depth --png depth.png"),
     "goto": ("woosh goto A1", "woosh goto --pose 1 -1.5 90 --timeout 60", "woosh --sim goto B1"),
     "task": ("woosh task carry P1 --load",),
     "task pause": ("woosh task pause",),
@@ -199,12 +228,12 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "move": ("woosh move 0.5", "woosh move -0.3 --speed 0.1"),
     "rotate": ("woosh rotate 90", "woosh rotate -45"),
     "map save": ("woosh map save hall",),
-    "plan": ("woosh plan 3 1 0 --png way.png",),
+    "plan": ("woosh plan 3 1 0 --png way.png", "woosh --sim plan A1"),
     "localization pose": ("woosh localization pose 1 0.5 90",),
     "footprint": ("woosh footprint --rectangle 0.8 0.6",),
     "mode": ("woosh mode wait-then-avoid --waiting-timeout 10 --max-speed 0.5",),
-    "marks add": ("woosh marks add 仓库 --note 'east door'",),
-    "led": ("woosh led idle", "woosh led --color ff8000 --strip both"),
+    "marks add": ("woosh marks add 仓库 --note 'east door'", "woosh marks add A1 --pose 3 1 90"),
+    "led": ("woosh led idle", "woosh led red", "woosh led --color ff8000 --strip both"),
     "say": ("woosh say 你好",),
     "record": ("woosh record -O drive.bag --duration 10m",),
     "web": ("woosh --sim web", "woosh web --bind 0.0.0.0 --token Kd83-hsa2-Pq"),

@@ -73,7 +73,7 @@ def test_values_of_options_and_arguments(offers) -> None:
 def test_marks_come_from_the_users_file(offers) -> None:
     assert offers("woosh", "goto", "") == []
     for name in ("A1", "A2", "B1"):
-        assert woosh_main(["marks", "add", name]) == 0
+        assert woosh_main(["marks", "add", name, "--no-pose"]) == 0
     assert offers("woosh", "goto", "A")[-2:] == ["A1", "A2"]
     assert offers("woosh", "charge", "B") == ["B1"]
     assert offers("woosh", "task", "pick", "A1", "") == []

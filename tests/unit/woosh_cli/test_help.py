@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.cli import entry as rosproto_entry
+from rosproto.cli.completion import complete
 from rosproto.cli.entry import COMMANDS as ROSPROTO
 from rosproto.cli.entry import EXAMPLES as ROSPROTO_EXAMPLES
 from rosproto.cli.parser import leaves, sub_parsers
@@ -73,3 +74,21 @@ def test_help_is_short(parser: argparse.ArgumentParser, monkeypatch: pytest.Monk
     assert len(text.splitlines()) <= 60
     body = text.partition("\nexamples:\n")[0]
     assert [line for line in body.splitlines()[1:] if len(line) > 80] == []
+
+
+def test_what_every_command_takes_is_listed_once() -> None:
+    """By `woosh --help`: the help of a command and of its verbs has one line about it, and its own options."""
+    everywhere = ("--no-learned", "--lang {en,zh}", "--msg-path FOLDER")
+    whole = parser_for(["woosh"]).format_help()
+    assert [whole.count(option) for option in everywhere] == [1, 1, 1]
+    for parser in HELPED:
+        if parser.prog.startswith("woosh "):
+            text = " ".join(parser.format_help().split())
+            assert [option for option in everywhere if option in text] == [], parser.prog
+            assert text.count("options of every command: woosh --help") == 1, parser.prog
+
+
+def test_the_options_of_every_command_are_still_taken_and_completed() -> None:
+    words = ["marks", "add", "A1", "--no-pose", "--lang", "zh", "--sim"]
+    assert woosh_entry.parser_for(words).parse_args(words).sim
+    assert complete(woosh_entry.parser_for(words[:2]), ["marks", "add", "--si"]) == ["--sim", "--sim-speed"]

@@ -26,6 +26,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
+        "-o",
         "--png",
         type=folder_exists,
         metavar="FILE",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_timeout
+from woosh_pure.cli.arguments import add_timeout, mark_missing
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
 from woosh_pure.cli.output import Output
@@ -21,12 +21,14 @@ HELP = "drive to a charger and charge"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
-    parser.add_argument("mark", help="name of the charger's mark, as on the chassis's map")
+    parser.add_argument("mark", nargs="?", help="name of the charger's mark, as on the chassis's map")
     add_timeout(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
+    if args.mark is None:
+        raise ValueError(mark_missing(args, "give the mark of a charger"))
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
         handle = chassis.charge(args.mark, timeout=args.timeout)

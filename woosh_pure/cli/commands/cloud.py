@@ -18,7 +18,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
     add_wait(parser)
     parser.add_argument("--obstacles", action="store_true", help="only obstacles, the ground removed")
-    parser.add_argument("--ply", type=folder_exists, metavar="FILE", help="where to write it (binary PLY, m)")
+    parser.add_argument(
+        "-o", "--ply", type=folder_exists, metavar="FILE", help="where to write it (binary PLY, m)"
+    )
 
 
 def run(args: Namespace, out: Output) -> int:

@@ -6,12 +6,13 @@ import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 
-from rosproto.cli import whole
+from rosproto.cli import to_int, whole
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.cli.readiness import is_there, nobody_there
+from woosh_pure.enums import RobotState, TaskState
 from woosh_pure.errors import ChassisError
 from woosh_pure.faults import StatusCode, all_codes, decode_status_code
 
@@ -27,6 +28,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="S",
         help="seconds to listen: codes come on change only (3)",
     )
+    parser.add_argument(
+        "what", nargs="?", metavar="CODE|TEXT", help="as --code or --find; none: what is wrong now"
+    )
     parser.add_argument("--code", type=whole, metavar="NUMBER", help="explain this code; asks no chassis")
     parser.add_argument("--find", metavar="TEXT", help="codes whose name or words have it; asks no chassis")
     parser.add_argument("--chinese", action="store_true", help="words in Chinese")
@@ -34,13 +38,32 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
-
+    if args.what is not None:
+        if args.code is not None or args.find is not None:
+            raise ValueError("give one of: a code, a text, --code, --find")
+        try:
+            args.code = to_int(args.what)
+        except ValueError:
+            args.find = args.what
     if args.code is not None:
         if not 0 <= args.code < 1 << 64:
             raise ValueError(
                 say("--code {code}: a status code is a number from 0 to 2^64 - 1", code=args.code)
             )
-        _print([decode_status_code(args.code)], args, out)
+        code, task, robot = decode_status_code(args.code), TaskState(args.code), RobotState(args.code)
+        if task.known or robot.known:
+            out.line(
+                say(
+                    "{number} is no status code (12 digits); "
+                    "in /robot_status it is task_state {task}, robot_state {robot}",
+                    number=args.code,
+                    task=task,
+                    robot=robot,
+                )
+            )
+            out.result([code])
+        else:
+            _print([code], args, out)
         return 0
     if args.find is not None:
         wanted = args.find.lower()

@@ -6,7 +6,7 @@ from argparse import SUPPRESS, ArgumentParser, Namespace
 
 from rosproto.cli import to_float
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import POSE, add_timeout, number, pose
+from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, number, pose
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
 from woosh_pure.cli.output import Output
@@ -26,7 +26,9 @@ def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
     if args.more:
         raise ValueError(_several([args.mark, *args.more]))
-    if (args.mark is None) == (args.pose is None):
+    if args.mark is None and args.pose is None:
+        raise ValueError(mark_missing(args, "give a mark or --pose X Y DEGREES"))
+    if args.mark is not None and args.pose is not None:
         raise ValueError("give a mark or --pose X Y DEGREES, and not both")
     with connect(args, out) as chassis:
         line = DriveLine(chassis, pose(args.pose) if args.pose else None)

@@ -20,7 +20,9 @@ HELP = "set the light strips: a named state, or a colour"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
-    parser.add_argument("state", nargs="?", help="a state of the strip, see --list; none: nothing of its own")
+    parser.add_argument(
+        "state", nargs="?", help="a state of the strip, see --list; none: nothing of its own; or a colour"
+    )
     parser.add_argument(
         "--color", metavar="COLOUR", help=f"three hexadecimal bytes, ff8000, or {', '.join(COLOURS)}"
     )
@@ -42,6 +44,8 @@ def run(args: Namespace, out: Output) -> int:
             out.line(word)
         out.result({word: int(LedState[word_of(word)]) for word in words})
         return 0
+    if args.state is not None and args.color is None and args.state.lower() in COLOURS:
+        args.state, args.color = None, args.state
     if args.state is None:
         if not (args.color or args.urgency or args.abnormal):
             raise ValueError(
@@ -50,7 +54,8 @@ def run(args: Namespace, out: Output) -> int:
         args.state = "none"
     if args.state not in words:
         unknown = say("state {state!r} is not known", state=args.state)
-        raise ValueError(both(unknown, *hint(args.state, words), say("one of: {names}", names=words)))
+        near = hint(args.state, [*words, *COLOURS])
+        raise ValueError(both(unknown, *near, say("one of: {names}", names=[*words, *COLOURS])))
     color = _color(args.color)
     with connect(args, out) as chassis, out.working("looking for the light strip"):
         chassis.light(

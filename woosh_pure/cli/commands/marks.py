@@ -5,13 +5,17 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.text import padded, width
 from woosh_pure.cli import config
 from woosh_pure.cli.arguments import POSE, add_wait, number, pose, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+from woosh_pure.errors import ChassisError
+from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import MarkFile
+from woosh_pure.reasons import ReasonKey
 
 HELP = "keep your own list of marks (the chassis cannot list them), for completion and notes"
 
@@ -25,7 +29,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     add.add_argument("name", help="as on the chassis's map")
     place = add.add_mutually_exclusive_group()
     place.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees in the map")
-    place.add_argument("--here", action="store_true", help="where the robot stands now")
+    place.add_argument("--here", action="store_true", help="where the robot is now (the default)")
+    place.add_argument("--no-pose", action="store_true", help="the name alone; asks no robot")
     add.add_argument("--note", default="", help="anything")
     add_wait(add)
     remove = verbs.add_parser("remove", help="take a mark off the list")
@@ -37,10 +42,8 @@ def run(args: Namespace, out: Output) -> int:
 
     marks = MarkFile(args.file or config.mark_file())
     if args.verb == "add":
-        where = pose(args.pose) if args.pose else None
-        if args.here:
-            with connect(args, out) as chassis:
-                where = wait_for(chassis.pose, args, out)
+        before = marks[args.name].pose if args.name in marks else None
+        where = pose(args.pose) if args.pose else None if args.no_pose else _here(args, out)
         mark = marks.put(args.name, where, args.note)
         marks.save()
         out.line(
@@ -51,6 +54,8 @@ def run(args: Namespace, out: Output) -> int:
                 path=marks.path,
             )
         )
+        if before is not None and before != where:
+            out.line(say("before it was {pose}", pose=before))
     elif args.verb == "remove":
         marks.remove(args.mark)
         marks.save()
@@ -61,6 +66,21 @@ def run(args: Namespace, out: Output) -> int:
             name = padded(mark.name, max(12, column))
             out.line(f"{name} {mark.pose or 'no pose'}  {mark.note}".rstrip())
         if not len(marks):
-            out.line(say("no marks in {path}; add one with `woosh marks add NAME --here`", path=marks.path))
+            out.line(say("no marks in {path}; add one with `woosh marks add NAME`", path=marks.path))
     out.result(sorted(marks, key=lambda m: m.name))
     return 0
+
+
+def _here(args: Namespace, out: Output) -> Pose2D:
+    """Where the robot is, unless it says that it does not know."""
+    try:
+        with connect(args, out) as chassis:
+            chassis.readiness()  # begins to listen
+            where = wait_for(chassis.pose, args, out)
+            lost = [r for r in chassis.readiness().reasons if r.key is ReasonKey.NOT_LOCALISED]
+    except (RosError, ValueError):
+        out.line("`--pose X Y DEGREES` or `--no-pose` keeps a mark without asking the robot")
+        raise
+    if lost:
+        raise ChassisError(lost[0].text)
+    return where

@@ -1,38 +1,43 @@
-"""`woosh plan X Y DEGREES`: a path, without driving it."""
+"""`woosh plan X Y DEGREES` or `woosh plan A1`: a path, without driving it."""
 
 from __future__ import annotations
 
 import itertools
 from argparse import ArgumentParser, Namespace
 
-from rosproto.cli import counted
+from rosproto.cli import counted, to_float
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import POSE, add_pose, folder_exists, number, pose, write
+from woosh_pure.cli.arguments import POSE, folder_exists, mark_missing, marks_here, number, pose, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
+from woosh_pure.geometry import Pose2D
 
 HELP = "plan a path without driving it (exit code 1: there is no way)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
-    add_pose(parser)
+    parser.add_argument("mark", metavar="X|MARK", help="m, in the map; or a mark whose pose is known here")
+    parser.add_argument("y", nargs="?", type=number, metavar="Y", help="m, in the map")
+    parser.add_argument(
+        "degrees", nargs="?", type=number, metavar="DEGREES", help="heading, counter-clockwise from x"
+    )
     parser.add_argument(
         "--start", nargs=3, type=number, metavar=POSE, help="from here (default: where the robot is)"
     )
     parser.add_argument(
         "--tolerance", type=number, default=0.0, metavar="M", help="how far the end may be moved (0)"
     )
-    parser.add_argument("--png", type=folder_exists, metavar="FILE", help="draw it into the map")
+    parser.add_argument("-o", "--png", type=folder_exists, metavar="FILE", help="draw it into the map")
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
-    file = None
+    file, target = None, _target(args)
     with connect(args, out) as chassis:
         start = pose(args.start) if args.start else None
         with out.working("planning"):
-            path = chassis.plan(pose((args.x, args.y, args.degrees)), start, tolerance=args.tolerance)
+            path = chassis.plan(target, start, tolerance=args.tolerance)
         if args.png:
             from woosh_pure.cli.picture import chart_png
 
@@ -50,3 +55,14 @@ def run(args: Namespace, out: Output) -> int:
         out.line(" ", str(point))
     out.result({"ok": bool(path), "length": length, "path": path, "file": file})
     return 0 if path else 1
+
+
+def _target(args: Namespace) -> Pose2D:
+    """Three numbers, or a mark whose pose is known on this side: the chassis tells no poses of marks."""
+    if args.degrees is not None:
+        return pose((to_float(args.mark), args.y, args.degrees)).require_finite()
+    target = marks_here(args).get(args.mark) if args.y is None else None
+    if target is None:
+        wrong = say("{place}: give X Y DEGREES, or a mark whose pose is known here", place=args.mark)
+        raise ValueError(mark_missing(args, wrong))
+    return target

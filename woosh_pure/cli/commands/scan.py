@@ -30,7 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
     add_wait(parser)
     parser.add_argument(
-        "--png", type=folder_exists, metavar="FILE", help="draw it, from above, x to the right"
+        "-o", "--png", type=folder_exists, metavar="FILE", help="draw it, from above, x to the right"
     )
     parser.add_argument(
         "--width", type=positive, default=WIDTH, metavar="M", help=f"of the robot and its lane ({WIDTH:g})"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.cli import whole
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import POSE, add_timeout, natural, number, pose, word_of
+from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, natural, number, pose, word_of
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
 from woosh_pure.cli.output import Output
@@ -71,7 +71,7 @@ def run(args: Namespace, out: Output) -> int:
             return _command(chassis, args, out)
 
     if not args.mark and not args.pose:
-        raise ValueError(say("{verb}: give a mark or --pose X Y DEGREES", verb=args.verb))
+        raise ValueError(mark_missing(args, "give a mark or --pose X Y DEGREES"))
     direction = Direction.UNDEFINED
     if args.verb == "carry":
         direction = Direction.LOAD if args.load else Direction.UNLOAD
