@@ -11,6 +11,7 @@ no fork, it is started as usual.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import runpy
@@ -19,6 +20,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 __all__ = ["WarmPython"]
@@ -50,6 +52,8 @@ class WarmPython:
         *,
         before: str = "",
         timeout: float = 100.0,
+        interrupts: Mapping[float, int] | None = None,
+        errors: str = "strict",
     ) -> subprocess.CompletedProcess[str]:
         """Run a program to its end, in a folder; its exit code and what it wrote.
 
@@ -59,6 +63,8 @@ class WarmPython:
             arguments: Its `sys.argv`.
             before: Statements that run in its process first, where there is a fork.
             timeout: Seconds after which it is killed.
+            interrupts: Signals that it gets after so many seconds, if it has not ended.
+            errors: Of its standard output, as for `open`.
         """
         if not hasattr(os, "fork"):
             return subprocess.run(
@@ -74,12 +80,20 @@ class WarmPython:
             )  # fmt: skip
         written = [folder / f"{script.stem}.stdout", folder / f"{script.stem}.stderr"]
         order = {"script": str(script), "arguments": list(arguments), "folder": str(folder), "before": before}
-        pid = self._ask({**order, "out": str(written[0]), "err": str(written[1])})
-        late = threading.Timer(timeout, os.kill, (pid, signal.SIGKILL))
-        late.start()
+        pid = self._ask({**order, "out": str(written[0]), "err": str(written[1]), "errors": errors})
+
+        def tell(number: int) -> None:
+            with suppress(ProcessLookupError):  # it has just ended
+                os.kill(pid, number)
+
+        due = {timeout: signal.SIGKILL, **(interrupts or {})}
+        late = [threading.Timer(seconds, tell, (number,)) for seconds, number in due.items()]
+        for each in late:
+            each.start()
         code = self._answer()
-        late.cancel()
-        out, err = (path.read_text("utf-8") for path in written)
+        for each in late:
+            each.cancel()
+        out, err = (path.read_bytes().decode("utf-8", errors) for path in written)
         return subprocess.CompletedProcess([str(script), *arguments], code, out, err)
 
     def _ask(self, order: Mapping[str, object]) -> int:
@@ -98,6 +112,7 @@ class WarmPython:
 def serve() -> None:
     """In the process that is forked: a line is a program; its process id and its exit code are the answers."""
     load()
+    gc.freeze()  # what is loaded is not looked at again by every program
     while line := sys.stdin.readline():
         order = json.loads(line)
         pid = os.fork()
@@ -140,5 +155,6 @@ def become(order: Mapping[str, object]) -> None:
     script = str(order["script"])
     sys.argv = [script, *order["arguments"]]  # type: ignore[misc]
     sys.path.insert(0, str(Path(script).parent))
+    sys.stdout.reconfigure(errors=str(order["errors"]))  # type: ignore[union-attr]
     exec(str(order["before"]), {})
     runpy.run_path(script, run_name="__main__")

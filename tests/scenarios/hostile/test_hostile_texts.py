@@ -6,26 +6,25 @@ The commands are those that the parsers know, so a new one is fed by itself.
 from __future__ import annotations
 
 import argparse
-import os
 import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from tests.support.hostile_peer import EVIL, HostilePeer, hostile_bag, wrongs_of
 from tests.support.options import leaves, places
+from tests.support.warm import WarmPython
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).resolve().parents[3]
 SECONDS = 6.0
 PROGRAMS = ("rosproto run",)
 """They print what a program of the user's likes."""
-LINES = [(prog, path) for prog in ("rosproto", "woosh") for path in leaves(prog) if path not in PROGRAMS]
+MODULES = {"rosproto": "rosproto", "woosh": "woosh_pure"}
+LINES = [(prog, path) for prog in MODULES for path in leaves(prog) if path not in PROGRAMS]
 BY_DEST = {
     "topic": "/t", "topics": "/t", "node": "/node", "service": "/srv", "key": "/p", "namespace": "/", "mark": "A1",
     "host": "127.0.0.1", "type": "std_msgs/String", "values": "", "field": "data", "expression": "m.data",
@@ -37,6 +36,13 @@ BY_DEST = {
 def peer() -> Iterator[HostilePeer]:
     with HostilePeer() as hostile:
         yield hostile
+
+
+@pytest.fixture(scope="module")
+def pythons() -> Iterator[list[WarmPython]]:
+    """As many as a command has forms; each begins with its first program."""
+    with ExitStack() as stack:
+        yield [stack.enter_context(WarmPython()) for _ in range(8)]
 
 
 def words_for(prog: str, path: str, peer: HostilePeer, folder: Path) -> list[str]:
@@ -81,33 +87,27 @@ def _value(action: argparse.Action, folder: Path) -> str:
     return BY_DEST.get(action.dest, "1")
 
 
-def outcome(prog: str, words: list[str], folder: Path) -> tuple[str, str]:
+def outcome(python: WarmPython, prog: str, words: list[str], folder: Path) -> tuple[str, str]:
     """Both streams of the command; one that would go on is interrupted."""
-    module = "rosproto" if prog == "rosproto" else "woosh_pure"
+    script = folder / "command.py"
+    script.write_text(f"from {MODULES[prog]}.cli import main\nraise SystemExit(main())\n")
     home = {"WOOSH_CONFIG_DIR": str(folder / "config"), "HOME": str(folder), "XDG_DATA_HOME": str(folder)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", module, *words],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=folder,
-        env={**os.environ, **home, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8:surrogatepass"},
+    done = python.run(
+        script,
+        folder,
+        words,
+        before=f"import os\nos.environ.update({home})",
+        timeout=3 * SECONDS,
+        interrupts={SECONDS: signal.SIGINT, 2 * SECONDS: signal.SIGTERM},
+        errors="surrogatepass",
     )
-    for sign in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-        try:
-            out, err = process.communicate(timeout=SECONDS)
-            break
-        except subprocess.TimeoutExpired:
-            process.send_signal(sign)
-    else:
-        out, err = process.communicate(timeout=SECONDS)
-    return out.decode("utf-8", "surrogatepass"), err.decode("utf-8", "surrogatepass")
+    return done.stdout, done.stderr
 
 
 @pytest.mark.promise("cannot control a terminal or forge a line", "YAML and JSON escape it in their own way")
 @pytest.mark.parametrize(("prog", "path"), LINES, ids=[path for _, path in LINES])
 def test_no_command_lets_a_peer_write_to_the_terminal(
-    prog: str, path: str, peer: HostilePeer, tmp_path: Path
+    prog: str, path: str, peer: HostilePeer, pythons: list[WarmPython], tmp_path: Path
 ) -> None:
     """Standard output, standard error and the log on it, plainly, with JSON and with all that is logged."""
     parser = dict(places(prog))[path]
@@ -123,7 +123,8 @@ def test_no_command_lets_a_peer_write_to_the_terminal(
         folder = tmp_path / str(number)
         folder.mkdir()
         hostile_bag(folder / "evil.bag")
-        return outcome(prog, [*words_for(prog, path, peer, folder), *forms[number], *loud], folder)
+        words = [*words_for(prog, path, peer, folder), *forms[number], *loud]
+        return outcome(pythons[number], prog, words, folder)
 
     # All at once, since most of them wait; but not those that listen, on the same port.
     with ThreadPoolExecutor(1 if "--port" in parser._option_string_actions else len(forms)) as pool:
