@@ -33,7 +33,7 @@ HALVES = [
     b"POST /api/v1/goals HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100\r\nContent-Type: application/json\r\n\r\n{",
 ]
 RESET = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
-CONNECTS = 10_000
+CONNECTS = 3_000
 
 
 @pytest.fixture
@@ -158,7 +158,7 @@ def resident() -> int:
 
 
 @pytest.mark.slow
-def test_ten_thousand_connects_leave_nothing(web: Served, until: Callable[..., None]) -> None:
+def test_thousands_of_connects_leave_nothing(web: Served, until: Callable[..., None]) -> None:
     """No thread, no task, no file, no memory; and the page of somebody who looks all the time goes on."""
     context, slots = web.app.state.context, slots_of(web)  # type: ignore[attr-defined]
 
@@ -179,7 +179,7 @@ def test_ten_thousand_connects_leave_nothing(web: Served, until: Callable[..., N
         until(lambda: threading.active_count() <= before[0] + 2, 30.0, "no thread more")
         until(lambda: tasks() <= before[1] + 2, 30.0, "no task more")
         until(lambda: open_files() <= before[2] + 4, 30.0, "no file more")
-        assert resident() - before[3] < 30e6
+        assert resident() - before[3] < 9e6
         assert len(context.clients._known) <= 256
         page.forget()
         page.of("pose")

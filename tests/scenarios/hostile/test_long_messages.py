@@ -52,7 +52,7 @@ class Robot:
 
 @pytest.mark.promise("zero within half a second, at most 300 MB")
 @pytest.mark.slow
-@pytest.mark.parametrize("clients", [1, 8, 64])
+@pytest.mark.parametrize("clients", [1, 64])
 @pytest.mark.parametrize("what", list(PAYLOADS))
 def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int) -> None:
     """The driver's own zero, the gateway's after its silence and the one after its end; within 300 MB."""
@@ -66,9 +66,9 @@ def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int
             driver.send(op="advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
             robot.subscriber.wait_for_connection(20)
             took: dict[str, list[float]] = {"own": [], "silent": []}
-            for turn in range(1, 4):
+            for turn in (1, 2):
                 speed = 0.01 * turn
-                for _ in range(10):
+                for _ in range(5):
                     driver.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": speed}})
                     time.sleep(0.05)
                 asked = time.monotonic()
@@ -78,7 +78,6 @@ def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int
                 driver.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": speed + 0.5}})
                 robot.when(speed + 0.5, last)
                 took["silent"].append(robot.when(0.0, last) - SILENCE)
-                time.sleep(0.6)
             driver.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.9}})
             robot.when(0.9, 0.0)
             left = time.monotonic()
