@@ -18,9 +18,11 @@ from woosh_pure.firmware.revisions import CURRENT
 SPEED = 8.0
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def robots() -> Iterator[RobotPool]:
     """Simulated chassis without the parts of the graph that carry no content; one is used again and again.
+
+    For the tests of a file: to start one costs less than to keep one for seconds in which nobody needs it.
 
     FIRMWARE=1.0.8 in the environment runs every scenario that uses these on an older one; test_firmwares.py does
     so with a representative part in every run. What it cannot be told is a FirmwareLimit then.

@@ -1,4 +1,4 @@
-"""One robot for all tests of the page, and one browser for those of a file: what is expensive is made once."""
+"""One robot and one browser for the tests of a file: what is expensive is made once, and costs nothing afterwards."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Robot:
             world.initial_pose(world.body.pose)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
     """The simulated hall at three times its speed, served."""
     for module in ("fastapi", "uvicorn", "websockets", "PIL"):
