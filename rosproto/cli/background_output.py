@@ -25,6 +25,7 @@ from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any
 
+from .console import OutputError
 from .signals import Terminated
 
 MOST = 500
@@ -123,7 +124,7 @@ class BackgroundOutput:
 
     def _fail(self) -> None:
         if self._error is not None:
-            raise type(self._error)(*self._error.args)
+            raise OutputError.of(type(self._error)(*self._error.args))
 
     def _run(self) -> None:
         while True:
