@@ -16,7 +16,7 @@ from woosh_pure.cli import main
 from woosh_pure.enums import LedState, NavigationMode, TaskState
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.maps.marks import MarkFile
+from woosh_pure.maps.marks import MarkFile, UserMark
 
 pytestmark = pytest.mark.usefixtures("private_config")
 
@@ -160,6 +160,16 @@ def test_a_mark_is_kept_where_the_robot_is(sim, woosh, document, private_config)
     assert "before it was x 1.0" in out
     assert document("plan", "here")[1]["ok"] is True
     assert MarkFile(private_config / "marks.json").names == ["here"]
+
+
+def test_goto_knows_the_places_that_only_the_list_has(sim, woosh, private_config):
+    """As the page saves them: the chassis has no mark of this name."""
+    marks = MarkFile(private_config / "marks.json")
+    marks.keep([UserMark("mine", Pose2D(0.5, 0.0), on_chassis=False)])
+    code, out, _ = woosh("goto", "mine")
+    assert (code, "going to mark mine" in out) == (0, True)
+    with sim.lock:
+        assert sim.world.body.pose.distance_to(Pose2D(0.5, 0.0)) < 0.2
 
 
 def test_no_mark_is_kept_of_a_robot_that_is_lost(capsys, private_config):

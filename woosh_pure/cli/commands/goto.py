@@ -6,17 +6,20 @@ from argparse import SUPPRESS, ArgumentParser, Namespace
 
 from rosproto.cli import to_float
 from rosproto.sentence import say
+from woosh_pure.cli import config
 from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, number, pose
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine
 from woosh_pure.cli.output import Output
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.marks import MarkFile
 
 HELP = "drive to a mark, or to a pose in the map"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
-    parser.add_argument("mark", nargs="?", help="name of the mark, as on the chassis's map")
+    parser.add_argument("mark", nargs="?", help="a mark of the chassis's map, or a place of your list")
     parser.add_argument("more", nargs="*", help=SUPPRESS)  # to say what was meant by it
     parser.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees")
     add_timeout(parser)
@@ -30,17 +33,28 @@ def run(args: Namespace, out: Output) -> int:
         raise ValueError(mark_missing(args, "give a mark or --pose X Y DEGREES"))
     if args.mark is not None and args.pose is not None:
         raise ValueError("give a mark or --pose X Y DEGREES, and not both")
+    target = pose(args.pose) if args.pose else _place(args.mark, out)
     with connect(args, out) as chassis:
-        line = DriveLine(chassis, pose(args.pose) if args.pose else None)
-        if args.mark is not None:
-            handle, where = chassis.go_to_mark(args.mark), say("mark {name}", name=args.mark)
+        line = DriveLine(chassis, target)
+        where = target if args.mark is None else say("mark {name}", name=args.mark)
+        if target is None:
+            handle = chassis.go_to_mark(args.mark)
         else:
-            target = pose(args.pose)
-            handle, where = chassis.go_to(target.x, target.y, target.yaw), target  # type: ignore[assignment]
+            handle = chassis.go_to(target.x, target.y, target.yaw)  # type: ignore[assignment]
         outcome = follow(handle, out, say("going to {where}", where=where), args.timeout, line)
         here = chassis.pose.latest
         out.line(say("now at {where}", where=here or say("a pose that was not heard")))
         return report(outcome, out, pose=here)
+
+
+def _place(mark: str, out: Output) -> Pose2D | None:
+    """Where a place is that only the user's list has, as the page saves it; None for the chassis's marks."""
+    try:
+        marks = MarkFile(config.mark_file())
+    except (OSError, ValueError) as error:
+        out.line(say("no marks: {error}", error=error))
+        return None
+    return marks[mark].pose if mark in marks and not marks[mark].on_chassis else None
 
 
 def _several(words: list[str]) -> str:
