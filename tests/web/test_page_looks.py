@@ -146,7 +146,7 @@ def test_the_keyboard_goes_from_top_to_bottom(browser: Browser, served: tuple[Fa
     with person(browser, url) as page:
         page.wait_for_selector("#fault-chip:not(.hidden)")
         order: list[str] = []
-        for _ in range(20):
+        for _ in range(27):
             page.keyboard.press("Tab")
             one = page.evaluate(
                 """(() => { const one = document.activeElement; const style = getComputedStyle(one);
@@ -169,8 +169,9 @@ def test_the_keyboard_goes_from_top_to_bottom(browser: Browser, served: tuple[Fa
         ]
         assert order[:10] == head
         assert order[10] == "tabbutton-go", "one stop for all tabs: arrow keys go between them"
-        assert order[11 : 11 + 4] == ["markrow"] * 4
-        assert order[15:20] == ["choose-place", "charge", "choose-pose", "amount-move", ""]
+        assert order[11:20] == ["mark-search", *["markrow", "plain"] * 4], "each mark, and what changes it"
+        ways = ["mark-here", "mark-place", "choose-place", "charge", "choose-pose", "amount-move", ""]
+        assert order[20:] == ways
 
 
 def test_nothing_moves_by_itself_where_that_is_not_wanted(browser: Browser, served: tuple[Fake, str]) -> None:
