@@ -13,7 +13,7 @@ pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.support.web import PageClient, Served, serving
-from woosh_pure import Chassis
+from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import MarkFile
 
@@ -86,6 +86,18 @@ def test_what_makes_no_mark_is_said(
     answer = web.post("marks", body)
     assert (answer.status, text in answer.problem) == (status, True), answer
     assert names(web) == ["B"]
+
+
+def test_no_mark_is_saved_where_a_lost_robot_believes_to_be() -> None:
+    with (
+        SimulatedChassis(full_graph=False) as sim,
+        Chassis(sim.master_uri) as chassis,
+        serving(chassis, marks=[]) as web,
+    ):
+        sim.lose_localization()
+        answer = web.post("marks", {"name": "A", "here": True})
+        assert (answer.status, "does not know where it is" in answer.problem) == (409, True)
+        assert names(web) == []
 
 
 def test_a_rename_takes_no_other_mark_away(web: Served, file: MarkFile) -> None:

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Path, Request, Response
 
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.reasons import ReasonKey
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, check_command, problems, robot_of
 from woosh_pure.web.marks import mark_part
@@ -74,15 +75,24 @@ def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2
     if body.here:
         if any(given):
             raise Problem(422, "here: true is where the robot stands; leave out x, y and theta", "invalid")
-        robot.require_connection()
-        here: Pose2D = robot.feed("pose").wait(HERE_SECONDS)
-        return here.require_sensible()
+        return _here(robot)
     if not any(given):
         return None
     if body.x is None or body.y is None:
         raise Problem(422, "x and y belong together: give both", "invalid")
     theta = old.yaw if body.theta is None else body.theta
     return Pose2D(body.x, body.y, theta).require_sensible()
+
+
+def _here(robot: Robot) -> Pose2D:
+    """Where the robot says now that it is, unless it does not know."""
+    robot.require_connection()
+    robot.listen()
+    here: Pose2D = robot.feed("pose").wait(HERE_SECONDS)
+    for reason in robot.chassis.readiness().reasons:
+        if reason.key is ReasonKey.NOT_LOCALISED:
+            raise Problem(409, str(reason.text), "not-localised")
+    return here.require_sensible()
 
 
 _CHANGES = problems(403, 409, 422, 429)
