@@ -288,8 +288,6 @@ class TwoIntsFeedback(_Message):
 class TwoIntsGoal(_Message):
     """actionlib/TwoIntsGoal
 
-    # Add two integers; an example.
-
     int64 a
     int64 b
     """

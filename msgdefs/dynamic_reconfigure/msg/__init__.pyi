@@ -24,8 +24,6 @@ class BoolParameter(_Message):
 class Config(_Message):
     """dynamic_reconfigure/Config
 
-    # Values of a node's tunable parameters.
-
     BoolParameter[] bools
     IntParameter[] ints
     StrParameter[] strs

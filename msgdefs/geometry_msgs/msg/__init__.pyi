@@ -114,8 +114,6 @@ class Inertia(_Message):
 class InertiaStamped(_Message):
     """geometry_msgs/InertiaStamped
 
-    # Inertia in the frame and at the time of the header.
-
     Header header
     Inertia inertia
     """

@@ -13,14 +13,12 @@ from rosproto.codec import Message as _Message
 class OccupancyGridUpdate(_Message):
     """map_msgs/OccupancyGridUpdate
 
-    # A changed rectangle of an occupancy grid.
-
-    Header header
-    int32 x        # first column, cells
-    int32 y        # first row, cells
-    uint32 width   # cells
-    uint32 height  # cells
-    int8[] data    # row by row, as in nav_msgs/OccupancyGrid
+    std_msgs/Header header
+    int32 x
+    int32 y
+    uint32 width
+    uint32 height
+    int8[] data
     """
 
     header: _std_msgs.Header

@@ -77,8 +77,6 @@ class MoveBaseFeedback(_Message):
 class MoveBaseGoal(_Message):
     """move_base_msgs/MoveBaseGoal
 
-    # Drive to a pose. The chassis has its own action of this name, woosh_msgs/MoveBase.
-
     geometry_msgs/PoseStamped target_pose
     """
 

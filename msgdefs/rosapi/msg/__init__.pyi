@@ -10,12 +10,11 @@ from rosproto.codec import Message as _Message
 class TypeDef(_Message):
     """rosapi/TypeDef
 
-    # Describes one message type, or one half of a service, field by field.
     string type
     string[] fieldnames
-    string[] fieldtypes       # without brackets
-    int32[] fieldarraylen     # -1: no array, 0: any length, else the fixed length
-    string[] examples         # default values, as text
+    string[] fieldtypes
+    int32[] fieldarraylen
+    string[] examples
     string[] constnames
     string[] constvalues
     """

@@ -63,7 +63,7 @@ class GetParamRequest(_Message):
     """rosapi/GetParamRequest
 
     string name
-    string default   # JSON; empty for none
+    string default
     """
 
     name: str
@@ -77,7 +77,7 @@ class GetParamRequest(_Message):
 class GetParamResponse(_Message):
     """rosapi/GetParamResponse
 
-    string value     # JSON
+    string value
     """
 
     value: str
@@ -313,7 +313,7 @@ class SearchParamRequest(_Message):
 class SearchParamResponse(_Message):
     """rosapi/SearchParamResponse
 
-    string global_name   # empty when there is none
+    string global_name
     """
 
     global_name: str
@@ -394,7 +394,7 @@ class ServiceNode(_ServiceType):
 class ServiceProvidersRequest(_Message):
     """rosapi/ServiceProvidersRequest
 
-    string service   # a type of service
+    string service
     """
 
     service: str
@@ -406,7 +406,7 @@ class ServiceProvidersRequest(_Message):
 class ServiceProvidersResponse(_Message):
     """rosapi/ServiceProvidersResponse
 
-    string[] providers   # nodes
+    string[] providers
     """
 
     providers: list[str]
@@ -575,7 +575,7 @@ class SetParamRequest(_Message):
     """rosapi/SetParamRequest
 
     string name
-    string value   # JSON
+    string value
     """
 
     name: str

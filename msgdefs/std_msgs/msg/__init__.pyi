@@ -23,8 +23,6 @@ from rosproto.time import Time as _Time
 class Bool(_Message):
     """std_msgs/Bool
 
-    # Just true or false; what it means is said by the topic.
-
     bool data
     """
 
@@ -36,8 +34,6 @@ class Bool(_Message):
 
 class Byte(_Message):
     """std_msgs/Byte
-
-    # Just one signed byte (an alias of int8); what it means is said by the topic.
 
     byte data
     """
@@ -68,8 +64,6 @@ class ByteMultiArray(_Message):
 class Char(_Message):
     """std_msgs/Char
 
-    # Just one unsigned byte (an alias of uint8); what it means is said by the topic.
-
     char data
     """
 
@@ -82,12 +76,10 @@ class Char(_Message):
 class ColorRGBA(_Message):
     """std_msgs/ColorRGBA
 
-    # A colour; each part from 0 to 1.
-
-    float32 r  # red
-    float32 g  # green
-    float32 b  # blue
-    float32 a  # 1 is opaque, 0 invisible
+    float32 r
+    float32 g
+    float32 b
+    float32 a
     """
 
     r: float
@@ -105,8 +97,6 @@ class ColorRGBA(_Message):
 class Duration(_Message):
     """std_msgs/Duration
 
-    # Just a span of time; what it means is said by the topic.
-
     duration data
     """
 
@@ -118,16 +108,12 @@ class Duration(_Message):
 
 class Empty(_Message):
     """std_msgs/Empty
-
-    # A signal that carries nothing but its arrival.
     """
 
     def __init__(self) -> None: ...
 
 class Float32(_Message):
     """std_msgs/Float32
-
-    # Just a number, single precision; what it means is said by the topic.
 
     float32 data
     """
@@ -157,8 +143,6 @@ class Float32MultiArray(_Message):
 
 class Float64(_Message):
     """std_msgs/Float64
-
-    # Just a number, double precision; what it means is said by the topic.
 
     float64 data
     """
@@ -209,8 +193,6 @@ class Header(_Message):
 class Int16(_Message):
     """std_msgs/Int16
 
-    # Just an integer of 16 bits; what it means is said by the topic.
-
     int16 data
     """
 
@@ -239,8 +221,6 @@ class Int16MultiArray(_Message):
 
 class Int32(_Message):
     """std_msgs/Int32
-
-    # Just an integer of 32 bits; what it means is said by the topic.
 
     int32 data
     """
@@ -271,8 +251,6 @@ class Int32MultiArray(_Message):
 class Int64(_Message):
     """std_msgs/Int64
 
-    # Just an integer of 64 bits; what it means is said by the topic.
-
     int64 data
     """
 
@@ -301,8 +279,6 @@ class Int64MultiArray(_Message):
 
 class Int8(_Message):
     """std_msgs/Int8
-
-    # Just an integer of 8 bits; what it means is said by the topic.
 
     int8 data
     """
@@ -369,8 +345,6 @@ class MultiArrayLayout(_Message):
 class String(_Message):
     """std_msgs/String
 
-    # Just a text, UTF-8 by agreement; what it means is said by the topic.
-
     string data
     """
 
@@ -383,8 +357,6 @@ class String(_Message):
 class Time(_Message):
     """std_msgs/Time
 
-    # Just a point in time; what it means is said by the topic.
-
     time data
     """
 
@@ -396,8 +368,6 @@ class Time(_Message):
 
 class UInt16(_Message):
     """std_msgs/UInt16
-
-    # Just an unsigned integer of 16 bits; what it means is said by the topic.
 
     uint16 data
     """
@@ -428,8 +398,6 @@ class UInt16MultiArray(_Message):
 class UInt32(_Message):
     """std_msgs/UInt32
 
-    # Just an unsigned integer of 32 bits; what it means is said by the topic.
-
     uint32 data
     """
 
@@ -459,8 +427,6 @@ class UInt32MultiArray(_Message):
 class UInt64(_Message):
     """std_msgs/UInt64
 
-    # Just an unsigned integer of 64 bits; what it means is said by the topic.
-
     uint64 data
     """
 
@@ -489,8 +455,6 @@ class UInt64MultiArray(_Message):
 
 class UInt8(_Message):
     """std_msgs/UInt8
-
-    # Just an unsigned integer of 8 bits; what it means is said by the topic.
 
     uint8 data
     """

@@ -8,8 +8,6 @@ from rosproto.codec import ServiceType as _ServiceType
 
 class EmptyRequest(_Message):
     """std_srvs/EmptyRequest
-
-    # A request without arguments and without an answer, beyond that it was served.
     """
 
     def __init__(self) -> None: ...

@@ -9,8 +9,6 @@ from rosproto.codec import Message as _Message
 class tfMessage(_Message):
     """tf/tfMessage
 
-    # Transforms, as old nodes publish them on /tf; the same as tf2_msgs/TFMessage.
-
     geometry_msgs/TransformStamped[] transforms
     """
 

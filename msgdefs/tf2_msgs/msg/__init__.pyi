@@ -121,13 +121,13 @@ class LookupTransformResult(_Message):
 class TF2Error(_Message):
     """tf2_msgs/TF2Error
 
-    uint8 NO_ERROR=0
-    uint8 LOOKUP_ERROR=1
-    uint8 CONNECTIVITY_ERROR=2
-    uint8 EXTRAPOLATION_ERROR=3
-    uint8 INVALID_ARGUMENT_ERROR=4
-    uint8 TIMEOUT_ERROR=5
-    uint8 TRANSFORM_ERROR=6
+    uint8 NO_ERROR = 0
+    uint8 LOOKUP_ERROR = 1
+    uint8 CONNECTIVITY_ERROR = 2
+    uint8 EXTRAPOLATION_ERROR = 3
+    uint8 INVALID_ARGUMENT_ERROR = 4
+    uint8 TIMEOUT_ERROR = 5
+    uint8 TRANSFORM_ERROR = 6
 
     uint8 error
     string error_string
@@ -150,8 +150,6 @@ class TF2Error(_Message):
 
 class TFMessage(_Message):
     """tf2_msgs/TFMessage
-
-    # Transforms, as published on /tf and /tf_static.
 
     geometry_msgs/TransformStamped[] transforms
     """
