@@ -107,7 +107,8 @@ NOT_HEARD = (
 )
 LINK_LOST = "the link to who publishes /robot_status has broken since it was heard: what it said may be over"
 BEFORE = "{fault}; it was told before the link to who told it broke: it may be over"
-STATE_UNDEFINED = "the robot does not tell its state (robot_state 0)"
+STATE_UNDEFINED = "the robot does not tell its state"
+FAULT_STATE = "the robot reports a fault; look at its display"
 KEY_TRIGGERED = (
     "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "
     "is not documented"
@@ -131,7 +132,7 @@ def assess(
     link_lost: bool = False,
     has_moved: bool = False,
 ) -> Readiness:
-    """Collect what is known to speak against moving, and what is not known.
+    """Collect what is known to speak against moving, and what is not known; the cause comes first.
 
     Args:
         status: The last /robot_status; None when none was heard (it is published on change only).
@@ -146,15 +147,18 @@ def assess(
         has_moved: One of our motions has arrived, so nothing stopped the robot at that time, and every change
             since then was reported.
     """
+    from_faults = [_from_fault(fault) for fault in faults]
     reasons: list[Reason] = []
     if status is not None:
         told_by_status = _from_status(status, charging, own_tasks)
+        if any(reason.blocking for reason in from_faults):  # they say what the fault is
+            told_by_status = [reason for reason in told_by_status if reason.key is not ReasonKey.FAULT]
         reasons += [reason.doubted() for reason in told_by_status] if link_lost else told_by_status
     elif not has_moved:
         reasons.append(Reason(ReasonKey.UNKNOWN, NOT_HEARD, False, doubt=True))
     if link_lost:
         reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
-    reasons += [_from_fault(fault) for fault in faults]
+    reasons += from_faults
     reasons += [
         replace(_from_fault(fault), text=say(BEFORE, fault=fault)).doubted() for fault in faults_before
     ]
@@ -166,7 +170,13 @@ def assess(
     reasons += [Reason(ReasonKey.CHASSIS_KEY, say(KEY_TRIGGERED, number=key), False) for key in keys]
     told = {reason.key for reason in reasons if reason.blocking}
     reasons += [reason for reason in refusals if not told]  # else the state says it better
-    return Readiness(tuple(reasons))
+    return Readiness(tuple(sorted(reasons, key=_order)))
+
+
+def _order(reason: Reason) -> tuple[bool, bool, bool]:
+    """A pressed button comes first: it explains the rest. Then what blocks, then what is not known."""
+    pressed = reason.key in (ReasonKey.EMERGENCY_STOP, ReasonKey.BUMPER)
+    return not pressed, not reason.blocking, not reason.doubt
 
 
 def status_shows_fitness(status: RobotStatus) -> bool:
@@ -212,9 +222,7 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
     if status.robot_state is RobotState.UNDEFINED:
         reasons.append(Reason(ReasonKey.UNKNOWN, STATE_UNDEFINED, False, doubt=True))
     if status.robot_state is RobotState.FAULT:
-        reasons.append(
-            Reason(ReasonKey.FAULT, "the robot reports a fault (robot_state 6); look at its display")
-        )
+        reasons.append(Reason(ReasonKey.FAULT, FAULT_STATE))
     if status.robot_state is RobotState.MAPPING:
         reasons.append(Reason(ReasonKey.MAPPING, "the robot is making a map"))
     if not status.task_state.is_final and status.task_state.value > 0:

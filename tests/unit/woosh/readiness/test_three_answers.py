@@ -15,6 +15,7 @@ from woosh_pure.readiness.assessment import Refusals, assess, triggered_keys
 from woosh_pure.reasons import Readiness, Ready, Reason, ReasonKey
 
 STOP, RELEASED = 110201000013, 110201000000
+MOTOR = 110301000013
 
 
 def test_a_state_that_was_never_told_is_not_known():
@@ -106,6 +107,17 @@ def test_what_the_robot_tells_now_is_not_repeated_by_what_it_refused():
     refused = (Reason(ReasonKey.REFUSED, "refused"),)
     readiness = assess(status(robot_mode=RobotMode.MANUAL), [], refusals=refused)
     assert [r.key for r in readiness.reasons] == [ReasonKey.MANUAL_MODE]
+
+
+def test_the_cause_comes_first_and_is_not_repeated_as_a_fault():
+    """A pressed emergency stop also makes the state "fault": what is told first is the button, and only that."""
+    stopped = status(robot_state=RobotState.FAULT, robot_mode=RobotMode.MANUAL)
+    readiness = assess(stopped, [decode_status_code(MOTOR), decode_status_code(STOP)])
+    keys = [r.key for r in readiness.reasons]
+    assert keys == [ReasonKey.EMERGENCY_STOP, ReasonKey.MANUAL_MODE, ReasonKey.FAULT]
+    assert str(decode_status_code(MOTOR)) == readiness.reasons[2].text
+    alone = assess(status(robot_state=RobotState.FAULT), [])
+    assert [(r.key, r.blocking) for r in alone.reasons] == [(ReasonKey.FAULT, True)]
 
 
 def test_every_refusal_has_reasons():
