@@ -25,6 +25,7 @@ NPM = (
     "@foxglove/rosmsg@5",
     "@foxglove/rosmsg-serialization@2",
     "@mcap/core@2",
+    "axe-core@4.10.3",
 )
 PYPI = ("roslibpy==2.1.0", "ros-mcp==3.1.2", "openapi-python-client==0.29.1")
 

@@ -48,8 +48,13 @@ def said_lost(page: Page, began: float, text: str) -> None:
     page.wait_for_selector(f"#lost:not(.hidden) >> text={text}")
     assert time.monotonic() - began < 2.0 + SLACK
     assert "gone" in (page.get_attribute("body", "class") or "")
-    old = """['#state', '#battery'].map((one) => getComputedStyle(document.querySelector(one)).textDecorationLine)"""
-    assert page.evaluate(old) == ["line-through"] * 2
+    grey = page.evaluate(
+        """(() => { const probe = document.createElement("p"); probe.className = "quiet"; document.body.append(probe);
+        const { color } = getComputedStyle(probe); probe.remove(); return color; })()"""
+    )
+    old = """['#state', '#battery'].map((one) => { const style = getComputedStyle(document.querySelector(one));
+    return [style.color, style.textDecorationLine]; })"""
+    assert page.evaluate(old) == [[grey, "none"]] * 2, "grey, and not crossed out"
     assert "grayscale" in page.evaluate("getComputedStyle(canvas).filter")
 
 

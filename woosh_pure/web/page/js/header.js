@@ -19,9 +19,9 @@ export class Header {
     };
     onLanguage(() => {
       document.documentElement.lang = current();
-      const other = current() === "en" ? ["中文", "zh"] : ["English", "en"];
-      byId("language").textContent = other[0];
-      byId("language").lang = other[1];
+      const [name, short, lang] = current() === "en" ? ["中文", "中文", "zh"] : ["English", "EN", "en"];
+      fill(byId("language"), el("span", { class: "wide" }, name), el("span", { class: "narrow" }, short));
+      byId("language").lang = lang;
       relabel();
       this.render();
     });
@@ -34,6 +34,7 @@ export class Header {
     show(byId("simulated"), Boolean(hello.simulated ?? hello.robot === "sim"));
     const robots = hello.robots ?? [];
     show(byId("robots"), robots.length > 1);
+    byId("robot-name").classList.toggle("unseen", robots.length > 1); // its name stands in the list
     if (robots.length < 2) return;
     const select = byId("robots").querySelector("select");
     fill(select, ...robots.map((name) => el("option", { value: name, selected: name === hello.robot }, name)));
@@ -48,9 +49,11 @@ export class Header {
     const nothing = t(store.get("link") === "open" ? "state.undefined" : "top.connecting");
     say(byId("state"), robot ? word("state", robot.state) : nothing);
     this.battery();
-    const faults = store.get("faults")?.list ?? [];
-    show(byId("fault-chip"), faults.length > 0);
-    fill(byId("fault-chip"), icon("warn"), t("top.faults", { n: faults.length }));
+    const n = store.get("faults")?.list.length ?? 0;
+    const chip = byId("fault-chip");
+    show(chip, n > 0);
+    chip.setAttribute("aria-label", t("top.faults", { n }));
+    fill(chip, icon("warn"), el("span", { class: "wide" }, t("top.faults", { n })), el("span", { class: "narrow" }, String(n)));
   }
 
   battery() {

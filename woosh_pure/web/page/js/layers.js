@@ -2,6 +2,7 @@
 
 import { placeLabels } from "./labels.js";
 
+const LEAST = 24; // pixels: the robot's symbol is found at a glance, however small the scale
 const PI2 = 2 * Math.PI;
 
 export function paintOf(element) {
@@ -113,24 +114,36 @@ function label(context, paint, text, px, py) {
   context.fillText(text, px, py);
 }
 
+// Its outline as the current path; never so small that it cannot be found.
+function outline(context, view, footprint) {
+  const known = footprint && footprint.length > 2;
+  const corners = known ? footprint : [[0.3, 0.3], [-0.3, -0.3]];
+  const extent = (at) => Math.max(...corners.map((one) => one[at])) - Math.min(...corners.map((one) => one[at]));
+  const scale = Math.max(view.scale, LEAST / Math.max(Math.min(extent(0), extent(1)), 0.01));
+  context.beginPath();
+  if (known) {
+    footprint.forEach(([x, y]) => context.lineTo(x * scale, -y * scale));
+    context.closePath();
+  } else {
+    context.arc(0, 0, 0.3 * scale, 0, PI2);
+  }
+}
+
+// The light edge within the dark one, or the other way round: one of them stands out from whatever is below.
 export function drawRobot(context, view, paint, pose, footprint, old) {
   if (!pose) return;
   const [px, py] = view.toScreen(pose.x, pose.y);
   context.save();
   context.translate(px, py);
   context.rotate(-pose.theta);
-  context.beginPath();
-  if (footprint && footprint.length > 2) {
-    footprint.forEach(([x, y]) => context.lineTo(x * view.scale, -y * view.scale));
-    context.closePath();
-  } else {
-    context.arc(0, 0, 0.3 * view.scale, 0, PI2);
-  }
-  context.globalAlpha = old ? 0.35 : 0.85;
-  context.fillStyle = old ? paint["robot-old"] : paint.robot;
+  outline(context, view, footprint);
+  context.lineJoin = "round";
+  context.lineWidth = 7;
+  context.strokeStyle = paint.halo;
+  context.stroke();
+  context.fillStyle = old ? paint.halo : paint.robot;
   context.fill();
-  context.globalAlpha = 1;
-  context.lineWidth = 2;
+  context.lineWidth = 3;
   context.strokeStyle = old ? paint["robot-old"] : paint["robot-edge"];
   if (old) context.setLineDash([4, 4]); // old is told by its outline, too
   context.stroke();
@@ -157,13 +170,7 @@ export function drawPlacing(context, view, paint, place, footprint) {
   context.save();
   context.translate(px, py);
   context.rotate(-place.theta);
-  context.beginPath();
-  if (footprint && footprint.length > 2) {
-    footprint.forEach(([x, y]) => context.lineTo(x * view.scale, -y * view.scale));
-    context.closePath();
-  } else {
-    context.arc(0, 0, 0.3 * view.scale, 0, PI2);
-  }
+  outline(context, view, footprint);
   context.strokeStyle = paint.place;
   context.lineWidth = 2.5;
   context.setLineDash([6, 4]);
