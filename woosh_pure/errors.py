@@ -27,19 +27,21 @@ class MotionRefused(ChassisError):
     Attributes:
         readiness: Everything that speaks against moving, as known at that moment; None when a
             value of the call itself was the reason.
+        said: The chassis's own words, "" when it was not asked or gave none.
         reasons: Why, for programs: those of `readiness`, or one that says what was wrong with the call. Never
             empty.
     """
 
     exit_code = 3
 
-    def __init__(self, message: str, *, readiness: Readiness | None = None) -> None:
+    def __init__(self, message: str, *, readiness: Readiness | None = None, said: str = "") -> None:
         against = () if readiness is None else readiness.reasons
         key = ReasonKey.CALL if readiness is None else ReasonKey.REFUSED
         self.reasons: tuple[Reason, ...] = against or (Reason(key, message),)
         unsaid = (ReasonKey.UNKNOWN, ReasonKey.REFUSED)  # not known, or what `message` says itself
         super().__init__(both(message, *(reason.text for reason in against if reason.key not in unsaid)))
         self.readiness = readiness
+        self.said = said
 
 
 class FirmwareLimit(ChassisError):

@@ -65,6 +65,10 @@ class Fake:
         self.knows_session = True
         self.ready: dict[str, Any] = {"answer": "yes", "text": "", "reasons": []}
         self.faults: dict[str, Any] = {"known": True, "present": False, "text": "", "active": []}
+        self.robots = ["woosh-42"]
+        self.robot_state, self.charging = "IDLE", False
+        self.needs_token = False
+        self.takes_pose: bool | None = True  # None: it says nothing more
         self.goals: list[dict[str, Any]] = []
         self.calls: list[tuple[str, str, Any]] = []
         self.heard: list[dict[str, Any]] = []
@@ -83,8 +87,13 @@ class Fake:
         }  # fmt: skip
 
     def state(self) -> dict[str, Any]:
-        status = {"robot_state": "IDLE", "robot_mode": "AUTOMATIC", "work_mode": "TASK", "task": {"id": 0}}
-        battery = {"percent": 76, "charging": False, "voltage": 48.2, "current": -3.1}
+        status = {
+            "robot_state": self.robot_state,
+            "robot_mode": "AUTOMATIC",
+            "work_mode": "TASK",
+            "task": {"id": 0},
+        }
+        battery = {"percent": 76, "charging": self.charging, "voltage": 48.2, "current": -3.1}
         ages = dict.fromkeys(("pose", "velocity", "battery", "scan", "status", "odometer"), 0.1)
         return {
             "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
@@ -94,7 +103,12 @@ class Fake:
         }  # fmt: skip
 
     def report(self) -> dict[str, Any]:
-        return {"stands_still": self.stands, "text": "the robot stands still; cancelled mark A1"}
+        text = "the robot stands still; cancelled pick task 1286666406 to A1; not done: registerPublisher"
+        problems = [] if self.stands else ["registerPublisher: no answer"]
+        return {
+            "stands_still": self.stands, "text": text, "cancelled": ["pick task 1286666406 to A1"],
+            "problems": problems, "pending": problems, "looked": True,
+        }  # fmt: skip
 
     async def _stop(self, socket: WebSocket, number: int) -> None:
         self.calls.append(("live", "stop", None))
@@ -159,16 +173,22 @@ class Fake:
             if path == "goals":
                 goal = {
                     "id": str(len(self.goals) + 1), "kind": body["kind"], "who": "page 1",
-                    "description": f"go to mark {body.get('mark')}", "state": "running", "done": False,
+                    "key": body["kind"], "values": body, "start": {"x": 0.0, "y": 0.0}, "target": None,
+                    "description": f"pick task 1286666406 to {body.get('mark')}", "state": "running", "done": False,
                     "arrived": None, "percent": 40.0, "progress": "1.9 m left", "text": "", "can_pause": True,
                 }  # fmt: skip
                 self.goals.append(goal)
                 return JSONResponse(goal, 201)
+            if path == "pose" and self.takes_pose:
+                self.pose = [body["x"], body["y"], body["theta"]]
             return {}
 
         @app.websocket("/api/v1/live")
         async def live(socket: WebSocket) -> None:
             await socket.accept()
+            if self.needs_token:
+                await socket.close(4401)
+                return
             self.viewers += 1
             you = f"page {self.viewers}"
             self.sockets.append(socket)
@@ -216,7 +236,7 @@ class Fake:
     async def _send(self, socket: WebSocket, you: str) -> None:
         limits = {"vx": 0.3, "wz": 0.5}
         hello = {
-            "t": "hello", "robot": "woosh-42", "robots": ["woosh-42"], "session": you, "you": you,
+            "t": "hello", "robot": self.robots[0], "robots": self.robots, "session": you, "you": you,
             "allow_driving": self.allow_driving, "limits": limits, "simulated": True,
         }  # fmt: skip
         map_facts = {
@@ -230,7 +250,9 @@ class Fake:
             "id": 1,
             "at": time.time(),
             "who": "page 1",
-            "what": "go to mark A1",
+            "what": "go to A1",
+            "key": "mark",
+            "values": {"mark": "A1"},
             "state": "arrived",
             "text": "",
         }
@@ -253,6 +275,8 @@ class Fake:
                 continue
             x, y, theta = self.pose
             texts = [{"t": "pose", "x": x, "y": y, "theta": theta, "age": 0.02}]
+            if self.takes_pose is None:
+                texts = []
             if count % 10 == 1:
                 texts += [self.state(), self.lease_for(you), {"t": "lost", "text": None, "since": 0}]
                 texts.append({"t": "plan", "points": [[x, y], [1.5, 0.5], [3, 1]] if self.goals else []})

@@ -189,6 +189,30 @@ def test_what_the_server_refuses_is_its_own_sentence(browser: Browser, served: t
         assert fake.goals == []
 
 
+@pytest.mark.parametrize(
+    ("takes", "text"),
+    [(True, "found itself there"), (False, "The robot says that it is 3.6 m"), (None, "has not answered")],
+)
+def test_the_tick_after_a_pose_comes_from_the_robot(
+    browser: Browser, served: tuple[Fake, str], takes: Any, text: str
+) -> None:
+    """Not when it was sent: when the robot says that it is there; and if it does not, that is said."""
+    fake, url = served
+    fake.takes_pose = takes if takes is not True else False
+    with person(browser, url) as page:
+        page.wait_for_selector("#battery >> text=76")
+        page.click("#choose-pose")
+        page.fill("#place-x", "3")
+        page.fill("#place-y", "2")
+        page.click("#confirm button[type=submit]")
+        page.wait_for_selector(".toast.wait")
+        page.wait_for_timeout(1000)
+        assert page.locator(".toast.ok").count() == 0
+        if takes is True:
+            fake.pose = [3.0, 2.0, 0.4]
+        page.wait_for_selector(f".toast.{ {True: 'ok', False: 'ask', None: 'bad'}[takes] } >> text={text}")
+
+
 def test_nothing_is_sent_without_a_yes(browser: Browser, served: tuple[Fake, str]) -> None:
     """Escape and Cancel are no."""
     fake, url = served

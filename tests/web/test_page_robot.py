@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import math
 import re
 import time
+import urllib.request
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -127,10 +130,88 @@ def test_amounts_a_place_and_the_pose(browser: Browser, robot: Robot) -> None:
         page.mouse.up()
         assert page.input_value("#place-heading") == "90"
         page.click("#confirm button[type=submit]")
-        page.wait_for_selector("text=The robot was told where it is.")
+        page.wait_for_selector(".toast.ask >> text=The robot says that it is", timeout=20_000)
         assert robot.away(1.5, 0.5) < 0.3, "told far from the truth: it believes nothing, and has not moved"
         page.click("#tabbutton-log")
-        page.wait_for_selector("#journal >> text=Told it where it is")
+        page.wait_for_selector("#journal .entry.ended >> text=Told it where it is")
+
+
+def test_a_robot_that_is_lost_finds_itself_and_says_so(browser: Browser, robot: Robot) -> None:
+    """Health names the button by its name; told the truth, the robot says that it is there, and then comes the tick."""
+    with person(browser, robot.url) as page:
+        page.click("#tabbutton-health")
+        robot.sim.lose_localization()
+        page.wait_for_selector("#tab-health >> text=It does not know where it is.")
+        name = page.inner_text("#choose-pose") or page.text_content("#choose-pose")
+        assert f"“{name}”" in page.inner_text("#tab-health")
+        page.click("#tabbutton-go")
+        page.click("#choose-pose")
+        start = robot.sim.world.body.pose
+        for field, value in (("x", start.x), ("y", start.y), ("heading", math.degrees(start.yaw))):
+            page.fill(f"#place-{field}", f"{value:.2f}")
+        page.click("#confirm button[type=submit]")
+        page.wait_for_selector(".toast.ok >> text=The robot has found itself there.", timeout=20_000)
+
+
+def test_after_a_reload_a_goal_is_still_ones_own(browser: Browser, robot: Robot) -> None:
+    """With the way that is done; and a plan is drawn while it is driven, and no longer."""
+
+    def plan() -> list[Any]:
+        with urllib.request.urlopen(f"{robot.url}api/v1/plan", timeout=10.0) as answer:
+            return list(json.load(answer)["points"])
+
+    def bar(page: Page) -> float:
+        return float(page.evaluate("document.querySelector('#task progress')?.value ?? 0"))
+
+    with person(browser, robot.url) as page:
+        page.click(".markrow >> text=C1")
+        page.click("#confirm button[type=submit]")
+        page.wait_for_selector("#task >> text=by you")
+        until(lambda: bar(page) > 25, page)
+        assert len(plan()) > 1
+        done = bar(page)
+        page.reload()
+        page.wait_for_selector("#task >> text=by you")
+        assert bar(page) >= done
+        page.wait_for_selector("#task >> text=Arrived", timeout=60_000)
+        until(lambda: plan() == [], page)
+
+
+def test_a_copied_tab_is_somebody_else(browser: Browser, robot: Robot) -> None:
+    """A tab that is copied while it lives does not take its session along."""
+    with person(browser, robot.url) as page:
+        assert page.evaluate("sessionStorage.length") == 0
+
+
+JARGON = re.compile(r"robot_state|/\w+_\w+|register[A-Z]|\d{6,}|\brad\b|\w\(\)|_stop\b")
+NAMES = re.compile(r"\b(sim|ROS|bag|YAML|WASD|English|STOP|[A-Z]\d|[xym]|Hz)\b|--allow-driving|[\w-]+\.bag")
+
+
+def test_what_a_person_reads_is_chinese_and_begins_with_the_cause(browser: Browser, robot: Robot) -> None:
+    """The emergency stop ends a goal, and refuses the next: no page of the panel has a word of English, or of ours."""
+    read: list[str] = []
+    with person(browser, robot.url, language="zh-CN") as page:
+        page.click(".markrow >> text=B1")
+        page.click("#confirm button[type=submit]")
+        until(lambda: robot.speed > 0.1, page)
+        robot.sim.press_emergency_stop()
+        page.wait_for_selector("#task.bad >> text=急停已按下。")
+        assert page.inner_text("#notices").startswith("它现在不会动：急停已按下。")
+        assert "它报告了故障" not in page.inner_text("#notices")
+        page.click(".markrow >> text=A1")
+        page.click("#confirm button[type=submit]")
+        page.wait_for_selector(".toast.bad >> text=急停已按下。")
+        page.click("#stop")
+        page.wait_for_selector("#stop-answer >> text=机器人静止了。")
+        for tab in ("go", "drive", "health", "log"):
+            page.click(f"#tabbutton-{tab}")
+            read.append(page.inner_text("body"))
+        assert page.inner_text("#tab-health li >> nth=0").startswith("急停已按下。")
+        robot.sim.release_emergency_stop()
+    for text in read:
+        assert not JARGON.search(text), text
+        words = re.findall(r"[A-Za-z]{2,}", NAMES.sub("", text))
+        assert words == [], text
 
 
 def test_charge(browser: Browser, robot: Robot) -> None:

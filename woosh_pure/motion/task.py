@@ -137,6 +137,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
                 state=state,
             ),
             readiness=knowledge.readiness(),
+            said=str(reply.message or ""),
         )
 
     def pause(self) -> None:
@@ -173,6 +174,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
                     why=say(reply.message or "no reason given"),
                 ),
                 readiness=self._core.knowledge.readiness(),
+                said=str(reply.message or ""),
             )
 
     def _in_own_callback(self) -> bool:

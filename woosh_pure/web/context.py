@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from rosproto.sentence import say
 from woosh_pure.lease import DEFAULT_SECONDS
 from woosh_pure.web.access import AccessRules, Clients, ConnectionSlots
+from woosh_pure.web.goals import command
 from woosh_pure.web.live.hub import Hub, Workers
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
@@ -74,7 +75,7 @@ class WebContext:
         if not lease.take_over(who, holder, seconds):
             text = "ask {holder} for the lease first; who asks a program twice may take it over"
             raise Problem(409, say(text, holder=holder), "lease")
-        robot.journal.note(who, f"take over from {holder}")
+        robot.journal.note(who, command("take_over", holder=holder))
 
     def close(self, why: str) -> None:
         """End driving by velocity at once. Requests that still wait for something end soon."""

@@ -11,22 +11,66 @@ import math
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, NamedTuple
 
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.goal import GoalHandle
-from woosh_pure.outcome import Outcome
+from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.reasons import Readiness
 from woosh_pure.web.problems import Problem, problem_of
+from woosh_pure.web.snapshot import reasons_part, said_part
 
 MOST_KEPT, MOST_RUNNING = 200, 8
 
 
 LENGTH = 200
+COMMANDS = {
+    "mark": "go to {mark}",
+    "park": "park at {mark}",
+    "charge": "charge at {mark}",
+    "load": "load at {mark}",
+    "unload": "unload at {mark}",
+    "pose": "go to {x:.2f} {y:.2f} m, {theta:.2f} rad",
+    "move": "move {distance:.2f} m",
+    "rotate": "rotate {angle:.2f} rad",
+    "cancel": "cancel goal {goal}",
+    "pause": "pause goal {goal}",
+    "resume": "resume goal {goal}",
+    "record": "record bag {recording}",
+    "end_record": "end bag {recording}",
+    "set_pose": "set the pose to {x:.2f} {y:.2f} m, {theta:.2f} rad",
+    "stop": "stop",
+    "stop_ours": "stop what is ours",
+    "drive": "drive",
+    "save_mark": "save mark {mark}",
+    "change_mark": "change mark {mark}",
+    "delete_mark": "delete mark {mark}",
+    "take_over": "take over from {holder}",
+}
+
+
+class Command(NamedTuple):
+    """What a client asked for.
+
+    Attributes:
+        text: In English.
+        key: The same for programs, which have words of their own: "mark", "rotate", "stop" ...
+        values: What belongs to it; m and rad.
+    """
+
+    text: str
+    key: str = ""
+    values: Mapping[str, Any] = {}
+
+
+def command(key: str, **values: Any) -> Command:
+    """A command by its key; further values are kept, too."""
+    return Command(COMMANDS[key].format_map(values), key, values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +82,13 @@ class Entry:
         at: When it began, s since 1970.
         who: The name of the client that asked for it.
         what: What was asked for, in words.
+        key, values: The same for programs, see `Command`.
         state: "under way", or how it ended: "arrived", "failed", "cancelled", "done", "refused" ...
         text: The library's sentence about how it ended; "" before that.
         ended: When it ended, s since 1970; None before that.
         goal: Id of the goal that the entry is about; "" if it is not about a goal.
+        reasons: What speaks against moving, after a refusal or failure; the cause first.
+        said: What the robot said to it, {text, text_zh}; None if nothing.
     """
 
     id: int
@@ -52,6 +99,10 @@ class Entry:
     text: str = ""
     ended: float | None = None
     goal: str = ""
+    key: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    reasons: tuple[dict[str, Any], ...] = ()
+    said: dict[str, str] | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The entry as the API sends it."""
@@ -73,24 +124,27 @@ class Journal:
         self._changed: OrderedDict[int, int] = OrderedDict()
         self.version = 0
 
-    def begin(self, who: str, what: str, goal: str = "") -> int:
+    def begin(self, who: str, what: Command | str, goal: str = "") -> int:
         """Add an entry for something that was asked for; returns its number, to be given to `end`."""
+        text, key, values = what if isinstance(what, Command) else Command(what)
         with self._lock:
             number = next(self._numbers)
-            self._put(Entry(number, round(time.time(), 3), _short(who), _short(what), goal=goal))
+            entry = Entry(number, round(time.time(), 3), _short(who), _short(text), goal=goal)
+            self._put(replace(entry, key=key, values=values))
             while len(self._entries) > self._length:
                 oldest, _ = self._entries.popitem(last=False)
                 self._changed.pop(oldest, None)
             return number
 
-    def end(self, number: int, state: str, text: str = "") -> None:
-        """Note how it ended. Does nothing if the entry has been dropped meanwhile."""
+    def end(self, number: int, state: str, text: str = "", **why: Any) -> None:
+        """Note how it ended, and why: `reasons`, `said`. Does nothing if the entry has been dropped."""
+        ended = round(time.time(), 3)
         with self._lock:
             entry = self._entries.get(number)
             if entry is not None:
-                self._put(replace(entry, state=state, text=_short(text, 1000), ended=round(time.time(), 3)))
+                self._put(replace(entry, state=state, text=_short(text, 1000), ended=ended, **why))
 
-    def note(self, who: str, what: str, state: str = "done", text: str = "") -> None:
+    def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
         """Add an entry for something that is done already."""
         self.end(self.begin(who, what), state, text)
 
@@ -123,16 +177,21 @@ class Goal:
     Attributes:
         id: Its number, as text.
         kind: The kind that was requested: "mark", "pose" ...
+        what: What was requested.
         who: The name of the client that requested it.
         handle: The library's handle of the goal.
         begun: When it was started, s since 1970.
         entry: The number of its entry in the journal.
         outcome: How it ended; None while it runs.
         error: Why it is not known how it ended; "" otherwise.
+        start, target: Places in the map, {x, y} in m; None where one is not known.
+        reasons: What spoke against moving when it had failed; the cause first.
+        said: What the robot said of its end, {text, text_zh}; None if nothing.
     """
 
     id: str
     kind: str
+    what: Command
     who: str
     handle: GoalHandle[Any]
     begun: float
@@ -140,6 +199,10 @@ class Goal:
     paused: bool = False
     outcome: Outcome | None = None
     error: str = ""
+    start: Mapping[str, float] | None = None
+    target: Mapping[str, float] | None = None
+    reasons: tuple[dict[str, Any], ...] = ()
+    said: dict[str, str] | None = None
 
     @property
     def done(self) -> bool:
@@ -160,6 +223,8 @@ class Goal:
         return {
             "id": self.id,
             "kind": self.kind,
+            "key": self.what.key,
+            "values": dict(self.what.values),
             "who": self.who,
             "description": printable(self.handle.description),
             "begun": self.begun,
@@ -172,6 +237,10 @@ class Goal:
             "text": self.error if outcome is None else outcome.sentence(),
             "seconds": round(time.time() - self.begun if outcome is None else outcome.seconds, 2),
             "can_pause": not self.done and hasattr(self.handle, "pause"),
+            "start": self.start,
+            "target": self.target,
+            "reasons": list(self.reasons),
+            "said": self.said,
         }
 
     def _state(self) -> str:
@@ -181,16 +250,34 @@ class Goal:
 
 
 class GoalManager:
-    """The goals of one robot, the last 200. Safe from any thread."""
+    """The goals of one robot, the last 200. Safe from any thread.
 
-    def __init__(self, journal: Journal) -> None:
-        self._journal = journal
+    Args:
+        journal: Where each is noted.
+        readiness: Asked why, when one has failed.
+    """
+
+    def __init__(self, journal: Journal, readiness: Callable[[], Readiness]) -> None:
+        self._journal, self._readiness = journal, readiness
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
         self._goals: OrderedDict[str, Goal] = OrderedDict()
 
-    def begin(self, kind: str, who: str, what: str, start: Callable[[], GoalHandle[Any]]) -> Goal:
+    def begin(
+        self,
+        kind: str,
+        who: str,
+        what: Command,
+        begin: Callable[[], GoalHandle[Any]],
+        *,
+        start: Mapping[str, float] | None = None,
+        target: Mapping[str, float] | None = None,
+    ) -> Goal:
         """Start a goal; blocks until the robot has accepted or refused it.
+
+        Args:
+            kind, who, what, start, target: See `Goal`.
+            begin: The verb of the chassis.
 
         Raises:
             RosError, ValueError: The error of the verb, which is noted in the journal, too.
@@ -202,17 +289,19 @@ class GoalManager:
                 say(
                     "{most_running} goals are under way already; cancel one first", most_running=MOST_RUNNING
                 ),
+                "too-many-goals",
             )
         number = str(next(self._numbers))
         entry = self._journal.begin(who, what, number)
         try:
-            handle = start()
+            handle = begin()
         except Exception as error:
-            self._journal.end(
-                entry, "refused" if isinstance(error, MotionRefused) else "failed", problem_of(error).text
-            )
+            problem, refused = problem_of(error), isinstance(error, MotionRefused)
+            why = {"reasons": tuple(problem.facts.get("reasons", ())), "said": problem.facts.get("said")}
+            self._journal.end(entry, "refused" if refused else "failed", problem.text, **why)
             raise
-        goal = Goal(number, kind, who, handle, round(time.time(), 3), entry)
+        begun = round(time.time(), 3)
+        goal = Goal(number, kind, what, who, handle, begun, entry, start=start, target=target)
         with self._lock:
             self._goals[number] = goal
             for old in [key for key, one in self._goals.items() if one.done]:
@@ -232,8 +321,20 @@ class GoalManager:
             goal.error = str(error)
             self._journal.end(goal.entry, "not known", str(error))
         else:
+            goal.reasons = self._reasons(outcome)
+            goal.said = None if outcome.arrived else said_part(outcome.text)
             goal.outcome = outcome
-            self._journal.end(goal.entry, outcome.kind.value, outcome.sentence())
+            why = {"reasons": goal.reasons, "said": goal.said}
+            self._journal.end(goal.entry, outcome.kind.value, outcome.sentence(), **why)
+
+    def _reasons(self, outcome: Outcome) -> tuple[dict[str, Any], ...]:
+        """Why a goal failed, as far as the robot's state tells."""
+        if outcome.kind not in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
+            return ()
+        try:
+            return tuple(reasons_part(r for r in self._readiness().reasons if r.blocking))
+        except RosError:
+            return ()  # the robot cannot be asked: the outcome is all that is known
 
     def get(self, number: str) -> Goal:
         """The goal with that number.

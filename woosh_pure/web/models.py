@@ -173,6 +173,30 @@ class LoginRequest(Request):
 # -- answers -------------------------------------------------------------------------------------------------
 
 
+class Reason(Answer):
+    """One reason not to move; `key` and `values` are for programs that have words of their own."""
+
+    key: str
+    text: str
+    values: dict[str, Any]
+    blocking: bool
+    doubt: bool
+
+
+class MapPoint(Answer):
+    """x and y in m, in the map."""
+
+    x: float
+    y: float
+
+
+class Said(Answer):
+    """A sentence in English and in Chinese."""
+
+    text: str
+    text_zh: str
+
+
 class ProblemDocument(Answer):
     """A problem by RFC 9457; `detail` is the library's sentence."""
 
@@ -200,6 +224,12 @@ class Goal(Answer):
     text: str
     seconds: float
     can_pause: bool
+    key: Annotated[str, Field(description="what was requested; `values` are in m and rad")]
+    values: dict[str, Any]
+    start: MapPoint | None
+    target: MapPoint | None
+    reasons: Annotated[list[Reason], Field(description="what spoke against moving when it had failed")]
+    said: Annotated[Said | None, Field(description="the robot's own words of how it ended")]
 
 
 class StopAnswer(Answer):
@@ -209,6 +239,8 @@ class StopAnswer(Answer):
     text: str
     cancelled: list[str]
     problems: list[str]
+    pending: Annotated[list[str], Field(description="asked again every second, until it is seen to end")]
+    looked: Annotated[bool, Field(description="goals and tasks of others were looked for, too")]
 
 
 class Pose(Answer):
@@ -217,15 +249,6 @@ class Pose(Answer):
     x: float
     y: float
     theta: float
-
-
-class Reason(Answer):
-    """One reason not to move."""
-
-    key: str
-    text: str
-    blocking: bool
-    doubt: bool
 
 
 class Readiness(Answer):
@@ -316,6 +339,10 @@ class Entry(Answer):
     text: str
     ended: float | None
     goal: str
+    key: Annotated[str, Field(description="what was asked for; `values` are in m and rad")]
+    values: dict[str, Any]
+    reasons: Annotated[list[Reason], Field(description="what spoke against moving when it had failed")]
+    said: Annotated[Said | None, Field(description="the robot's own words of how it ended")]
 
 
 class Recording(Answer):

@@ -14,6 +14,7 @@ from rosproto.errors import (
 from rosproto.logs import get_logger
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
+from woosh_pure.web.snapshot import reasons_part, said_part
 
 MEDIA_TYPE = "application/problem+json"
 _logger = get_logger("woosh_pure.web")
@@ -36,7 +37,7 @@ _TITLES = {
     503: "Not available",
     504: "No answer in time",
 }
-_KINDS: tuple[tuple[type[Exception], int, str], ...] = (
+KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (MotionRefused, 409, "motion-refused"),
     (StaleState, 503, "stale-state"),
     (FirmwareLimit, 501, "firmware-limit"),
@@ -83,7 +84,7 @@ def problem_of(error: Exception) -> Problem:
     """An error as a problem. An unexpected one is logged, and the client gets no details of it."""
     if isinstance(error, Problem):
         return error
-    for of, status, kind in _KINDS:
+    for of, status, kind in KINDS:
         if isinstance(error, of):
             text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
             return Problem(status, text, kind, **_facts(error))
@@ -94,7 +95,7 @@ def problem_of(error: Exception) -> Problem:
 def _facts(error: Exception) -> dict[str, Any]:
     facts: dict[str, Any] = {}
     if isinstance(error, MotionRefused):
-        facts["reasons"] = [{"key": str(r.key), "text": printable(r.text)} for r in error.reasons]
+        facts.update(reasons=reasons_part(error.reasons), said=said_part(error.said))
     elif isinstance(error, StaleState):
         facts.update(topic=error.topic, age=error.age)
     elif isinstance(error, FirmwareLimit):

@@ -14,7 +14,7 @@ from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
-from woosh_pure.web.goals import GoalManager, Journal
+from woosh_pure.web.goals import GoalManager, Journal, command
 from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import MarkList
@@ -96,7 +96,7 @@ class Robot:
     ) -> None:
         self.name, self.chassis, self.marks = name, chassis, marks
         self.journal = Journal()
-        self.goals = GoalManager(self.journal)
+        self.goals = GoalManager(self.journal, chassis.readiness)
         self.manual_drive = ManualDrive(chassis)
         self.map = MapCache(chassis)
         self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}
@@ -162,7 +162,7 @@ class Robot:
         return self._stops.begin(who, everything)
 
     def _stop(self, who: str, everything: bool) -> StopReport:
-        entry = self.journal.begin(who, "stop" if everything else "stop what is ours")
+        entry = self.journal.begin(who, command("stop" if everything else "stop_ours"))
         try:
             report = self.chassis.stop(everything=everything, timeout=STOP_SECONDS)
         except Exception as error:

@@ -13,11 +13,12 @@ from enum import Enum
 from typing import Any
 
 from rosproto.text import printable
-from woosh_pure.faults import Faults
+from woosh_pure.faults import Faults, with_words
 from woosh_pure.feed.feed import Reading
 from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.language.table import words_for
 from woosh_pure.lease import LeaseState
-from woosh_pure.reasons import Readiness
+from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.values.state import Battery, RobotStatus
 
@@ -131,11 +132,33 @@ def readiness_part(readiness: Readiness) -> dict[str, Any]:
     return {
         "answer": readiness.answer.value,
         "text": readiness.sentence(),
-        "reasons": [
-            {"key": str(r.key), "text": printable(r.text), "blocking": r.blocking, "doubt": r.doubt}
-            for r in readiness.reasons
-        ],
+        "reasons": reasons_part(readiness.reasons),
     }
+
+
+def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
+    """Reasons not to move, in the order given, with what their sentences were made of."""
+    return [
+        {
+            "key": str(reason.key),
+            "text": printable(reason.text),
+            "values": plain(getattr(reason.text, "values", {})),
+            "blocking": reason.blocking,
+            "doubt": reason.doubt,
+        }
+        for reason in reasons
+    ]
+
+
+def said_part(text: str) -> dict[str, str] | None:
+    """What the robot or the library says, in both languages as far as they are known; None for no text."""
+    if not text:
+        return None
+    said = with_words(text)
+    words = getattr(said, "values", {}).get("words")
+    if words is not None:  # a status code alone: what it means
+        return {"text": printable(words.said("en")), "text_zh": printable(words.said("zh"))}
+    return {"text": printable(said), "text_zh": printable(words_for("zh").say(said))}
 
 
 def faults_part(faults: Faults) -> dict[str, Any]:
@@ -181,6 +204,8 @@ def stop_part(report: StopReport) -> dict[str, Any]:
         "text": report.sentence(),
         "cancelled": list(report.cancelled),
         "problems": list(report.problems),
+        "pending": list(report.pending),
+        "looked": report.looked,
     }
 
 

@@ -84,7 +84,7 @@ test("messages that make no sense change nothing and raise nothing", () => {
 
 test("the journal replaces by number, in order, bounded", () => {
   const [store, ages] = [new Store(), new Ages()];
-  const entry = (id, state) => ({ id, at: id, who: "page 1", what: "go to A1", state, text: "", goal: "1" });
+  const entry = (id, state) => ({ id, at: id, who: "page 1", what: "go to A1", key: "mark", values: { mark: "A1" }, state, text: "", goal: "1" });
   const many = Array.from({ length: 400 }, (_, i) => entry(i + 1, "arrived"));
   take(store, ages, { t: "journal", entries: many }, 1);
   take(store, ages, { t: "journal", entries: [entry(400, "failed"), entry(401, "under way"), entry(402, "cancelled")] }, 1);

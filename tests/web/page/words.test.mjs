@@ -3,7 +3,7 @@ import { readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { bytes, choose, degrees, number, t, use, word } from "../../../woosh_pure/web/page/js/i18n.js";
-import { whatText, markOf } from "../../../woosh_pure/web/page/js/what.js";
+import { whatText, whoText } from "../../../woosh_pure/web/page/js/what.js";
 import { en } from "../../../woosh_pure/web/page/js/words_en.js";
 import { zh } from "../../../woosh_pure/web/page/js/words_zh.js";
 
@@ -65,10 +65,20 @@ test("a word that is not known is shown as it came", () => {
 
 test("what was asked is told in the language of the page", () => {
   use("zh");
-  assert.equal(whatText("go to A1"), "前往 A1");
-  assert.equal(whatText("rotate 1.57 rad"), "旋转 90°");
-  assert.equal(whatText("something new"), "something new");
+  assert.equal(whatText({ key: "mark", values: { mark: "A1" } }), "前往 A1");
+  assert.equal(whatText({ key: "rotate", values: { angle: 4.712, speed: 0 } }), "旋转 270°");
+  assert.equal(whoText("page 3 at 10.0.0.7"), "网页 3（10.0.0.7）");
   use("en");
-  assert.equal(markOf("charge at C1"), "C1");
-  assert.equal(markOf("move 0.50 m"), null);
+  assert.equal(whatText({ key: "pose", values: { x: 1, y: -0.5, theta: 0.36 } }), "Go to x 1.00 m, y -0.50 m");
+  assert.equal(whatText({ key: "new kind", values: {}, what: "something new" }), "something new");
+  assert.equal(whoText("anna"), "anna");
+});
+
+test("a button or page that a sentence names is called so on the page", () => {
+  for (const words of [en, zh]) {
+    const names = new Set(Object.values(words));
+    const named = Object.values(words).flatMap((text) => [...text.matchAll(/“([^”{]+)”/g)].map((found) => found[1]));
+    assert.ok(named.length > 3);
+    for (const name of named) assert.ok(names.has(name), name);
+  }
 });

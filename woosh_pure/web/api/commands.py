@@ -25,9 +25,10 @@ from woosh_pure.web.api.dependencies import (
     problems,
     robot_of,
 )
+from woosh_pure.web.goals import command
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
-from woosh_pure.web.snapshot import lease_part
+from woosh_pure.web.snapshot import lease_part, pose_part
 
 # -- goals: POST and GET; waiting for, cancelling, pausing and resuming one ----------------------------------
 
@@ -41,32 +42,48 @@ def create_goal(body: models.GoalRequest, request: Request) -> dict[str, Any]:
     options: dict[str, Any] = {"replace": body.replace}
     if body.timeout is not None:
         options["timeout"] = body.timeout
-    what, start = _verb(robot, body, options)
-    return robot.goals.begin(body.kind, client.name, what, start).as_json()
+    key = body.direction if body.kind == "carry" else body.kind
+    what = command(key, **body.model_dump(exclude={"kind", "direction", "timeout", "replace"}))
+    pose = robot.feed("pose").known
+    return robot.goals.begin(
+        body.kind,
+        client.name,
+        what,
+        _verb(robot, body, options),
+        start=None if pose is None else pose_part(pose.value),
+        target=_target(robot, body),
+    ).as_json()
 
 
-def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> tuple[str, Callable[[], Any]]:
+def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> Callable[[], Any]:
     chassis = robot.chassis
     place = _place(robot, body)
     if place is not None:
-        return f"go to {body.mark}", partial(chassis.go_to, place.x, place.y, place.yaw, **options)
+        return partial(chassis.go_to, place.x, place.y, place.yaw, **options)
     if body.kind == "mark":
-        return f"go to {body.mark}", partial(chassis.go_to_mark, body.mark, **options)
+        return partial(chassis.go_to_mark, body.mark, **options)
     if body.kind == "park":
-        return f"park at {body.mark}", partial(chassis.park, body.mark, **options)
+        return partial(chassis.park, body.mark, **options)
     if body.kind == "charge":
-        return f"charge at {body.mark}", partial(chassis.charge, body.mark, **options)
+        return partial(chassis.charge, body.mark, **options)
     if body.kind == "carry":
         direction = Direction.LOAD if body.direction == "load" else Direction.UNLOAD
-        return f"{body.direction} at {body.mark}", partial(chassis.carry, body.mark, direction, **options)
+        return partial(chassis.carry, body.mark, direction, **options)
     if body.kind == "pose":
-        what = f"go to {body.x:.2f} {body.y:.2f} m, {body.theta:.2f} rad"
-        return what, partial(chassis.go_to, body.x, body.y, body.theta, **options)
+        return partial(chassis.go_to, body.x, body.y, body.theta, **options)
     if body.kind == "move":
-        return f"move {body.distance:.2f} m", partial(
-            chassis.move, body.distance, speed=body.speed, **options
-        )
-    return f"rotate {body.angle:.2f} rad", partial(chassis.rotate, body.angle, speed=body.speed, **options)
+        return partial(chassis.move, body.distance, speed=body.speed, **options)
+    return partial(chassis.rotate, body.angle, speed=body.speed, **options)
+
+
+def _target(robot: Robot, body: Any) -> dict[str, float] | None:
+    """Where the goal leads, in the map; None if that is not known."""
+    if body.kind == "pose":
+        return {"x": body.x, "y": body.y}
+    name = getattr(body, "mark", None)
+    mark = None if name is None else robot.marks.find(name)
+    place = None if mark is None or mark.pose is None else pose_part(mark.pose)
+    return place and {"x": place["x"], "y": place["y"]}
 
 
 def _place(robot: Robot, body: Any) -> Pose2D | None:
@@ -113,7 +130,7 @@ def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
     """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
     found = robot_of(request).goals.get(goal)
     if not found.done:
-        robot_of(request).journal.note(name_of(request), f"cancel goal {found.id}")
+        robot_of(request).journal.note(name_of(request), command("cancel", goal=found.id))
         found.handle.cancel()
         found.wait(2.0)
     return found.as_json()
@@ -148,7 +165,7 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
         )
     act()
     goal.paused = verb == "pause"
-    robot.journal.note(client.name, f"{verb} goal {goal.id}")
+    robot.journal.note(client.name, command(verb, goal=goal.id))
     return goal.as_json()
 
 
@@ -255,7 +272,7 @@ def create_recording(request: Request, body: models.RecordingRequest | None = No
     robot, client = check_command(request, lease=False)
     body = body or models.RecordingRequest()
     found = robot.recordings.begin(client.name, body.seconds, body.camera)
-    robot.journal.note(client.name, f"record bag {found.id}", "begun")
+    robot.journal.note(client.name, command("record", recording=found.id), "begun")
     return found.as_json()
 
 
@@ -270,7 +287,7 @@ def end_recording(recording: str, request: Request) -> dict[str, Any]:
     running = robot.recordings.get(recording).running
     found = robot.recordings.end(recording)
     if running:
-        robot.journal.note(client.name, f"end bag {found.id}")
+        robot.journal.note(client.name, command("end_record", recording=found.id))
     return found.as_json()
 
 

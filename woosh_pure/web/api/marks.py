@@ -12,6 +12,7 @@ from woosh_pure.maps.marks import UserMark
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, check_command, problems, robot_of
+from woosh_pure.web.goals import command
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
@@ -32,7 +33,7 @@ def create_mark(body: models.MarkRequest, request: Request, response: Response) 
     robot, client = check_command(request, lease=False, connected=False)
     pose = _pose(robot, body, Pose2D(0.0, 0.0))
     mark = robot.marks.add(UserMark(body.name, pose, body.note, body.charger, body.on_chassis))
-    robot.journal.note(client.name, f"save mark {mark.name}")
+    robot.journal.note(client.name, command("save_mark", mark=mark.name))
     response.headers["location"] = f"{request.url.path.rstrip('/')}/{quote(mark.name, safe='')}"
     return mark_part(mark)
 
@@ -58,7 +59,7 @@ def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) ->
     if pose is not None:
         changes["pose"] = pose
     changed = robot.marks.change(mark, changes)
-    robot.journal.note(client.name, f"change mark {mark}", text=f"now {changed.name}")
+    robot.journal.note(client.name, command("change_mark", mark=mark), text=f"now {changed.name}")
     return mark_part(changed)
 
 
@@ -66,7 +67,7 @@ def delete_mark(request: Request, mark: str = _NAME) -> None:
     """Take a mark off the list. The chassis's own map stays as it is."""
     robot, client = check_command(request, lease=False, connected=False)
     robot.marks.remove(mark)
-    robot.journal.note(client.name, f"delete mark {mark}")
+    robot.journal.note(client.name, command("delete_mark", mark=mark))
 
 
 def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2D) -> Pose2D | None:

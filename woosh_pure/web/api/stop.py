@@ -20,6 +20,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems
+from woosh_pure.web.goals import command
 from woosh_pure.web.middleware import MOST_BODY
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 from woosh_pure.web.robot import Robot
@@ -141,13 +142,13 @@ def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
     """Tell the robot where it is, for example after power-up."""
     robot, client = check_command(request)
     pose = Pose2D(body.x, body.y, body.theta).require_sensible()
-    entry = robot.journal.begin(client.name, f"set the pose to {pose}")
+    entry = robot.journal.begin(client.name, command("set_pose", x=pose.x, y=pose.y, theta=pose.yaw))
     try:
         robot.chassis.set_pose(pose)
     except Exception as error:
         robot.journal.end(entry, "failed", str(error))
         raise
-    robot.journal.end(entry, "done", "sent; whether it has found itself there is told by its readiness")
+    robot.journal.end(entry, "sent", "whether it has found itself there is told by its readiness")
     return {"x": pose.x, "y": pose.y, "theta": pose.yaw}
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from woosh_pure.web.context import WebContext
+from woosh_pure.web.goals import command
 from woosh_pure.web.live.deadman import DeadMan, Verdict
 from woosh_pure.web.live.outgoing import BadMessage, Outgoing
 from woosh_pure.web.problems import Problem, problem_of
@@ -166,13 +167,14 @@ class Hand:
                 problem = problem_of(error)
                 reason = problem.kind if isinstance(error, Problem) else "refused"
                 self._dead_man.end(reason)
-                self._tell({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
+                told = {"reason": reason, "text": problem.text, "kind": problem.kind}
+                self._tell({"t": "drive", "state": "refused", **told, "reasons": _reasons(problem)})
             return
         if press != self._presses:
             self._abandon(opening, "the hand has let go meanwhile")
             return
         self._driving = True
-        entry = self._robot.journal.begin(name, "drive")
+        entry = self._robot.journal.begin(name, command("drive"))
         now = time.monotonic()
         verdict = self._dead_man.opened(now)
         if self._dead_man.state == "driving":
@@ -189,7 +191,7 @@ class Hand:
         if not opening.cancelled() and opening.exception() is None:
             self._context.drives.run(self._robot.manual_drive.finish, why)
 
-    def _end_drive(self, reason: str, text: str = "") -> None:
+    def _end_drive(self, reason: str, text: str = "", reasons: list[Any] | None = None) -> None:
         """Send zero now; the journal and the page are told afterwards."""
         if not self._driving:
             if reason:
@@ -199,10 +201,14 @@ class Hand:
         why = text or f"the hand at the page: {reason}"
         self._robot.manual_drive.halt(why)
         self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
-        self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
+        self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text, "reasons": reasons or []})
         self._context.drives.run(self._robot.manual_drive.finish, why)
 
     def _drive_failed(self, error: Exception) -> None:
         """The drive was ended by the robot, a stop, or a lost link."""
         self._dead_man.end("over")
-        self._end_drive("over", str(error))
+        self._end_drive("over", str(error), _reasons(problem_of(error)))
+
+
+def _reasons(problem: Problem) -> list[Any]:
+    return list(problem.facts.get("reasons", ()))

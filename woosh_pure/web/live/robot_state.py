@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from woosh_pure.geometry import Pose2D
 from woosh_pure.readings import known_path
+from woosh_pure.reasons import ReasonKey
 from woosh_pure.values.state import LaserScan
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import faults_part, points_part, readiness_part, state_parts
@@ -56,13 +57,28 @@ def snapshot(robot: Robot) -> dict[str, Any]:
 
 
 def path_points(robot: Robot) -> list[list[float]]:
-    """The path being driven, reduced to the points that a screen can show."""
-    path = known_path(robot.chassis)
+    """The path being driven, reduced to the points that a screen can show; none once the motion is over.
+
+    The navigation goes on publishing its last path, and says nothing of its end.
+    """
+    path = known_path(robot.chassis) if _under_way(robot) else []
     step = max(1, math.ceil(len(path) / MOST_POINTS))
     thinned = path[::step]
     if path and thinned[-1] is not path[-1]:
         thinned.append(path[-1])
     return points_part((pose.x, pose.y) for pose in thinned)
+
+
+def _under_way(robot: Robot) -> bool:
+    """Whether the robot drives along a path: a goal of ours or of others is under way, or it just moves."""
+    if robot.goals.running or any(reason.key in _BUSY for reason in robot.chassis.readiness().reasons):
+        return True
+    velocity = robot.feed("velocity").known
+    moves = velocity is not None and velocity.age < 1.0 and not velocity.value.is_standing()
+    return moves and robot.manual_drive.driver is None
+
+
+_BUSY = (ReasonKey.BUSY, ReasonKey.OTHER_CLIENT)
 
 
 def round_outline(radius: float = ASSUMED_RADIUS) -> list[list[float]]:

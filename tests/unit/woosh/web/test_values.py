@@ -13,13 +13,15 @@ import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout, ServiceError
 from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleState
+from woosh_pure.faults import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.lease import LeaseState
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.readiness.assessment import assess
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.web.access import MOST_SESSIONS, Clients
-from woosh_pure.web.goals import Journal
+from woosh_pure.web.goals import Journal, command
 from woosh_pure.web.live.frames import MOST_CELLS, MOST_RANGES, PART, camera_frame, costmap_frames, scan_frame
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import mark_part
@@ -30,6 +32,7 @@ from woosh_pure.web.snapshot import (
     points_part,
     pose_part,
     readiness_part,
+    said_part,
     state_parts,
     text_of,
 )
@@ -125,8 +128,30 @@ def test_readiness_is_three_valued() -> None:
     part = readiness_part(Readiness((Reason("bumper", "the bumper is pressed"),)))
     assert part["answer"] == "no"
     assert part["reasons"] == [
-        {"key": "bumper", "text": "the bumper is pressed", "blocking": True, "doubt": False}
+        {"key": "bumper", "text": "the bumper is pressed", "values": {}, "blocking": True, "doubt": False}
     ]
+    part = readiness_part(assess(None, [decode_status_code(110201000013)]))
+    words = part["reasons"][0]["values"]["words"]
+    assert words == {"english": "emergency stop 1 pressed", "chinese": "急停按钮1被按下"}
+
+
+def test_what_the_robot_said_is_told_in_both_languages() -> None:
+    assert said_part("") is None
+    assert said_part("货架不在") == {"text": "货架不在", "text_zh": "货架不在"}
+    assert said_part("status code 110201000013") == {
+        "text": "emergency stop 1 pressed",
+        "text_zh": "急停按钮1被按下",
+    }
+    assert said_part("the robot is in fault")["text_zh"] != "the robot is in fault"  # type: ignore[index]
+
+
+def test_a_command_has_a_key_and_values_beside_its_words() -> None:
+    journal = Journal()
+    journal.note("anna", command("rotate", angle=0.36, speed=0.0))
+    entry = journal.entries()[0].as_json()
+    assert (entry["what"], entry["key"]) == ("rotate 0.36 rad", "rotate")
+    assert entry["values"] == {"angle": 0.36, "speed": 0.0}
+    json.dumps(entry, allow_nan=False)
 
 
 def test_a_lease_says_whose_it_is() -> None:

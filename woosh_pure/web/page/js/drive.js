@@ -10,13 +10,16 @@ import { Pad } from "./pad.js";
 import { fromStick } from "./steering.js";
 import { toast } from "./toast.js";
 import { warning } from "./warning.js";
+import { causeText, kindText } from "./why.js";
 
-// The server's reasons that this page has words of its own for; of others its sentence is shown.
+// The server's reasons that this page has words of its own for.
 const REASONS = {
   silent: "silent", late: "late", "slow link": "slow", "no lease": "unleased", stopped: "stopped", busy: "busy",
+  over: "ended", "not allowed": "off", "not confirmed": "unconfirmed",
+  released: "again", "pressed twice": "again", "not a new press": "again", "let go meanwhile": "again",
 };
 const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved"]);
-const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why);
+const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why).replace(/[.。]$/, "");
 
 export class Drive {
   constructor({ store, link, lease, leaseBox }) {
@@ -127,7 +130,7 @@ export class Drive {
 
   told(message) {
     if (message.state === "driving" || message.state === "opening") return;
-    const why = REASONS[message.reason] ?? (message.text || message.reason || "");
+    const why = causeText(message.reasons) || REASONS[message.reason] || kindText(message.kind) || "ended";
     this.heart.ended(why);
     if (message.state === "refused") toast(whyText(why), "bad");
   }

@@ -5,6 +5,7 @@ import { button, byId, el, fill, show } from "./dom.js";
 import { hint } from "./hints.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
 import { Marks } from "./marks.js";
+import { answerOf, isLost } from "./posed.js";
 import { attempt, toast } from "./toast.js";
 
 const KNOWN = "woosh-has-driven";
@@ -175,12 +176,19 @@ export class Go {
     this.render();
   }
 
+  // The tick comes when the robot says that it is there, not before.
   async sendPose(place) {
+    const lost = isLost(this.store);
     const done = await attempt(async () => {
       await this.lease.need();
       await this.rest.call("POST", "pose", place, { timeout: 20 });
       return true;
     });
-    if (done) toast(t("go.posedone"));
+    if (done === null) return;
+    toast(t("go.posewait"), "wait");
+    const answer = await answerOf(this.store, place, lost);
+    if (answer?.taken) toast(t("go.posedone"));
+    else if (!answer || answer.lost) toast(t(answer ? "go.poselost" : "go.posesilent"), "bad");
+    else toast(t("go.poseother", { n: number(answer.away, 1), deg: number((answer.turned * 180) / Math.PI, 0) }), "ask");
   }
 }

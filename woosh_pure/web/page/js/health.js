@@ -5,7 +5,7 @@ import { isOld } from "./freshness.js";
 import { ageText } from "./header.js";
 import { current, degrees, number, onLanguage, t, word } from "./i18n.js";
 import { seconds } from "./link.js";
-import { todoOf, whyOf } from "./notices.js";
+import { distinct, todoOf, whyOf } from "./why.js";
 
 const ROWS = ["state", "mode", "battery", "velocity", "position", "scan", "odometer", "task", "map"];
 const FEED = { state: "status", mode: "status", position: "pose", task: "status", odometer: "odometer" };
@@ -42,9 +42,9 @@ export class Health {
     const readiness = gone ? null : this.store.get("readiness");
     const answer = { yes: "yes", no: "no" }[readiness?.answer] ?? "unknown";
     const kind = { yes: "ok", no: "bad", unknown: "warn" }[answer];
-    const reasons = (readiness?.reasons ?? []).map((reason) => {
-      const todo = todoOf(reason.key);
-      return el("li", {}, el("strong", {}, whyOf(reason)), el("p", { class: "quiet" }, reason.text), todo ? el("p", { class: "quiet" }, `${t("todo.title")} ${todo}`) : null);
+    const reasons = distinct(readiness?.reasons).map((reason) => {
+      const todo = todoOf(reason);
+      return el("li", {}, el("strong", {}, whyOf(reason)), todo ? el("p", { class: "quiet" }, todo) : null);
     });
     fill(this.ready, el("h2", {}, t("ready.title")),
       el("p", { class: `answerline ${kind}` }, icon({ yes: "ok", no: "no", unknown: "ask" }[answer]), t(`ready.${answer}`)),

@@ -7,6 +7,7 @@ import { onLanguage, t } from "./i18n.js";
 import { Refused } from "./rest.js";
 import { seconds } from "./link.js";
 import { attempt } from "./toast.js";
+import { whoText } from "./what.js";
 
 const WAIT = 3; // seconds for a lease that nobody holds
 
@@ -71,7 +72,7 @@ export class Lease {
 
   get holder() {
     const lease = this.store.get("lease");
-    return lease?.holder ?? "";
+    return whoText(lease?.holder);
   }
 
   render() {

@@ -3,8 +3,9 @@
 import { button, byId, el, fill, icon } from "./dom.js";
 import { Download, LARGEST } from "./download.js";
 import { bytes, clock, current, number, onLanguage, t, word } from "./i18n.js";
-import { whatText } from "./what.js";
 import { attempt } from "./toast.js";
+import { whatText, whoText } from "./what.js";
+import { briefText } from "./why.js";
 
 export const ICONS = { running: "wait", ok: "ok", bad: "no", ended: "stop" };
 
@@ -34,8 +35,8 @@ export class Log {
       const { kind } = entry;
       return el("li", { class: `entry ${kind}` }, icon(ICONS[kind]),
         el("div", { class: "grow" },
-          el("p", {}, el("strong", {}, whatText(entry.what))),
-          el("p", { class: "quiet" }, [clock(entry.at), entry.by, word("goal", entry.state), brief(entry)].filter(Boolean).join(" · "))));
+          el("p", {}, el("strong", {}, whatText(entry))),
+          el("p", { class: "quiet" }, [clock(entry.at), whoText(entry.by), word("goal", entry.state), briefText(entry)].filter(Boolean).join(" · "))));
     });
     fill(this.list, el("h2", {}, t("log.title")),
       rows.length ? el("ul", { class: "plainlist" }, ...rows) : el("p", { class: "quiet" }, t("log.none")));
@@ -85,8 +86,5 @@ export class Log {
         this.download(`map.${kind}`, { path: `map.${kind}`, name: `map.${kind}`, label: `files.${kind}`, id: `save-${kind}` }).root)));
   }
 }
-
-// What ended badly is told in full; of the rest the first words are enough.
-const brief = ({ kind, text }) => (kind === "bad" ? text : text.split(";")[0]);
 
 const growthOf = (one) => t("rec.running", { size: bytes(one.bytes), n: number(one.seconds, 0) });

@@ -17,6 +17,7 @@ import { take, takeBinary } from "./messages.js";
 import { Notices } from "./notices.js";
 import { Plots } from "./plots.js";
 import { Rest } from "./rest.js";
+import { keepSession, keptSession } from "./session.js";
 import { Stop } from "./stop.js";
 import { Store } from "./store.js";
 import { Tabs } from "./tabs.js";
@@ -30,6 +31,9 @@ const ages = new Ages();
 const parts = new Parts();
 const rest = new Rest(base, { onToken: () => token.ask() });
 const token = new Token(rest, () => link.hurry());
+rest.session = keptSession();
+addEventListener("pagehide", () => keepSession(rest.session));
+addEventListener("pageshow", () => keptSession()); // it comes back as it was left
 let before = false; // was connected before
 
 // The session of before keeps name and lease through a break.

@@ -218,8 +218,7 @@ export class MapView {
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.clearRect(0, 0, view.width, view.height);
     this.ground.draw(context, view);
-    // The path of a motion that is over stays published: it is no plan any more.
-    if (store.get("robot")?.state !== "idle" || store.get("goal")?.running) layers.drawPlan(context, view, paint, store.get("plan"));
+    layers.drawPlan(context, view, paint, store.get("plan"));
     layers.drawTrail(context, view, paint, this.trail);
     layers.drawScan(context, view, paint, store.get("scan"), old("scan"));
     layers.drawMarks(context, view, paint, store.get("marks"), this.chosen);

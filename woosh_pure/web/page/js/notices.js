@@ -1,11 +1,9 @@
 // Why it would not move, above whatever page is open: only when the answer is a plain no.
 
 import { button, byId, el, fill, icon } from "./dom.js";
-import { has, onLanguage, t } from "./i18n.js";
-
-// The short sentence of a reason; the library's own where it is not known here.
-export const whyOf = (reason) => (has(`why.${reason.key}`) ? t(`why.${reason.key}`) : reason.text);
-export const todoOf = (key) => (has(`todo.${key}`) ? t(`todo.${key}`) : "");
+import { onLanguage, t } from "./i18n.js";
+import { whoText } from "./what.js";
+import { blocking, todoOf, whyOf } from "./why.js";
 
 export class Notices {
   constructor({ store, lease }) {
@@ -21,8 +19,7 @@ export class Notices {
   render() {
     const readiness = this.store.get("lost") === null ? this.store.get("readiness") : null;
     const lease = this.store.get("lease");
-    const blocking = (readiness?.answer === "no" && readiness.reasons?.filter((reason) => reason.blocking)) || [];
-    const reasons = blocking.filter((reason) => reason.key !== "busy"); // its own task is shown as a task
+    const reasons = readiness?.answer === "no" ? blocking(readiness.reasons) : [];
     const asked = lease?.yours ? lease.askedBy : null;
     const shape = JSON.stringify([reasons, asked]);
     if (shape === this.shape) return;
@@ -31,14 +28,14 @@ export class Notices {
   }
 
   reason(reason) {
-    const todo = todoOf(reason.key);
+    const todo = todoOf(reason);
     return el("div", { class: "notice bad" }, icon("warn"),
       el("div", {}, el("strong", {}, t("ready.notice", { why: whyOf(reason) })),
-        todo ? el("p", {}, `${t("todo.title")} ${todo}`) : null));
+        todo ? el("p", {}, todo) : null));
   }
 
   asked(name) {
-    return el("div", { class: "notice" }, icon("ask"), el("div", {}, el("strong", {}, t("lease.asked", { name })),
+    return el("div", { class: "notice" }, icon("ask"), el("div", {}, el("strong", {}, t("lease.asked", { name: whoText(name) })),
       el("div", { class: "row" },
         button(t("lease.grant"), () => this.lease.say("grant", name), { kind: "primary" }),
         button(t("lease.deny"), () => this.lease.say("keep")))));

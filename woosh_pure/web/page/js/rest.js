@@ -1,7 +1,8 @@
-// Calls of the API. Every wait has an end; an error is the server's own sentence.
+// Calls of the API. Every wait has an end; an error says why, in words.
 
 import { collect } from "./body.js";
 import { current, t } from "./i18n.js";
+import { refusalText } from "./why.js";
 
 export class Refused extends Error {
   constructor(text, status = 0, problem = {}) {
@@ -10,9 +11,6 @@ export class Refused extends Error {
     this.problem = problem;
   }
 }
-
-// What a problem says: its detail, else its title, else its number.
-export const sentence = (problem, status) => problem?.detail || problem?.title || t("error.status", { status });
 
 export class Rest {
   constructor(base, { fetch = globalThis.fetch.bind(globalThis), onToken = () => {} } = {}) {
@@ -57,7 +55,7 @@ export class Rest {
   async refusal(answer) {
     const problem = await answer.json().catch(() => ({}));
     if (answer.status === 401 && !answer.url.endsWith("/login")) this.onToken();
-    return new Refused(sentence(problem, answer.status), answer.status, problem);
+    return new Refused(refusalText(problem, answer.status), answer.status, problem);
   }
 
   async json(method, path, body = null, options = {}) {

@@ -36,10 +36,15 @@ export function goal(goals) {
     state: one.state,
     running: !one.done,
     kind: one.done ? kindOf(one.state) : "running",
-    text: one.description,
-    end: one.text,
+    key: one.key,
+    values: one.values,
+    what: one.description,
+    start: one.start,
+    target: one.target,
+    reasons: one.reasons,
+    said: one.said,
+    stands: one.stands_still,
     percent: one.percent,
-    progress: one.progress,
     by: one.who,
     pauses: Boolean(one.can_pause) || one.state === "paused",
   };
@@ -50,7 +55,7 @@ export const marks = (list) =>
 
 const RUNNING = new Set(["under way", "paused"]);
 const BAD = new Set(["failed", "refused", "rejected", "timed out", "connection lost", "STILL MOVES"]);
-const ENDED = new Set(["cancelled", "replaced", "not known"]); // neither well nor badly
+const ENDED = new Set(["cancelled", "replaced", "not known", "sent"]); // neither well nor badly
 
 // "running", "ok", "bad" or "ended"
 export const kindOf = (state) =>
@@ -61,7 +66,10 @@ export const entry = (one) => ({
   at: one.at,
   by: one.who,
   what: one.what,
-  text: one.text,
+  key: one.key,
+  values: one.values,
+  reasons: one.reasons,
+  said: one.said,
   state: one.state,
   kind: kindOf(one.state),
   goal: one.goal ?? "",

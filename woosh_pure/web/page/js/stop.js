@@ -4,6 +4,7 @@
 
 import { button, byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
+import { stopText } from "./why.js";
 
 const SECOND_WAY = 0.1; // seconds without a confirmation: then a call follows
 const ALL_WAYS = 0.3; // then all that is left
@@ -105,7 +106,7 @@ export class Stop {
   answer(shown) {
     this.shown = shown;
     const { key, kind, icon: name, report, text } = shown;
-    const more = text ?? report?.text ?? "";
+    const more = text ?? (report ? stopText(report) : "");
     this.box.className = `answer ${kind}`;
     fill(
       this.box,

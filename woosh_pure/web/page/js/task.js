@@ -4,7 +4,8 @@ import { button, byId, el, fill, icon, say, show } from "./dom.js";
 import { number, onLanguage, t, word } from "./i18n.js";
 import { ICONS } from "./log.js";
 import { attempt } from "./toast.js";
-import { markOf, whatText } from "./what.js";
+import { whatText, whoText } from "./what.js";
+import { endText } from "./why.js";
 
 const KEPT = 20; // seconds for which an end that needs nobody is shown
 
@@ -16,10 +17,10 @@ export class Task {
     this.seen = null; // id of the goal that was last seen running here
     this.closed = null;
     this.before = undefined; // id of the goal that had ended when the page came, "" if none: its end is no news
-    this.far = 0; // m to the mark when it was seen first
+    this.far = 0; // m to the target at the beginning, or when it was seen first
     this.shape = ""; // what is built; progress only moves the bar
     store.on("goal", (goal) => (this.before ??= goal && !goal.running ? goal.id : ""));
-    store.on("goal journal", () => this.render());
+    store.on("goal", () => this.render());
     store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // its goals have other numbers
     store.on("pose", () => this.bar && this.progress());
     onLanguage(() => {
@@ -31,7 +32,7 @@ export class Task {
   render() {
     const goal = this.store.get("goal");
     if (goal?.running && goal.id !== this.seen) {
-      [this.seen, this.far] = [goal.id, 0];
+      [this.seen, this.far] = [goal.id, away(goal.start, goal.target) ?? 0];
       // Who has begun it far down the list would not see it.
       if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
     }
@@ -40,8 +41,8 @@ export class Task {
     const hidden = !goal || (!goal.running && told);
     show(this.box, !hidden);
     if (hidden) return;
-    const what = this.what(goal);
-    const shape = JSON.stringify([goal.id, goal.state, goal.pauses, what]);
+    const what = whatText(goal);
+    const shape = JSON.stringify([goal.id, goal.state, goal.pauses, goal.reasons, goal.stands, what]);
     if (shape !== this.shape) this.later(goal);
     if (shape !== this.shape) this.build(goal, what);
     this.shape = shape;
@@ -60,37 +61,23 @@ export class Task {
     this.render();
   }
 
-  // As it was asked for; the library's own words for a goal that somebody else has begun.
-  what(goal) {
-    const asked = this.store.get("journal")?.find((entry) => entry.goal === goal.id)?.what;
-    this.mark = this.store.get("marks")?.find((mark) => mark.name === markOf(asked));
-    return asked ? whatText(asked) : goal.text ?? "";
-  }
-
-  // Metres to the mark as the crow flies; null when they are not known.
-  get left() {
-    const pose = this.store.get("pose");
-    if (!pose || !Number.isFinite(this.mark?.x)) return null;
-    return Math.hypot(this.mark.x - pose.x, this.mark.y - pose.y);
-  }
-
   progress() {
     const goal = this.store.get("goal");
     if (!goal?.running || !this.bar) return;
-    const { left } = this;
+    const left = away(this.store.get("pose"), goal.target);
     this.far = Math.max(this.far, left ?? 0);
     const percent = goal.percent ?? (this.far > 0 ? 100 * (1 - left / this.far) : null);
     if (Number.isFinite(percent)) this.bar.value = percent;
     else this.bar.removeAttribute("value");
     const waits = this.store.get("robot")?.task?.state === "waiting for action";
     const told = waits ? t("task.waits") : left !== null ? t("task.left", { n: number(left, 1) })
-      : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : goal.progress;
+      : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : "";
     say(this.note, [told, this.by(goal)].filter(Boolean).join(" · "));
   }
 
   by(goal) {
     if (goal.by && goal.by === this.store.get("hello")?.you) return t("task.you");
-    return goal.by ? t("task.by", { by: goal.by }) : "";
+    return goal.by ? t("task.by", { by: whoText(goal.by) }) : "";
   }
 
   build(goal, what) {
@@ -105,13 +92,17 @@ export class Task {
         : goal.pauses ? button(t("task.pause"), call("POST", `goals/${id}/pause`), { id: "pause" }) : null,
       button(t("task.cancel"), call("DELETE", `goals/${id}`), { id: "cancel" })) : null;
     const close = running ? null : button("×", () => this.close(goal.id), { kind: "close", "aria-label": t("task.close") });
+    const end = running ? "" : endText(goal);
     this.box.className = `card task ${kind}`;
     fill(
       this.box,
       el("div", { class: "head" }, icon(ICONS[kind]),
         el("span", { class: "grow" }, el("strong", {}, what), ` · ${word("goal", goal.state)}`), close),
-      kind === "bad" ? el("p", { class: "quiet" }, goal.end ?? "") : null,
+      end ? el("p", { class: "quiet" }, end) : null,
       this.bar, this.note, buttons,
     );
   }
 }
+
+// Metres as the crow flies; null when a place is not known.
+const away = (from, to) => (from && to ? Math.hypot(to.x - from.x, to.y - from.y) : null);

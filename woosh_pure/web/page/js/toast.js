@@ -2,12 +2,13 @@
 
 import { byId, el, icon } from "./dom.js";
 
-const SECONDS = { ok: 4, bad: 9 };
+const SECONDS = { ok: 4, wait: 4, ask: 9, bad: 9 };
+const ICONS = { ok: "ok", wait: "wait", ask: "ask", bad: "warn" };
 const MOST = 3;
 
 export function toast(text, kind = "ok") {
   const box = byId("toasts");
-  const note = el("div", { class: `toast ${kind}` }, icon(kind === "ok" ? "ok" : "warn"), el("span", {}, text));
+  const note = el("div", { class: `toast ${kind}` }, icon(ICONS[kind]), el("span", {}, text));
   note.onclick = () => note.remove();
   box.append(note);
   while (box.children.length > MOST) box.firstChild.remove();

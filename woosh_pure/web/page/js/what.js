@@ -1,25 +1,25 @@
-// What was asked for, in this language. The journal says it in English; a form that is not known is shown as it came.
+// What was asked for, and by whom, in this language. What has no words here is shown as it came.
 
-import { has, t } from "./i18n.js";
+import { has, number, t } from "./i18n.js";
 
-const FORMS = [
-  [/^(go to|park at|charge at|load at|unload at) (.+)$/, (verb, name) => [verb, { name }]],
-  [/^(move|rotate) (-?[\d.]+) (?:m|rad)$/, (verb, n) => [verb, verb === "move" ? { n } : { n: Math.round((n * 180) / Math.PI) }]],
-  [/^(cancel goal|pause goal|resume goal|record bag|end bag) (\S+)$/, (verb, n) => [verb, { n }]],
-  [/^(save mark|change mark|delete mark|take over from) (.+)$/, (verb, name) => [verb, { name }]],
-  [/^(set the pose) to/, (verb) => [verb, {}]],
-  [/^(stop)$/, (verb) => [verb, {}]],
-];
+const whole = (radians) => number((radians * 180) / Math.PI, 0);
+const two = (metres) => number(metres, 2);
+const SHOWN = { angle: whole, theta: whole, yaw: whole, distance: two, x: two, y: two, holder: whoText };
 
-export function whatText(what) {
-  for (const [form, read] of FORMS) {
-    const found = form.exec(what ?? "");
-    if (!found) continue;
-    const [verb, values] = read(...found.slice(1));
-    if (has(`what.${verb}`)) return t(`what.${verb}`, values);
-  }
-  return what ?? "";
+// {key, values, what}: of a goal or an entry of the journal; values in m and rad.
+export function whatText({ key, values, what }) {
+  if (!has(`what.${key}`)) return what ?? "";
+  const shown = Object.entries(values ?? {}).map(([name, value]) => [name, SHOWN[name]?.(value) ?? value]);
+  return t(`what.${key}`, Object.fromEntries(shown));
 }
 
-// The name of the mark that a goal goes to, null when it goes to none.
-export const markOf = (what) => /^(?:go to|park at|charge at|load at|unload at) (.+)$/.exec(what ?? "")?.[1] ?? null;
+const WHO = [[/^page (?<n>\d+) at (?<address>.+)$/, "who.page"], [/^program at (?<address>.+)$/, "who.program"]];
+
+// A client by the name that the server has given it.
+export function whoText(name) {
+  for (const [form, key] of WHO) {
+    const found = form.exec(name ?? "");
+    if (found) return t(key, found.groups);
+  }
+  return name ?? "";
+}
