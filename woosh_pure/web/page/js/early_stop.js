@@ -4,7 +4,11 @@
 
 const button = document.getElementById("stop");
 const SECONDS = 0.9; // without an answer: then the red button is named
-const WORDS = navigator.language.startsWith("zh")
+let language = navigator.language;
+try {
+  language = localStorage.getItem("woosh-language") ?? language;
+} catch { /* a browser that keeps nothing */ }
+const WORDS = language.startsWith("zh")
   ? ["正在停止…", "机器人静止了。", "还没有回应。请按机器人上的红色按钮。"]
   : ["Stopping…", "The robot stands still.", "No answer yet. Use the red button on the robot."];
 
