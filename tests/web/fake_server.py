@@ -167,7 +167,7 @@ class Fake:
             text = await request.body()
             body = json.loads(text) if text else None
             self.calls.append((request.method, path, body))
-            if path == "goals" and body.get("mark") == "D9":
+            if path == "goals" and str(body.get("mark")).startswith("D9"):
                 problem = {"title": "refused", "detail": "the chassis knows no mark 'D9'"}
                 return JSONResponse(problem, 409, media_type="application/problem+json")
             if path == "goals":

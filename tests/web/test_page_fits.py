@@ -129,7 +129,7 @@ def test_nothing_scrolls_sideways(
         for view in views(page, fake):
             assert page.evaluate(_WIDER) == [0], view
             cut = """['#state', '#battery', '#fault-chip', '#language'].filter((one) => {
-            const found = document.querySelector(one); return found.scrollWidth > found.clientWidth + 1; })"""
+            const found = document.querySelector(one); return found.scrollWidth > found.clientWidth + 1 || found.scrollHeight > found.clientHeight + 1; })"""
             assert page.evaluate(cut) == [], view
 
 

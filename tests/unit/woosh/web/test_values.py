@@ -253,7 +253,10 @@ def test_what_nobody_foresaw_tells_no_details(caplog: pytest.LogCaptureFixture) 
 
 def test_a_refusal_carries_its_reasons() -> None:
     error = MotionRefused("no", readiness=Readiness((Reason("bumper", "pressed"),)))
-    assert problem_of(error).facts["reasons"] == [{"key": "bumper", "text": "pressed"}]
+    told = problem_of(error).facts
+    assert [(one["key"], one["text"]) for one in told["reasons"]] == [("bumper", "pressed")]
+    assert told["said"] is None
+    assert problem_of(MotionRefused("no", said="货架不在")).facts["said"]["text"] == "货架不在"
 
 
 def test_a_problem_is_one_line() -> None:
