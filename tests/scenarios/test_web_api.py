@@ -120,7 +120,7 @@ def test_stop_answers_what_stands_still(web: Served) -> None:
 
 def test_set_pose_is_taken_and_noted(web: Served) -> None:
     assert web.post("pose", {"x": 0.1, "y": 0.2, "theta": 0.3}).json["theta"] == pytest.approx(0.3)
-    assert web.get("journal").json[-1]["state"] == "done"
+    assert web.get("journal").json[-1]["state"] == "sent"
 
 
 def test_the_map_is_a_picture_with_facts(web: Served) -> None:

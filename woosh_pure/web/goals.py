@@ -321,9 +321,9 @@ class GoalManager:
             goal.error = str(error)
             self._journal.end(goal.entry, "not known", str(error))
         else:
+            goal.outcome = outcome  # first: what follows may take a moment
             goal.reasons = self._reasons(outcome)
             goal.said = None if outcome.arrived else said_part(outcome.text)
-            goal.outcome = outcome
             why = {"reasons": goal.reasons, "said": goal.said}
             self._journal.end(goal.entry, outcome.kind.value, outcome.sentence(), **why)
 
