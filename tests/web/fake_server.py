@@ -95,6 +95,8 @@ class Fake:
         }
         battery = {"percent": 76, "charging": self.charging, "voltage": 48.2, "current": -3.1}
         ages = dict.fromkeys(("pose", "velocity", "battery", "scan", "status", "odometer"), 0.1)
+        if self.takes_pose is None:
+            ages["pose"] = 99.0
         return {
             "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
             "velocity": {"vx": 0.2 * math.sin(time.time()), "vy": 0.0, "wz": 0.1},

@@ -17,15 +17,16 @@ export function verdict(told, pose, { lostBefore, lostNow }) {
   return { taken: !lostNow && (there || lostBefore), away, turned, lost: lostNow };
 }
 
-// Wait for its word; null when it says nothing more about where it is.
+// Wait for its word; null when it says nothing more about where it is. A pose that has not changed is not sent again:
+// how old it is tells that the robot has said it once more.
 export async function answerOf(store, told, lostBefore) {
-  const before = store.get("pose");
-  const end = seconds() + PATIENCE;
+  const began = seconds();
   let found = null;
-  while (!found?.taken && seconds() < end) {
+  while (!found?.taken && seconds() < began + PATIENCE) {
     await new Promise((done) => setTimeout(done, 100));
     const pose = store.get("pose");
-    if (pose && pose !== before) found = verdict(told, pose, { lostBefore, lostNow: lost(store.get("readiness")) });
+    const age = store.get("ages")?.of("pose", seconds()) ?? Infinity;
+    if (pose && seconds() - age > began) found = verdict(told, pose, { lostBefore, lostNow: lost(store.get("readiness")) });
   }
   return found;
 }
