@@ -15,7 +15,7 @@ import { causeText, kindText } from "./why.js";
 // The server's reasons that this page has words of its own for.
 const REASONS = {
   silent: "silent", late: "late", "slow link": "slow", "no lease": "unleased", stopped: "stopped", busy: "busy",
-  over: "ended", "not allowed": "off", "not confirmed": "unconfirmed",
+  over: "ended", "not connected": "lost", "not allowed": "off", "not confirmed": "unconfirmed",
   released: "again", "pressed twice": "again", "not a new press": "again", "let go meanwhile": "again",
 };
 const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved"]);

@@ -75,6 +75,8 @@ export const state = {
   "problem.value": "This is not possible: a drive is at most 10 m, a turn at most once around, and a place is on the map.",
   "problem.invalid": "This is not possible: a number is missing, or out of its range.",
   "problem.no-answer-in-time": "There was no answer in time. Whether it was done is not known: look at the robot.",
+  "problem.mark": "This is a place of the list only: to park, charge or load there, the robot itself must know a mark.",
+  "problem.not-connected": "The robot is not connected yet. Is it switched on?",
   "problem.leased": "{holder} has control. Ask for it on the page “Drive”.",
   "problem.session": "The server has forgotten this page. Try again.",
   "problem.no-pause": "This cannot be paused, only cancelled.",

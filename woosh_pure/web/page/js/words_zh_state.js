@@ -75,6 +75,8 @@ export const state = {
   "problem.value": "不能这样：直行最多 10 米，旋转最多一圈，位置要在地图上。",
   "problem.invalid": "不能这样：缺少数字，或数字超出范围。",
   "problem.no-answer-in-time": "没有及时回答。是否执行了不知道：请看机器人。",
+  "problem.mark": "这只是列表里的位置：要在那里停靠、充电或装卸，机器人自己必须有这个标记点。",
+  "problem.not-connected": "还没有连上机器人。它开机了吗？",
   "problem.leased": "由 {holder} 控制。请在“驾驶”页上请求控制。",
   "problem.session": "服务器不再认识本页面，请再试一次。",
   "problem.no-pause": "这一项不能暂停，只能取消。",
