@@ -52,7 +52,7 @@ def need_websockets(name: str) -> Any:
         return import_module("websockets.asyncio.server")
     except ImportError as problem:
         raise LocalProtocolError(
-            f'a {name} server needs the package websockets (13 or newer): pip install ".[{extra}]"'
+            f'a {name} server needs the package websockets (14 or newer): pip install ".[{extra}]"'
         ) from problem
 
 
