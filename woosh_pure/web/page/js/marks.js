@@ -155,7 +155,7 @@ export class Marks {
     const path = `marks/${encodeURIComponent(mark.name)}`;
     const more = el("div", { class: "row" },
       button(t("marks.move"), () => this.askMove(mark, path), { id: "mark-move" }),
-      button(t("marks.delete"), () => this.askDelete(mark, path), { kind: "danger", id: "mark-delete" }));
+      button(t("marks.delete"), () => this.askDelete(mark, path), { id: "mark-delete" }));
     const body = () => ({ name: name.value.trim(), note: note.value.trim(), charger: charger.checked, on_chassis: known.checked });
     const save = () => this.send("PATCH", path, body(), t("marks.saved"));
     const fields = [nameLabel, noteLabel, check(t("marks.charger"), charger), check(t("marks.known"), known), more];
