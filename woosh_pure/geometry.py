@@ -12,6 +12,7 @@ from rosproto.numbers import as_float
 from rosproto.sentence import say
 
 __all__ = [
+    "FARTHEST",
     "Footprint",
     "Pose2D",
     "Velocity",
@@ -43,7 +44,8 @@ def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     return quaternion.yaw_of((x, y, z, w))
 
 
-_FARTHEST = 100_000.0  # m; no map is as large, so a larger number is no place, or in another unit
+FARTHEST = 100_000.0
+"""m; no map is as large, so a larger number is no place, or in another unit."""
 
 
 def _as_floats(value: object, *names: str) -> None:
@@ -106,13 +108,13 @@ class Pose2D:
                 frame; or it is farther than any map reaches.
         """
         self.require_finite()
-        if max(abs(self.x), abs(self.y)) > _FARTHEST:
+        if max(abs(self.x), abs(self.y)) > FARTHEST:
             raise ValueError(
                 say(
                     "pose {x:g}, {y:g}: more than {farthest:g} m away; give metres",
                     x=self.x,
                     y=self.y,
-                    farthest=_FARTHEST,
+                    farthest=FARTHEST,
                 )
             )
         if abs(self.yaw) > 2.0 * math.pi + 1e-6:

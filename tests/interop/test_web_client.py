@@ -27,13 +27,17 @@ from woosh_client import AuthenticatedClient
 from woosh_client.api.goals import create_goal
 from woosh_client.api.lease import get_lease
 from woosh_client.api.stop import stop
-from woosh_client.models import MarkGoal, ProblemDocument
+from woosh_client.models import MarkGoal, PoseGoal, ProblemDocument
 
 robot = AuthenticatedClient(base_url=sys.argv[1], token=sys.argv[2], timeout=70.0)
 assert get_lease.sync(client=robot).holder is None, "the example has given it back"
 refused = create_goal.sync(client=robot, body=MarkGoal(kind="mark", mark=""))
 assert isinstance(refused, ProblemDocument) and refused.status == 422, refused
-assert stop.sync(client=robot).stands_still is True
+for name in ("yaw", "theta"):
+    body = PoseGoal(kind="pose", x=0.0, y=0.0, **{name: 0.5})
+    goals = [create_goal.sync(client=robot, body=body, idempotency_key=name) for _ in range(2)]
+    assert goals[0].id == goals[1].id, goals
+    assert stop.sync(client=robot).stands_still is True
 """
 
 

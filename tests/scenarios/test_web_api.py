@@ -38,7 +38,8 @@ def test_status_and_snapshot_say_what_the_robot_is(web: Served, chassis: Chassis
     chassis.pose.wait(10.0, new=False)
     shown = web.get("snapshot").json
     assert shown["battery"]["percent"] > 0
-    assert set(shown["pose"]) == {"x", "y", "theta"}
+    assert set(shown["pose"]) == {"x", "y", "yaw", "theta"}
+    assert shown["pose"]["theta"] == shown["pose"]["yaw"], "the old name of the same number"
     assert shown["ages"]["pose"] is not None
     assert shown["readiness"]["answer"] in ("yes", "no", "not known")
     status = web.get("status").json
@@ -64,7 +65,7 @@ def test_a_goal_to_a_mark_is_begun_waited_for_and_told_in_the_journal(web: Serve
 @pytest.mark.parametrize(
     "order",
     [
-        {"kind": "pose", "x": 0.5, "y": 0.0, "theta": 0.3},
+        {"kind": "pose", "x": 0.5, "y": 0.0, "yaw": 0.3},
         {"kind": "move", "distance": 0.3, "speed": 0.3},
         {"kind": "rotate", "angle": 0.5, "speed": 0.5},
     ],
@@ -79,9 +80,115 @@ def test_a_goal_is_paused_resumed_and_cancelled(web: Served) -> None:
     number = web.post("goals", {"kind": "mark", "mark": "B1"}).json["id"]
     assert web.post(f"goals/{number}/pause").json["state"] == "paused"
     assert web.post(f"goals/{number}/resume").json["state"] == "running"
-    ended = web.delete(f"goals/{number}").json
+    ended = web.post(f"goals/{number}/cancel").json
     assert (ended["state"], ended["arrived"]) == ("cancelled", False)
     assert "has ended already" in web.post(f"goals/{number}/pause").problem
+    assert web.get(f"goals/{number}").json["state"] == "cancelled"
+
+
+def test_a_deleted_goal_is_cancelled_and_gone(web: Served) -> None:
+    number = web.post("goals", {"kind": "mark", "mark": "B1"}).json["id"]
+    deleted = web.delete(f"goals/{number}")
+    assert (deleted.status, deleted.json["state"]) == (200, "cancelled")
+    for path in (f"goals/{number}", f"goals/{number}/wait"):
+        assert web.get(path).status == 404
+    assert web.delete(f"goals/{number}").status == 404, "once more does nothing"
+    assert web.get("goals").json == []
+    assert [entry["state"] for entry in web.get("journal").json if entry["goal"]] == ["cancelled"]
+
+
+def test_a_goal_whose_end_is_not_confirmed_stays_when_it_is_deleted(
+    web: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from woosh_pure.web.api import commands
+
+    number = web.post("goals", {"kind": "mark", "mark": "B1"}).json["id"]
+    handle = web.app.state.context.robot(None).goals.get(number).handle  # type: ignore[attr-defined]
+    with monkeypatch.context() as patched:
+        patched.setattr(commands, "CANCEL_SECONDS", 0.05)
+        patched.setattr(type(handle), "cancel", lambda *_, **__: None)
+        deleted = web.delete(f"goals/{number}")
+    assert (deleted.status, deleted.json["done"]) == (202, False)
+    assert web.get(deleted.headers["location"]).json["done"] is False
+    web.post("stop")
+
+
+def test_what_was_made_is_at_its_location(web: Served) -> None:
+    goal = web.post("goals", {"kind": "rotate", "angle": 0.1})
+    assert goal.headers["location"] == f"/api/v1/goals/{goal.json['id']}"
+    assert web.get(goal.headers["location"]).json["id"] == goal.json["id"]
+    web.post("stop")
+    bag = web.post("/api/v1/robots/robot/recordings", {"seconds": 5.0})
+    assert web.get(bag.headers["location"]).json["name"] == bag.json["name"]
+
+
+# -- Idempotency-Key -----------------------------------------------------------------------------------------
+
+
+def test_the_same_key_gets_the_first_answer_and_moves_nothing_again(web: Served, chassis: Chassis) -> None:
+    order, key = {"kind": "rotate", "angle": 0.3, "speed": 0.5}, {"idempotency-key": '"a-4711"'}
+    first = web.post("goals", order, headers=key)
+    number = first.json["id"]
+    assert web.get(f"goals/{number}/wait?timeout=60", timeout=70.0).json["arrived"] is True
+    again = web.post("goals", order, headers={"idempotency-key": "a-4711"})
+    assert (again.status, again.json, again.headers["location"]) == (
+        201,
+        first.json,
+        first.headers["location"],
+    )
+    assert len(web.get("goals").json) == 1
+    other = web.post("goals", {**order, "angle": -0.3}, headers=key)
+    assert other.status == 422
+    assert "a-4711' was sent before, with another body" in other.problem
+    assert len([e for e in web.get("journal").json if e["goal"]]) == 1
+
+
+def test_a_refusal_is_kept_for_its_key_as_well(web: Served) -> None:
+    key = {"idempotency-key": "b"}
+    refused = [web.post("goals", {"kind": "mark", "mark": "none"}, headers=key) for _ in range(2)]
+    assert [answer.status for answer in refused] == [409, 409]
+    assert refused[0].json == refused[1].json
+    assert len(web.get("journal").json) == 1, "the robot was asked once"
+
+
+def test_a_key_is_in_use_while_its_first_request_is_worked_on(web: Served, chassis: Chassis) -> None:
+    import threading
+
+    go_on, asked = threading.Event(), threading.Event()
+    go_to_mark = chassis.go_to_mark
+
+    def slow(*args: Any, **options: Any) -> Any:
+        asked.set()
+        assert go_on.wait(20.0)
+        return go_to_mark(*args, **options)
+
+    chassis.go_to_mark = slow  # type: ignore[method-assign]
+    order, key = {"kind": "mark", "mark": "B1"}, {"idempotency-key": "c"}
+    first = threading.Thread(target=web.post, args=("goals", order), kwargs={"headers": key})
+    first.start()
+    try:
+        assert asked.wait(10.0)
+        second = web.post("goals", order, headers=key)
+    finally:
+        go_on.set()
+        first.join(20.0)
+    assert second.status == 409
+    assert "is still being worked on" in second.problem
+    assert len(web.get("goals").json) == 1
+    web.post("stop")
+
+
+def test_keys_take_bounded_memory() -> None:
+    from woosh_pure.web.goals import FirstAnswers
+
+    answers = FirstAnswers(most=3)
+    done: list[str] = []
+    for key in ("a", "b", "c", "d"):
+        answers.give("me", key, "go", lambda key=key: {"id": done.append(key)})  # type: ignore[misc]
+    answers.give("me", "b", "go", lambda: {"id": done.append("again")})
+    answers.give("you", "b", "go", lambda: {"id": done.append("another client's")})
+    answers.give("me", "a", "go", lambda: {"id": done.append("forgotten")})
+    assert done == ["a", "b", "c", "d", "another client's", "forgotten"]
 
 
 def test_a_second_goal_is_refused_with_its_reasons_and_replaces_where_it_is_told_to(web: Served) -> None:
@@ -119,8 +226,19 @@ def test_stop_answers_what_stands_still(web: Served) -> None:
 
 
 def test_set_pose_is_taken_and_noted(web: Served) -> None:
-    assert web.post("pose", {"x": 0.1, "y": 0.2, "theta": 0.3}).json["theta"] == pytest.approx(0.3)
+    assert web.post("pose", {"x": 0.1, "y": 0.2, "yaw": 0.3}).json["yaw"] == pytest.approx(0.3)
     assert web.get("journal").json[-1]["state"] == "sent"
+
+
+def test_the_old_name_of_the_heading_is_taken_but_not_both(web: Served) -> None:
+    taken = web.post("pose", {"x": 0.1, "y": 0.2, "theta": 0.3}).json
+    assert (taken["yaw"], taken["theta"]) == (pytest.approx(0.3), pytest.approx(0.3))
+    both = web.post("pose", {"x": 0.1, "y": 0.2, "theta": 0.3, "yaw": 0.3})
+    assert both.status == 422
+    assert both.problem == "yaw and theta are the same heading: send yaw alone"
+    part = web.get("/openapi.json").json["components"]["schemas"]["PoseGoal"]
+    assert part["properties"]["theta"]["deprecated"] is True
+    assert "deprecated" not in part["properties"]["yaw"]
 
 
 def test_the_map_is_a_picture_with_facts(web: Served) -> None:
@@ -180,18 +298,23 @@ def test_a_feed_is_streamed_as_events(web: Served) -> None:
     assert context.streams == 0, "who goes frees the stream"
 
 
-def test_a_bag_is_recorded_seen_growing_and_downloaded(web: Served) -> None:
+def test_a_bag_is_recorded_seen_growing_downloaded_and_deleted(web: Served, tmp_path: Path) -> None:
     number = web.post("recordings", {"seconds": 60.0}).json["id"]
     assert "end it first" in web.post("recordings").problem
     assert web.get(f"recordings/{number}/bag").status == 409
     until = time.monotonic() + 15.0
     while web.get(f"recordings/{number}").json["messages"] < 5 and time.monotonic() < until:
         time.sleep(0.1)
-    assert web.delete(f"recordings/{number}").json["running"] is False
+    assert "end it first" in web.delete(f"recordings/{number}").problem, "nothing is lost by an old client"
+    assert web.post(f"recordings/{number}/end").json["running"] is False
     answer = web.get(f"recordings/{number}/bag")
     assert answer.body.startswith(b"#ROSBAG V2.0")
     assert ".bag" in answer.headers["content-disposition"]
-    assert [e["what"] for e in web.get("journal").json] == [f"record bag {number}", f"end bag {number}"]
+    assert web.delete(f"recordings/{number}").json["id"] == number
+    assert not list(tmp_path.iterdir())
+    assert web.get(f"recordings/{number}").status == web.delete(f"recordings/{number}").status == 404
+    done = [entry["what"] for entry in web.get("journal").json]
+    assert done == [f"record bag {number}", f"end bag {number}", f"delete bag {number}"]
 
 
 def test_a_lease_of_somebody_else_is_in_the_way_but_never_of_a_stop(web: Served, chassis: Chassis) -> None:
@@ -207,7 +330,7 @@ def test_a_lease_of_somebody_else_is_in_the_way_but_never_of_a_stop(web: Served,
     assert web.post("lease/grant").status == 409
     assert chassis.lease.grant("the night shift", "program at 127.0.0.1")
     assert web.get("lease").json["yours"] is True
-    assert web.delete("lease").json["holder"] is None
+    assert [web.delete("lease").json["holder"] for _ in range(2)] == [None, None]
 
 
 def test_a_person_takes_over_from_a_program_by_asking_twice(web: Served, chassis: Chassis) -> None:
@@ -495,17 +618,21 @@ def test_odd_methods_get_a_sentence(web: Served) -> None:
 
 
 def test_common_mistakes_are_answered_with_what_to_do(web: Served) -> None:
-    for path, takes in (("stop", "POST"), ("goals", "GET and POST")):
-        other = web.get(path) if path == "stop" else web.ask("PUT", path)
-        assert (other.status, other.headers["allow"]) == (405, takes.replace(" and ", ", "))
-        assert f"takes {takes}, not" in other.problem
-    assert "/openapi.json describes the API" in web.get("statu").problem
+    for method, path, takes in (
+        ("GET", "stop", "POST"),
+        ("PUT", "stop", "POST"),
+        ("PUT", "goals", "GET, HEAD, POST"),
+    ):
+        other = web.ask(method, path)
+        assert (other.status, other.headers["allow"]) == (405, takes)
+        assert f"takes {takes}, not {method}" in other.problem
+    assert "/docs/ shows what there is" in web.get("statu").problem
     goal = b'{"kind": "mark", "mark": "A1"}'
     form = web.post("goals", goal, headers={"content-type": "application/x-www-form-urlencoded"})
     assert (
         form.problem == "the body is application/x-www-form-urlencoded: send content-type: application/json"
     )
-    assert "the body is of no type" in web.post("goals", goal).problem
+    assert "the body has no type" in web.post("goals", goal).problem
     assert "a body is missing: send a JSON object" in web.post("goals").problem
     quotes = web.post("goals", b"{'kind': 'mark'}", headers={"content-type": "application/json"})
     assert "the body is no JSON: Expecting property name" in quotes.problem
@@ -524,6 +651,66 @@ def test_files_that_are_no_certificate_are_refused_before_the_server_starts(
         WebServer(web.app(chassis), port=0, tls_cert=wrong)
     with pytest.raises(FileNotFoundError):
         WebServer(web.app(chassis), port=0, tls_cert=tmp_path / "missing.pem")
+
+
+REFUSED: dict[str, tuple[str, Any, str, str]] = {
+    "no kind": ("goals", {}, 'kind is missing; allowed: "mark", "park", "charge",', "缺少 kind"),
+    "no such kind": ("goals", {"kind": "fly"}, 'kind is "fly"; allowed: "mark", "park", "charge",', 'kind 的值是 "fly"'),
+    "a part is missing": ("goals", {"kind": "move"}, "distance is missing; allowed: a number from -10 to 10 m", "缺少 distance"),
+    "a text for a number": ("pose", {"x": "1", "y": 0.0}, 'x is "1"; allowed: a number from -100000 to 100000 m', 'x 的值是 "1"'),
+    "degrees": ("pose", {"x": 1, "y": 0, "yaw": 90}, "yaw is 90; allowed: a number from -6.28318531 to 6.28318531 rad", "单位 rad"),
+    "too far": ("goals", {"kind": "move", "distance": 10.5}, "distance is 10.5; allowed:", "distance 的值是 10.5"),
+    "no time": ("goals", {"kind": "mark", "mark": "A1", "timeout": 0}, "timeout is 0; allowed: a number above 0 and up to 86400 s", "大于 0"),
+    "an empty name": ("goals", {"kind": "mark", "mark": ""}, 'mark is ""; allowed: a text of 1 to 200 characters', "1 到 200 个字符"),
+    "another part": ("goals", {"kind": "mark", "mark": "A1", "fast": 1}, '"fast" is not known here; known: timeout, replace, kind, mark', "这里没有"),
+    "two at once": ("recordings", {"seconds": 0, "camera": 1}, "; camera is 1; allowed: true or false", "true 或 false"),
+    "no object": ("lease", [1], "the body is [1]; allowed: a JSON object with seconds", "JSON 对象"),
+    "null": ("lease", None, "the body is null; allowed: a JSON object, or no body", "请求体是 null"),
+    "a stop": ("stop", {"everything": "no"}, '; but everything is "no"; allowed: true or false', "仍然执行了停止"),
+    "no JSON": ("stop", b"{", "; but the body is no JSON:", "请求体不是 JSON"),
+    "a long key": ("goals", {"kind": "rotate", "angle": 0}, "Idempotency-Key is", "Idempotency-Key 的值是"),
+    "a second goal": ("goals", {"kind": "rotate", "angle": 1}, 'or replace it with "replace": true', '请加上 "replace": true'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_refusal_names_the_part_what_was_found_and_what_is_allowed(web: Served, name: str) -> None:
+    path, body, english, chinese = REFUSED[name]
+    headers = {"content-type": "application/json"}
+    if name == "a long key":
+        headers["idempotency-key"] = "k" * 201
+    if name == "a second goal":
+        web.post("goals", {"kind": "mark", "mark": "B1"})
+    raw = body if isinstance(body, bytes) else json.dumps(body).encode()
+    refused = [
+        web.post(path, raw, headers={**headers, "accept-language": language})
+        for language in ("en", "zh-CN,zh;q=0.9,en;q=0.8")
+    ]
+    web.post("stop")
+    assert [answer.status for answer in refused] == [409 if name == "a second goal" else 422] * 2
+    assert english in refused[0].problem
+    assert chinese in refused[1].problem
+    for answer in refused:
+        assert "=True" not in answer.problem
+        assert "discriminator" not in answer.problem
+
+
+def test_a_parameter_of_the_address_is_refused_the_same_way(web: Served) -> None:
+    assert web.get("goals/1/wait?timeout=0").problem == (
+        'timeout is "0"; allowed: a number above 0 and up to 300'
+    )
+    assert web.get("camera/color.gif").problem == 'form is "gif"; allowed: "jpg", "png"'
+
+
+@pytest.mark.structure
+def test_what_is_said_to_clients_in_place_of_advice_for_python_is_said_by_somebody() -> None:
+    from tools.templates import texts
+    from woosh_pure.language.table import key_of, words_for
+    from woosh_pure.web.problems import ADVICE
+
+    said = texts(leaving_out="woosh_pure/web/problems.py")
+    assert [template for template in ADVICE if key_of(template) not in said] == []
+    assert [text for text in ADVICE.values() if not words_for("zh").has(text)] == []
 
 
 def test_errors_of_the_robot_are_problems_with_its_sentence(web: Served) -> None:
@@ -557,6 +744,35 @@ def test_the_description_names_every_operation_once_and_every_error(web: Served)
     for operation in operations:
         assert operation.get("summary")
         assert any(code.startswith("2") for code in operation["responses"])
+        assert {"413", "421", "429", "500", "503"} <= set(operation["responses"])
+
+
+def test_the_description_says_who_needs_a_token(chassis: Chassis) -> None:
+    with serving(chassis, token=TOKEN) as web:
+        document = web.get("/openapi.json").json
+    assert document["components"]["securitySchemes"]["token"]["scheme"] == "bearer"
+    assert document["security"] == [{"token": []}]
+    for path, item in document["paths"].items():
+        for operation in item.values():
+            is_open = path.endswith(("/access", "/login"))
+            assert (operation.get("security") == []) == is_open
+            assert "401" in operation["responses"] or is_open
+    with serving(chassis) as web:
+        assert "security" not in web.get("/openapi.json").json
+
+
+def test_head_answers_wherever_get_does_and_sends_no_body(web: Served) -> None:
+    for path in ("status", "marks", "goals", "map.png", "lease", "feeds/pose/stream", "/", "/openapi.json"):
+        head = web.ask("HEAD", path)
+        assert (head.status, head.body) == (200, b""), path
+        assert head.headers["content-type"]
+    assert web.ask("HEAD", "map.yaml").headers["content-length"] == str(len(web.get("map.yaml").body))
+    assert web.ask("HEAD", "goals/7").status == 404
+    context = web.app.state.context  # type: ignore[attr-defined]
+    until = time.monotonic() + 10.0
+    while context.streams and time.monotonic() < until:
+        time.sleep(0.02)
+    assert context.streams == 0
 
 
 def test_a_client_made_from_the_description_drives_to_a_mark(web: Served) -> None:

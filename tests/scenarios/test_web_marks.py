@@ -52,13 +52,13 @@ def test_a_mark_is_saved_where_the_robot_stands_and_stays_in_the_file(
 
 
 def test_a_mark_is_renamed_moved_and_taken_off(web: Served, file: MarkFile) -> None:
-    assert web.post("marks", {"name": "A", "x": 1.0, "y": 2.0, "theta": 1.5}).status == 201
+    assert web.post("marks", {"name": "A", "x": 1.0, "y": 2.0, "yaw": 1.5}).status == 201
     renamed = web.ask("PATCH", "marks/A", {"name": "仓库", "charger": True}).json
     assert renamed == {
-        "name": "仓库", "x": 1.0, "y": 2.0, "theta": 1.5, "charger": True, "note": "", "on_chassis": False,
+        "name": "仓库", "x": 1.0, "y": 2.0, "yaw": 1.5, "theta": 1.5, "charger": True, "note": "", "on_chassis": False,
     }  # fmt: skip
     moved = web.ask("PATCH", "marks/%E4%BB%93%E5%BA%93", {"x": 3.0, "y": 2.0}).json
-    assert (moved["x"], moved["theta"]) == (3.0, 1.5), "where it looks stays"
+    assert (moved["x"], moved["yaw"]) == (3.0, 1.5), "where it looks stays"
     assert names(web) == ["仓库"]
     gone = web.delete("marks/%E4%BB%93%E5%BA%93")
     assert (gone.status, gone.body) == (204, b"")
@@ -73,8 +73,8 @@ def test_a_mark_is_renamed_moved_and_taken_off(web: Served, file: MarkFile) -> N
         ({"name": "  ", "x": 0.0, "y": 0.0}, 422, "needs a name"),
         ({"name": "A\u202eB\x00", "x": 0.0, "y": 0.0}, 422, "letters that can be shown"),
         ({"name": "A", "x": 0.0}, 422, "x and y belong together"),
-        ({"name": "A", "here": True, "x": 0.0, "y": 0.0}, 422, "leave out x, y and theta"),
-        ({"name": "A", "x": 0.0, "y": 0.0, "theta": 90.0}, 422, "more than one turn"),
+        ({"name": "A", "here": True, "x": 0.0, "y": 0.0}, 422, "leave out x, y and yaw"),
+        ({"name": "A", "x": 0.0, "y": 0.0, "yaw": 90.0}, 422, "yaw is 90.0; allowed:"),
         ({"name": "B", "x": 0.0, "y": 0.0}, 409, "there is a mark 'B' already"),
     ],
 )

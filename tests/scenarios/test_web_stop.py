@@ -57,6 +57,7 @@ ODD: dict[str, tuple[str, str, dict[str, str], bytes | None, int]] = {
     "no object": ("POST", "stop", JSON, b"[]", 422),
     "another member": ("POST", "stop", JSON, b'{"now": true}', 422),
     "no truth value": ("POST", "stop", JSON, b'{"everything": "no"}', 422),
+    "a number without end": ("POST", "stop", JSON, b'{"everything": ' + b"1" * 9000 + b"}", 422),
     "no text": ("POST", "stop", JSON, b"\xff\xfe\x00", 422),
     "deeply nested": ("POST", "stop", JSON, b"[" * 20000, 422),
     "a body that is too large": ("POST", "stop", JSON, b"x" * (MOST_BODY + 1), 413),

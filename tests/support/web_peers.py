@@ -27,7 +27,12 @@ NPM = (
     "@mcap/core@2",
     "axe-core@4.10.3",
 )
-PYPI = ("roslibpy==2.1.0", "ros-mcp==3.1.2", "openapi-python-client==0.29.1")
+PYPI = (
+    "roslibpy==2.1.0",
+    "ros-mcp==3.1.2",
+    "openapi-python-client==0.29.1",
+    "schemathesis==4.32.5; python_version >= '3.11'",
+)
 
 
 def cache() -> Path:

@@ -22,10 +22,10 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.goal import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness
-from woosh_pure.web.problems import Problem, problem_of
+from woosh_pure.web.problems import Problem, for_clients, problem_of
 from woosh_pure.web.snapshot import reasons_part, said_part
 
-MOST_KEPT, MOST_RUNNING = 200, 8
+MOST_KEPT, MOST_RUNNING, MOST_KEYS = 200, 8, 1000
 
 
 LENGTH = 200
@@ -35,7 +35,7 @@ COMMANDS = {
     "charge": "charge at {mark}",
     "load": "load at {mark}",
     "unload": "unload at {mark}",
-    "pose": "go to {x:.2f} {y:.2f} m, {theta:.2f} rad",
+    "pose": "go to {x:.2f} {y:.2f} m, {yaw:.2f} rad",
     "move": "move {distance:.2f} m",
     "rotate": "rotate {angle:.2f} rad",
     "cancel": "cancel goal {goal}",
@@ -43,7 +43,7 @@ COMMANDS = {
     "resume": "resume goal {goal}",
     "record": "record bag {recording}",
     "end_record": "end bag {recording}",
-    "set_pose": "set the pose to {x:.2f} {y:.2f} m, {theta:.2f} rad",
+    "set_pose": "set the pose to {x:.2f} {y:.2f} m, {yaw:.2f} rad",
     "stop": "stop",
     "stop_ours": "stop what is ours",
     "drive": "drive",
@@ -234,7 +234,7 @@ class Goal:
             "progress": printable(self.handle.progress_line()) if outcome is None else "",
             "percent": None if percent is None or not math.isfinite(percent) else round(float(percent), 1),
             "stands_still": None if outcome is None else outcome.stopped,
-            "text": self.error if outcome is None else outcome.sentence(),
+            "text": self.error if outcome is None else for_clients(outcome.sentence()),
             "seconds": round(time.time() - self.begun if outcome is None else outcome.seconds, 2),
             "can_pause": not self.done and hasattr(self.handle, "pause"),
             "start": self.start,
@@ -325,7 +325,7 @@ class GoalManager:
             goal.reasons = self._reasons(outcome)
             goal.said = None if outcome.arrived else said_part(outcome.text)
             why = {"reasons": goal.reasons, "said": goal.said}
-            self._journal.end(goal.entry, outcome.kind.value, outcome.sentence(), **why)
+            self._journal.end(goal.entry, outcome.kind.value, for_clients(outcome.sentence()), **why)
 
     def _reasons(self, outcome: Outcome) -> tuple[dict[str, Any], ...]:
         """Why a goal failed, as far as the robot's state tells."""
@@ -355,6 +355,11 @@ class GoalManager:
             )
         return goal
 
+    def remove(self, number: str) -> None:
+        """Forget a goal that has ended; its entries in the journal stay."""
+        with self._lock:
+            self._goals.pop(number, None)
+
     def all(self) -> list[Goal]:
         """All goals that are kept, the oldest first."""
         with self._lock:
@@ -364,3 +369,62 @@ class GoalManager:
     def running(self) -> list[Goal]:
         """The goals that have not ended."""
         return [goal for goal in self.all() if not goal.done]
+
+
+@dataclass(slots=True)
+class _First:
+    """A request with a key: what it asked for, and its answer, which is None while it is being worked on."""
+
+    request: str
+    answer: dict[str, Any] | Problem | None = None
+
+
+class FirstAnswers:
+    """The answers to requests that had a key, as the IETF's draft `Idempotency-Key` has it: the same request
+    gets the answer of the first one, and nothing is done again. A refusal is an answer, too. The last 1000
+    are kept. Safe from any thread.
+    """
+
+    def __init__(self, most: int = MOST_KEYS) -> None:
+        self._most = most
+        self._lock = threading.Lock()
+        self._known: OrderedDict[tuple[str, str], _First] = OrderedDict()
+
+    def give(self, who: str, key: str, request: str, act: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """The answer of the first request with this key, or else of `act`.
+
+        Args:
+            who: The client; each has keys of its own.
+            request: What is asked for, as text.
+
+        Raises:
+            Problem: The answer is one; or the key was used for another request, or is in use now.
+        """
+        with self._lock:
+            first = self._known.get((who, key))
+            if first is None:
+                mine = self._known[who, key] = _First(request)
+                while len(self._known) > self._most:
+                    self._known.popitem(last=False)
+        if first is None:
+            try:
+                mine.answer = act()
+            except Exception as error:
+                mine.answer = problem_of(error).again()
+            first = mine
+        if first.request != request:
+            raise Problem(
+                422,
+                say("Idempotency-Key {key!r} was sent before, with another body; take a new key", key=key),
+                "key-used",
+            )
+        answer = first.answer
+        if answer is None:
+            raise Problem(
+                409,
+                say("the first request with Idempotency-Key {key!r} is still being worked on", key=key),
+                "key-in-use",
+            )
+        if isinstance(answer, Problem):
+            raise answer.again()
+        return answer

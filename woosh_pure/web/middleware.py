@@ -14,7 +14,7 @@ from typing import Any
 from rosproto.sentence import say
 from woosh_pure.web.access import AccessRules, Key, Refusal, cookie_name, cookies
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.problems import MEDIA_TYPE, Problem
+from woosh_pure.web.problems import MEDIA_TYPE, Problem, language_of
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -125,9 +125,13 @@ class SecurityMiddleware:
         if refusal is None and not is_stop and _announced(headers) > MOST_BODY:
             refusal = _too_large()
         if refusal is not None:
-            await _refuse(scope, refusal, answer)
+            await _refuse(scope, refusal, answer, language_of(headers))
             return
-        await self._app(scope, receive if is_stop else _limited(receive), answer)
+        receive = receive if is_stop else _limited(receive)
+        if scope["method"] == "HEAD":
+            scope = {**scope, "method": "GET"}
+            receive, answer = _head_only(receive, answer)
+        await self._app(scope, receive, answer)
 
     def _is_authorized(self, scope: Scope) -> bool:
         """Whether the client has shown that it may send requests. Paths that are open to all do not count if
@@ -165,7 +169,7 @@ def _announced(headers: dict[str, str]) -> int:
 
 
 def _too_large() -> Refusal:
-    return Refusal(413, f"the body is larger than {MOST_BODY} bytes; nothing here takes so much")
+    return Refusal(413, say("the body is larger than {most} bytes", most=MOST_BODY))
 
 
 def _limited(receive: Receive) -> Receive:
@@ -207,6 +211,24 @@ def _with_headers(scope: Scope, send: Send) -> Send:
     return answer
 
 
+def _head_only(receive: Receive, send: Send) -> tuple[Receive, Send]:
+    """The answer to a GET without its body; a stream ends, because its reader seems to have gone."""
+    begun = False
+
+    async def received() -> MutableMapping[str, Any]:
+        return {"type": "http.disconnect"} if begun else await receive()
+
+    async def answer(message: MutableMapping[str, Any]) -> None:
+        nonlocal begun
+        begun = True
+        if message["type"] == "http.response.start":
+            await send(message)
+        elif not message.get("more_body", False):
+            await send({**message, "body": b""})
+
+    return received, answer
+
+
 class _Sending:
     """`send`, which remembers whether anything was sent."""
 
@@ -231,8 +253,8 @@ async def _say_good_bye(scope: Scope, send: _Sending) -> None:
         pass  # an answer that was sent in part cannot be completed
 
 
-async def _refuse(scope: Scope, refusal: Refusal, send: Send) -> None:
-    body = json.dumps(Problem(refusal.status, refusal.text).document(scope["path"])).encode()
+async def _refuse(scope: Scope, refusal: Refusal, send: Send, language: str = "en") -> None:
+    body = json.dumps(Problem(refusal.status, refusal.text).document(scope["path"], language)).encode()
     headers = [(b"content-type", MEDIA_TYPE.encode()), (b"content-length", str(len(body)).encode())]
     if refusal.status == 401:
         headers.append((b"www-authenticate", b'Bearer realm="woosh"'))

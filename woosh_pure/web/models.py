@@ -1,17 +1,39 @@
-"""The requests and answers of the REST API as models: they are checked, and described in /openapi.json."""
+"""The requests and answers of the REST API as models: they are checked, and described in /openapi.json. What
+a request may hold is written down here only, with the limits of the library itself.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e5, le=1e5, description="m")]
-Radians = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0, description="rad")]
-Seconds = Annotated[
-    float, Field(allow_inf_nan=False, gt=0.0, le=86400.0, description="s; without it the library's own")
+from rosproto.sentence import say
+from woosh_pure.geometry import FARTHEST
+from woosh_pure.motion.steps import MAX_DISTANCE, MAX_SPEED, MAX_TURN_RATE
+
+
+def _number(unit: str, low: float, high: float, more: str = "") -> Any:
+    """A number from `low` to `high`."""
+    unit_too: dict[str, Any] = {"x-unit": unit}
+    return Field(ge=low, le=high, allow_inf_nan=False, description=unit + more, json_schema_extra=unit_too)
+
+
+def _seconds(most: float, more: str = "") -> Any:
+    """More than 0 s, and at most so many."""
+    unit_too: dict[str, Any] = {"x-unit": "s"}
+    return Field(gt=0.0, le=most, allow_inf_nan=False, description="s" + more, json_schema_extra=unit_too)
+
+
+OURS = "; 0 is the chassis's own"
+Metres = Annotated[float, _number("m", -FARTHEST, FARTHEST)]
+Radians = Annotated[float, _number("rad", -math.tau, math.tau, ", counter-clockwise")]
+Seconds = Annotated[float, _seconds(86400.0, "; without it the library's own")]
+MarkName = Annotated[
+    str,
+    Field(min_length=1, max_length=200, description="as on the chassis's own map", examples=["A1"]),
 ]
-MarkName = Annotated[str, Field(min_length=1, max_length=200, description="as on the chassis's own map")]
 
 
 class Request(BaseModel):
@@ -67,21 +89,47 @@ class CarryGoal(MotionRequest):
     direction: Literal["load", "unload"]
 
 
-class PoseGoal(MotionRequest):
+def _one_heading(schema: dict[str, Any]) -> None:
+    """No default is shown: a generated client would send it under both names."""
+    members = schema["properties"]
+    del members["yaw"]["default"], members["theta"]["default"]
+    members["theta"]["deprecated"] = True
+    schema["not"] = {"required": ["yaw", "theta"]}
+
+
+class Place(Request):
+    """A place on the map; the heading is 0 if it is left out. It was called `theta` before: both at once are
+    refused.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_one_heading)
+
+    x: Metres
+    y: Metres
+    yaw: Radians = 0.0
+    theta: Annotated[Radians, Field(exclude=True, description="now: yaw")] = 0.0
+
+    @model_validator(mode="after")
+    def _with_one_heading(self) -> Place:
+        if "theta" in self.model_fields_set:
+            if "yaw" in self.model_fields_set:
+                raise ValueError(say("yaw and theta are the same heading: send yaw alone"))
+            self.yaw = self.theta
+        return self
+
+
+class PoseGoal(MotionRequest, Place):
     """Drive to a place on the map."""
 
     kind: Literal["pose"]
-    x: Metres
-    y: Metres
-    theta: Radians = 0.0
 
 
 class MoveGoal(MotionRequest):
     """Drive straight ahead, or back if negative. Obstacle avoidance stays on."""
 
     kind: Literal["move"]
-    distance: Metres
-    speed: Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=3.0)] = 0.0
+    distance: Annotated[float, _number("m", -MAX_DISTANCE, MAX_DISTANCE)]
+    speed: Annotated[float, _number("m/s", 0.0, MAX_SPEED, OURS)] = 0.0
 
 
 class RotateGoal(MotionRequest):
@@ -89,7 +137,7 @@ class RotateGoal(MotionRequest):
 
     kind: Literal["rotate"]
     angle: Radians
-    speed: Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=6.3)] = 0.0
+    speed: Annotated[float, _number("rad/s", 0.0, MAX_TURN_RATE, OURS)] = 0.0
 
 
 GoalRequest = Annotated[
@@ -101,10 +149,21 @@ GoalRequest = Annotated[
 class MarkPlace(Request):
     """Where a mark is: where the robot stands now, or at x and y in the map."""
 
+    model_config = ConfigDict(json_schema_extra=_one_heading)
+
     here: Annotated[bool, Field(description="where the robot stands now")] = False
     x: Metres | None = None
     y: Metres | None = None
-    theta: Radians | None = None
+    yaw: Radians | None = None
+    theta: Annotated[Radians | None, Field(exclude=True, description="now: yaw")] = None
+
+    @model_validator(mode="after")
+    def _with_one_heading(self) -> MarkPlace:
+        if "theta" in self.model_fields_set:
+            if "yaw" in self.model_fields_set:
+                raise ValueError(say("yaw and theta are the same heading: send yaw alone"))
+            self.yaw = self.theta
+        return self
 
 
 NewName = Annotated[str, Field(min_length=1, max_length=100)]
@@ -130,12 +189,8 @@ class MarkChange(MarkPlace):
     on_chassis: Annotated[bool | None, _ON_CHASSIS] = None
 
 
-class PoseRequest(Request):
+class PoseRequest(Place):
     """Where the robot stands, in the map."""
-
-    x: Metres
-    y: Metres
-    theta: Radians = 0.0
 
 
 class StopRequest(Request):
@@ -147,7 +202,7 @@ class StopRequest(Request):
 class LeaseRequest(Request):
     """How long the lease is wanted for, and whether it is taken from a program that was asked before."""
 
-    seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] = 60.0
+    seconds: Annotated[float, _seconds(3600.0)] = 60.0
     take_over: Annotated[bool, Field(description="only from a program, and only after having asked")] = False
 
 
@@ -160,7 +215,7 @@ class GrantRequest(Request):
 class RecordingRequest(Request):
     """How long to record, and whether with pictures."""
 
-    seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] | None = None
+    seconds: Annotated[float, _seconds(3600.0)] | None = None
     camera: Annotated[bool, Field(description="also images and point clouds: much data")] = False
 
 
@@ -243,12 +298,28 @@ class StopAnswer(Answer):
     looked: Annotated[bool, Field(description="goals and tasks of others were looked for, too")]
 
 
-class Pose(Answer):
-    """x and y in m, theta in rad, in the map."""
+_Theta = Field(description="the same as yaw", json_schema_extra={"deprecated": True})
+
+
+class Heading(Answer):
+    """An answer with a heading; it is sent under its old name, too."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _both_names(cls, value: Any) -> Any:
+        if isinstance(value, dict):
+            yaw = value.get("yaw", value.get("theta"))
+            return {**value, "yaw": yaw, "theta": yaw}
+        return value
+
+
+class Pose(Heading):
+    """x and y in m, yaw in rad, in the map."""
 
     x: float
     y: float
-    theta: float
+    yaw: float
+    theta: Annotated[float, _Theta]
 
 
 class Readiness(Answer):
@@ -278,15 +349,16 @@ class Faults(Answer):
     active: list[Fault]
 
 
-class Mark(Answer):
-    """A mark; x, y and theta are null if its pose is not known. To a place that is not on the chassis's own
+class Mark(Heading):
+    """A mark; x, y and yaw are null if its pose is not known. To a place that is not on the chassis's own
     map (`on_chassis` is false), a goal of kind `mark` goes by its pose.
     """
 
     name: str
     x: float | None
     y: float | None
-    theta: float | None
+    yaw: float | None
+    theta: Annotated[float | None, _Theta]
     charger: bool
     note: str
     on_chassis: bool

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from rosproto.errors import (
@@ -12,13 +13,14 @@ from rosproto.errors import (
     ServiceError,
 )
 from rosproto.logs import get_logger
+from rosproto.sentence import Sentence, sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 from woosh_pure.web.snapshot import reasons_part, said_part
 
 MEDIA_TYPE = "application/problem+json"
 _logger = get_logger("woosh_pure.web")
-_TITLES = {
+TITLES = {
     400: "Bad request",
     401: "No token",
     403: "Not allowed",
@@ -29,7 +31,7 @@ _TITLES = {
     413: "Too large",
     415: "Not this kind",
     421: "Not this server",
-    422: "Makes no sense",
+    422: "Not valid",
     429: "Too often",
     500: "Internal error",
     501: "Not in this firmware",
@@ -37,6 +39,22 @@ _TITLES = {
     503: "Not available",
     504: "No answer in time",
 }
+_NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
+ADVICE = {
+    "look at chassis.readiness() and chassis.faults": "see GET readiness and GET faults",
+    "look at chassis.readiness() for what is in the way": "see GET readiness for what is in the way",
+    "{what} refused, nothing was sent: a velocity block is open; leave it first": "{what} refused, nothing "
+    "was sent: somebody drives by hand; wait for the end of it, or stop the robot",
+    "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for it or cancel it, or "
+    "replace it with replace=True": "{what} refused, nothing was sent: {goals} is under way and would be "
+    'lost; wait for it or cancel it, or replace it with "replace": true',
+    "{what}: stop() was called while it was being prepared; nothing was sent": "{what}: a stop came while it "
+    "was being prepared; nothing was sent",
+    "no node provides it (master {master}: {text}); start the provider, check the name and its namespace, "
+    "or wait for it with wait()": _NOT_THERE,
+    "nobody publishes {topic}; is the server running, and is the name right?": _NOT_THERE,
+}
+"""What the library says to those who write Python, said to a client of the API: template to template."""
 KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (MotionRefused, 409, "motion-refused"),
     (StaleState, 503, "stale-state"),
@@ -67,17 +85,45 @@ class Problem(Exception):
         super().__init__(text)
         self.status, self.text, self.kind, self.facts = status, text, kind, facts
 
-    def document(self, instance: str) -> dict[str, Any]:
-        """The problem+json document."""
-        kind = self.kind or _TITLES.get(self.status, "problem").lower().replace(" ", "-")
+    def again(self) -> Problem:
+        """The same, to be raised once more: this one may keep the frames in which it was raised."""
+        return Problem(self.status, self.text, self.kind, **self.facts)
+
+    def document(self, instance: str, language: str = "en") -> dict[str, Any]:
+        """The problem+json document.
+
+        Args:
+            instance: The path that was asked for.
+            language: Of `detail`; what has no translation is English.
+        """
+        kind = self.kind or TITLES.get(self.status, "problem").lower().replace(" ", "-")
         return {
             "type": f"urn:woosh:{kind}",
-            "title": _TITLES.get(self.status, "Problem"),
+            "title": TITLES.get(self.status, "Problem"),
             "status": self.status,
-            "detail": printable(self.text),
+            "detail": printable(_said(self.text, language)),
             "instance": instance,
             **self.facts,
         }
+
+
+def for_clients(text: str) -> str:
+    """A sentence of the library, without what only somebody who writes Python can do."""
+    return text.mapped(ADVICE) if isinstance(text, Sentence) else text
+
+
+def _said(text: str, language: str) -> str:
+    text = shown(text)
+    if language == "en":
+        return text
+    from woosh_pure.language.table import words_for
+
+    return words_for(language).say(text)
+
+
+def language_of(headers: Mapping[str, str]) -> str:
+    """The language that a client reads, by the first one in its `Accept-Language`: "zh" or "en"."""
+    return "zh" if headers.get("accept-language", "").strip().lower().startswith("zh") else "en"
 
 
 def problem_of(error: Exception) -> Problem:
@@ -86,8 +132,7 @@ def problem_of(error: Exception) -> Problem:
         return error
     for of, status, kind in KINDS:
         if isinstance(error, of):
-            text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
-            return Problem(status, text, kind, **_facts(error))
+            return Problem(status, for_clients(sentence_of(error)), kind, **_facts(error))
     _logger.error("an unforeseen error: %r", error, exc_info=error)
     return Problem(500, "an error that nobody foresaw; the log of the server has it", "internal")
 

@@ -164,11 +164,19 @@ class RecordingManager:
         return found
 
     def remove(self, number: str) -> None:
-        """End the recording and delete its bag."""
+        """End the recording and delete its bag.
+
+        Raises:
+            Problem: There is no such recording, or its bag cannot be deleted.
+        """
         found = self.end(number)
+        try:
+            found.path.unlink(missing_ok=True)
+        except OSError as error:  # Windows, while somebody downloads it
+            why = say("the bag of recording {id} cannot be deleted: {error}", id=number, error=error.strerror)
+            raise Problem(409, why, "recording") from None
         with self._lock:
             self._all.pop(number, None)
-        found.path.unlink(missing_ok=True)
 
     def get(self, number: str) -> Recording:
         """The recording with that number.

@@ -14,7 +14,7 @@ from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
-from woosh_pure.web.goals import GoalManager, Journal, command
+from woosh_pure.web.goals import FirstAnswers, GoalManager, Journal, command
 from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import MarkList
@@ -82,7 +82,8 @@ class Robot:
         name: The robot's name in the paths of the API.
         chassis: The Chassis; whoever made it opens and closes it.
         marks: The marks that are known here: the chassis cannot list its own.
-        journal, goals, manual_drive, map, cameras, recordings: See the classes of the same names.
+        journal, goals, first_answers, manual_drive, map, cameras, recordings: See the classes of the same
+            names.
         unreachable: Why the Chassis is not connected yet, in words, while its opener still tries; else "".
     """
 
@@ -97,6 +98,7 @@ class Robot:
         self.name, self.chassis, self.marks = name, chassis, marks
         self.journal = Journal()
         self.goals = GoalManager(self.journal, chassis.readiness)
+        self.first_answers = FirstAnswers()
         self.manual_drive = ManualDrive(chassis)
         self.map = MapCache(chassis)
         self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}

@@ -1,4 +1,8 @@
-"""What a client may ask for, besides a stop: goals, the lease, recordings. Each noun has its routes."""
+"""What a client may ask for, besides a stop: goals, the lease, recordings. Each noun has its routes.
+
+A DELETE deletes: afterwards there is nothing at the address, and the next DELETE says so with 404. What is
+under way ends first: a goal is cancelled by it, a recording is refused. The lease is given back.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +10,9 @@ import asyncio
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.responses import FileResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -16,29 +20,59 @@ from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.geometry import Pose2D
 from woosh_pure.web import models
+from woosh_pure.web.access import Client
 from woosh_pure.web.api.dependencies import (
+    CREATED,
     PROBLEMS,
     check_command,
     client_of,
     context_of,
     name_of,
     problems,
+    refuse_null,
     robot_of,
 )
-from woosh_pure.web.goals import command
+from woosh_pure.web.goals import Goal, command
 from woosh_pure.web.problems import Problem
+from woosh_pure.web.recordings import Recording
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import lease_part, pose_part
 
-# -- goals: POST and GET; waiting for, cancelling, pausing and resuming one ----------------------------------
+# -- goals: POST and GET; waiting for, cancelling, deleting, pausing and resuming one ------------------------
 
 goals = APIRouter(tags=["goals"], responses=PROBLEMS)
-_GOAL_PROBLEMS = problems(403, 409, 422, 429, 501)
+_GOAL_PROBLEMS = problems(409, 501)
+CANCEL_SECONDS = 2.0
+"""Seconds for which a cancel waits until the robot confirms."""
+_NO_NULL = [Depends(refuse_null)]
+Key = Annotated[
+    str | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=200,
+        description="of your choice, new for each goal: the same request with the same key gets the first "
+        "answer, and nothing moves again. The last 1000 keys are known, until the server ends",
+    ),
+]
 
 
-def create_goal(body: models.GoalRequest, request: Request) -> dict[str, Any]:
+def create_goal(
+    body: models.GoalRequest, request: Request, response: Response, key: Key = None
+) -> dict[str, Any]:
     """Start a motion. It does not depend on this connection: it ends when done, cancelled, or timed out."""
-    robot, client = check_command(request)
+    robot, client = check_command(request, lease=False)
+    if key is None:
+        goal = _begin(robot, client, body)
+    else:
+        begin = partial(_begin, robot, client, body)
+        goal = robot.first_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
+    response.headers["location"] = f"{request.url.path}/{goal['id']}"
+    return goal
+
+
+def _begin(robot: Robot, client: Client, body: Any) -> dict[str, Any]:
+    robot.require_lease(client)
     options: dict[str, Any] = {"replace": body.replace}
     if body.timeout is not None:
         options["timeout"] = body.timeout
@@ -70,7 +104,7 @@ def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> Callable[[], Any]
         direction = Direction.LOAD if body.direction == "load" else Direction.UNLOAD
         return partial(chassis.carry, body.mark, direction, **options)
     if body.kind == "pose":
-        return partial(chassis.go_to, body.x, body.y, body.theta, **options)
+        return partial(chassis.go_to, body.x, body.y, body.yaw, **options)
     if body.kind == "move":
         return partial(chassis.move, body.distance, speed=body.speed, **options)
     return partial(chassis.rotate, body.angle, speed=body.speed, **options)
@@ -128,12 +162,30 @@ async def wait_for_goal(
 
 def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
     """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
-    found = robot_of(request).goals.get(goal)
-    if not found.done:
-        robot_of(request).journal.note(name_of(request), command("cancel", goal=found.id))
-        found.handle.cancel()
-        found.wait(2.0)
+    return _cancelled(goal, request).as_json()
+
+
+def delete_goal(goal: str, request: Request, response: Response) -> dict[str, Any]:
+    """Cancel the goal if it is under way, and forget it. 202 if the robot has not confirmed yet: then the
+    goal is still there, and another DELETE is needed.
+    """
+    found = _cancelled(goal, request)
+    if found.done:
+        robot_of(request).goals.remove(found.id)
+    else:
+        response.status_code = 202
+        response.headers["location"] = request.url.path
     return found.as_json()
+
+
+def _cancelled(number: str, request: Request) -> Goal:
+    robot = robot_of(request)
+    found = robot.goals.get(number)
+    if not found.done:
+        robot.journal.note(name_of(request), command("cancel", goal=found.id))
+        found.handle.cancel()
+        found.wait(CANCEL_SECONDS)
+    return found
 
 
 async def pause_goal(goal: str, request: Request) -> dict[str, Any]:
@@ -175,12 +227,28 @@ goals.add_api_route(
     methods=["POST"],
     status_code=201,
     response_model=models.Goal,
-    responses=_GOAL_PROBLEMS,
+    responses={**CREATED, **_GOAL_PROBLEMS},
 )
 goals.add_api_route("/goals", list_goals, response_model=list[models.Goal])
 goals.add_api_route("/goals/{goal}", get_goal, response_model=models.Goal)
 goals.add_api_route("/goals/{goal}/wait", wait_for_goal, response_model=models.Goal)
-goals.add_api_route("/goals/{goal}", cancel_goal, methods=["DELETE"], response_model=models.Goal)
+goals.add_api_route(
+    "/goals/{goal}",
+    delete_goal,
+    methods=["DELETE"],
+    response_model=models.Goal,
+    responses={
+        202: {"model": models.Goal, **CREATED[201], "description": "not confirmed yet"},
+        **problems(409),
+    },
+)
+goals.add_api_route(
+    "/goals/{goal}/cancel",
+    cancel_goal,
+    methods=["POST"],
+    response_model=models.Goal,
+    responses=problems(409),
+)
 goals.add_api_route(
     "/goals/{goal}/pause", pause_goal, methods=["POST"], response_model=models.Goal, responses=_GOAL_PROBLEMS
 )
@@ -218,7 +286,7 @@ def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> 
 
 
 def give_lease_back(request: Request) -> dict[str, Any]:
-    """Give the lease back, or withdraw the request for it."""
+    """Give the lease back, or withdraw the request for it. Who has neither gets the same answer."""
     robot, client = robot_of(request), client_of(request)
     robot.chassis.lease.release(client.name)
     if robot.manual_drive.driver == client.name:
@@ -238,11 +306,14 @@ def grant_lease(request: Request, body: models.GrantRequest | None = None) -> di
     return get_lease(request)
 
 
-_LEASE_PROBLEMS = problems(403, 409, 422, 429)
-
-lease.add_api_route("/lease", get_lease, response_model=models.LeaseAnswer)
+lease.add_api_route("/lease", get_lease, response_model=models.LeaseAnswer, responses=problems(403))
 lease.add_api_route(
-    "/lease", ask_for_lease, methods=["POST"], response_model=models.LeaseAnswer, responses=_LEASE_PROBLEMS
+    "/lease",
+    ask_for_lease,
+    methods=["POST"],
+    response_model=models.LeaseAnswer,
+    responses=problems(409),
+    dependencies=_NO_NULL,
 )
 lease.add_api_route("/lease", give_lease_back, methods=["DELETE"], response_model=models.LeaseAnswer)
 lease.add_api_route(
@@ -250,11 +321,12 @@ lease.add_api_route(
     grant_lease,
     methods=["POST"],
     response_model=models.LeaseAnswer,
-    responses=_LEASE_PROBLEMS,
+    responses=problems(409),
+    dependencies=_NO_NULL,
 )
 
 
-# -- recordings: GET, POST and DELETE; the download of a bag -------------------------------------------------
+# -- recordings: GET, POST and DELETE; the end of one; the download of a bag ---------------------------------
 
 recordings = APIRouter(tags=["recordings"], responses=PROBLEMS)
 _BAG: dict[int | str, dict[str, Any]] = {
@@ -267,12 +339,15 @@ def list_recordings(request: Request) -> list[dict[str, Any]]:
     return [one.as_json() for one in robot_of(request).recordings.all()]
 
 
-def create_recording(request: Request, body: models.RecordingRequest | None = None) -> dict[str, Any]:
+def create_recording(
+    request: Request, response: Response, body: models.RecordingRequest | None = None
+) -> dict[str, Any]:
     """Start a recording: one at a time, for an hour or 1 GiB at most."""
     robot, client = check_command(request, lease=False)
     body = body or models.RecordingRequest()
     found = robot.recordings.begin(client.name, body.seconds, body.camera)
     robot.journal.note(client.name, command("record", recording=found.id), "begun")
+    response.headers["location"] = f"{request.url.path}/{found.id}"
     return found.as_json()
 
 
@@ -291,11 +366,26 @@ def end_recording(recording: str, request: Request) -> dict[str, Any]:
     return found.as_json()
 
 
+def delete_recording(recording: str, request: Request) -> dict[str, Any]:
+    """Delete the recording and its bag. Refused while it runs: POST `end` ends it."""
+    robot, client = robot_of(request), client_of(request)
+    found = robot.recordings.get(recording)
+    if found.running:
+        raise _runs(found)
+    robot.recordings.remove(recording)
+    robot.journal.note(client.name, f"delete bag {found.id}")
+    return found.as_json()
+
+
+def _runs(recording: Recording) -> Problem:
+    return Problem(409, say("recording {id} still runs; end it first", id=recording.id), "recording")
+
+
 def download(recording: str, request: Request) -> FileResponse:
     """Download the bag of a finished recording."""
     found = robot_of(request).recordings.get(recording)
     if found.running:
-        raise Problem(409, say("recording {id} still runs; end it first", id=found.id), "recording")
+        raise _runs(found)
     if found.ended is None:
         found = robot_of(request).recordings.end(recording)
     if not found.path.is_file():
@@ -310,10 +400,23 @@ recordings.add_api_route(
     methods=["POST"],
     status_code=201,
     response_model=models.Recording,
-    responses=problems(409, 422, 429),
+    responses={**CREATED, **problems(409)},
+    dependencies=_NO_NULL,
 )
 recordings.add_api_route("/recordings/{recording}", get_recording, response_model=models.Recording)
 recordings.add_api_route(
-    "/recordings/{recording}", end_recording, methods=["DELETE"], response_model=models.Recording
+    "/recordings/{recording}",
+    delete_recording,
+    methods=["DELETE"],
+    response_model=models.Recording,
+    responses=problems(409),
 )
-recordings.add_api_route("/recordings/{recording}/bag", download, response_class=FileResponse, responses=_BAG)
+recordings.add_api_route(
+    "/recordings/{recording}/end", end_recording, methods=["POST"], response_model=models.Recording
+)
+recordings.add_api_route(
+    "/recordings/{recording}/bag",
+    download,
+    response_class=FileResponse,
+    responses={**_BAG, **problems(409)},
+)

@@ -10,19 +10,31 @@ from fastapi import Path, Request
 from rosproto.sentence import say
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.problems import MEDIA_TYPE, Problem
+from woosh_pure.web.problems import MEDIA_TYPE, TITLES, Problem
 from woosh_pure.web.robot import Robot
 
 SESSION = "x-woosh-session"
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """The error answers of an operation, for /openapi.json."""
+    """The error answers of an operation, for /openapi.json; `web.description` adds those of all."""
     content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
-    return {status: {"description": "a problem, in words", "content": content} for status in statuses}
+    return {status: {"description": TITLES[status], "content": content} for status in statuses}
 
 
-PROBLEMS = problems(401, 404, 503, 504)
+PROBLEMS = problems(502, 503, 504)
+"""What the robot itself may be the reason of."""
+CREATED: dict[int | str, dict[str, Any]] = {
+    201: {
+        "headers": {
+            "Location": {
+                "description": "address of what was made",
+                "required": True,
+                "schema": {"type": "string", "format": "uri-reference"},
+            }
+        }
+    }
+}
 
 
 async def named_robot(
@@ -31,6 +43,12 @@ async def named_robot(
     """Describes the robot's name in the path for /openapi.json. It is async, or else a stop would wait for a
     free thread.
     """
+
+
+async def refuse_null(request: Request) -> None:
+    """Refuses a body that is null, which FastAPI takes for one that was left out."""
+    if (await request.body()).strip() == b"null":
+        raise Problem(422, say("the body is null; allowed: a JSON object, or no body"), "invalid")
 
 
 def context_of(request: Request) -> WebContext:

@@ -11,7 +11,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, check_command, problems, robot_of
+from woosh_pure.web.api.dependencies import CREATED, PROBLEMS, check_command, problems, robot_of
 from woosh_pure.web.goals import command
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.problems import Problem
@@ -72,17 +72,17 @@ def delete_mark(request: Request, mark: str = _NAME) -> None:
 
 def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2D) -> Pose2D | None:
     """The pose that a request gives, None if it gives none. `here` waits for what the robot says now."""
-    given = [value is not None for value in (body.x, body.y, body.theta)]
+    given = [value is not None for value in (body.x, body.y, body.yaw)]
     if body.here:
         if any(given):
-            raise Problem(422, "here: true is where the robot stands; leave out x, y and theta", "invalid")
+            raise Problem(422, "here: true is where the robot stands; leave out x, y and yaw", "invalid")
         return _here(robot)
     if not any(given):
         return None
     if body.x is None or body.y is None:
         raise Problem(422, "x and y belong together: give both", "invalid")
-    theta = old.yaw if body.theta is None else body.theta
-    return Pose2D(body.x, body.y, theta).require_sensible()
+    yaw = old.yaw if body.yaw is None else body.yaw
+    return Pose2D(body.x, body.y, yaw).require_sensible()
 
 
 def _here(robot: Robot) -> Pose2D:
@@ -96,12 +96,17 @@ def _here(robot: Robot) -> Pose2D:
     return here.require_sensible()
 
 
-_CHANGES = problems(403, 409, 422, 429)
+_CHANGES = problems(409)
 router.add_api_route("/marks", get_marks, response_model=list[models.Mark])
 router.add_api_route(
-    "/marks", create_mark, methods=["POST"], status_code=201, response_model=models.Mark, responses=_CHANGES
+    "/marks",
+    create_mark,
+    methods=["POST"],
+    status_code=201,
+    response_model=models.Mark,
+    responses={**CREATED, **_CHANGES},
 )
-router.add_api_route("/marks/{mark:path}", get_mark, response_model=models.Mark, responses=problems(422))
+router.add_api_route("/marks/{mark:path}", get_mark, response_model=models.Mark)
 router.add_api_route(
     "/marks/{mark:path}", change_mark, methods=["PATCH"], response_model=models.Mark, responses=_CHANGES
 )

@@ -119,7 +119,7 @@ def _feed(name: str, request: Request) -> ChassisFeed[Any]:
     if row.type in PICTURES:
         raise Problem(
             415,
-            say("{name} is too large for this; see camera/color.jpg and camera/depth.jpg", name=name),
+            say("{name} is too large for this; see camera/color.jpg and camera/depth.png", name=name),
             "picture",
         )
     return robot_of(request).feed(name)
@@ -210,7 +210,7 @@ async def _tell(send: Send, text: str) -> float:
 feeds.add_api_route("/feeds", list_feeds, response_model=list[models.Feed])
 feeds.add_api_route("/feeds/{feed}", get_feed, response_model=models.FeedValue, responses=problems(415))
 feeds.add_api_route(
-    "/feeds/{feed}/stream", stream_feed, response_class=Response, responses={**_EVENTS, **problems(415, 429)}
+    "/feeds/{feed}/stream", stream_feed, response_class=Response, responses={**_EVENTS, **problems(415)}
 )
 
 
@@ -276,7 +276,12 @@ def get_costmap_png(request: Request) -> Response:
 
 
 maps.add_api_route("/map", get_map, response_model=models.MapFacts)
-maps.add_api_route("/map.png", get_map_png, response_class=Response, responses=_PNG)
+maps.add_api_route(
+    "/map.png",
+    get_map_png,
+    response_class=Response,
+    responses={**_PNG, 304: {"description": "not changed: If-None-Match had its ETag"}},
+)
 maps.add_api_route("/map.yaml", get_map_yaml, response_class=Response, responses=_YAML)
 maps.add_api_route("/plan", get_plan, response_model=models.Points)
 maps.add_api_route("/costmap.png", get_costmap_png, response_class=Response, responses=_PNG)

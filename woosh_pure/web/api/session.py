@@ -12,11 +12,11 @@ from woosh_pure.web.api.dependencies import address_of, context_of, problems
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.live.viewer import Viewer
 from woosh_pure.web.middleware import check_access, login_place
-from woosh_pure.web.problems import Problem
+from woosh_pure.web.problems import Problem, language_of
 
 # -- GET access, POST and DELETE login -----------------------------------------------------------------------
 
-login = APIRouter(tags=["access"], responses=problems(401, 403, 429))
+login = APIRouter(tags=["access"])
 
 
 def get_access(request: Request) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def _path(request: Request) -> str:
 
 
 login.add_api_route("/access", get_access, response_model=models.AccessAnswer)
-login.add_api_route("/login", log_in, methods=["POST"], response_model=models.Answer)
+login.add_api_route("/login", log_in, methods=["POST"], response_model=models.Answer, responses=problems(401))
 login.add_api_route("/login", log_out, methods=["DELETE"], response_model=models.Answer)
 
 
@@ -89,10 +89,8 @@ async def live(socket: WebSocket) -> None:
     context.viewers += 1
     try:
         await socket.accept()
-        asked = socket.headers.get("accept-language", "").strip().lower()
-        await Viewer(socket, context, context.hubs[robot.name], client).run(
-            "zh" if asked.startswith("zh") else "en"
-        )
+        viewer = Viewer(socket, context, context.hubs[robot.name], client)
+        await viewer.run(language_of(socket.headers))
     finally:
         context.viewers -= 1
         context.clients.disconnect(client)

@@ -16,13 +16,15 @@ from fastapi.responses import JSONResponse
 from pydantic import ValidationError
 from starlette.types import Receive
 
+from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems
 from woosh_pure.web.goals import command
 from woosh_pure.web.middleware import MOST_BODY
-from woosh_pure.web.problems import MEDIA_TYPE, Problem
+from woosh_pure.web.problems import MEDIA_TYPE, Problem, language_of
+from woosh_pure.web.refusals import refusal
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import stop_part
 
@@ -49,9 +51,15 @@ async def stop(request: Request) -> Response:
     complaint = complaint or _of_method(request) or body.complaint()
     if complaint is None:
         return JSONResponse(stop_part(report))
-    text = f"stopped all the same: {report.sentence()}; but {complaint.text}"
-    document = {**complaint.document(request.url.path), **stop_part(report), "detail": text}
-    headers = {"connection": "close"} if complaint.status in (408, 413) else None
+    complaint.text = say(
+        "stopped all the same: {report}; but {complaint}",
+        report=report.sentence(),
+        complaint=say(complaint.text),
+    )
+    document = {**stop_part(report), **complaint.document(request.url.path, language_of(request.headers))}
+    headers = {"connection": "close"} if complaint.status in (408, 413) else {}
+    if complaint.status == 405:
+        headers["allow"] = "POST"
     return JSONResponse(document, complaint.status, headers=headers, media_type=MEDIA_TYPE)
 
 
@@ -66,7 +74,9 @@ def _meant(request: Request) -> tuple[list[Robot], Problem | None]:
 
 def _of_method(request: Request) -> Problem | None:
     method = request.scope.get("woosh.method", "POST")
-    return None if method == "POST" else Problem(405, f"this address takes POST, not {method[:20]}")
+    if method == "POST":
+        return None
+    return Problem(405, say("this address takes {methods}, not {method}", methods="POST", method=method[:20]))
 
 
 async def _over(begun: list[Any]) -> StopReport:
@@ -98,7 +108,8 @@ class _Body:
     def __init__(self, request: Request) -> None:
         headers = request.headers
         self.is_absent = headers.get("content-length", "0") == "0" and "transfer-encoding" not in headers
-        self._kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+        kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+        self._is_json = kind == "application/json"
         self._text = b""
         self._reading = asyncio.ensure_future(self._read(request.receive))
 
@@ -112,7 +123,12 @@ class _Body:
     async def asks_for_everything(self) -> bool:
         """Whether to stop what others have started, too: yes, unless the body says in time that not."""
         await asyncio.wait([self._reading], timeout=BODY_SECONDS)
-        return self.complaint() is not None or not self._text or self._request().everything
+        if not self._reading.done() or not self._is_json or not 0 < len(self._text) <= MOST_BODY:
+            return True
+        try:
+            return self._request().everything
+        except ValidationError:
+            return True
 
     def _request(self) -> models.StopRequest:
         return models.StopRequest.model_validate_json(self._text)
@@ -122,15 +138,16 @@ class _Body:
         if not self._reading.done():
             return Problem(408, "the body did not come")
         if len(self._text) > MOST_BODY:
-            return Problem(413, f"the body is larger than {MOST_BODY} bytes")
+            return Problem(413, say("the body is larger than {most} bytes", most=MOST_BODY))
         if not self._text:
             return None
-        if self._kind != "application/json":
+        if not self._is_json:
             return Problem(422, "the body is not sent as content-type: application/json", "invalid")
         try:
             self._request()
         except ValidationError as error:
-            return Problem(422, f"the body makes no sense: {error.errors()[0]['msg']}", "invalid")
+            schema = models.StopRequest.model_json_schema()
+            return Problem(422, refusal(error.errors(), schema, {}), "invalid")
         return None
 
     def close(self) -> None:
@@ -141,15 +158,15 @@ class _Body:
 def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
     """Tell the robot where it is, for example after power-up."""
     robot, client = check_command(request)
-    pose = Pose2D(body.x, body.y, body.theta).require_sensible()
-    entry = robot.journal.begin(client.name, command("set_pose", x=pose.x, y=pose.y, theta=pose.yaw))
+    pose = Pose2D(body.x, body.y, body.yaw).require_sensible()
+    entry = robot.journal.begin(client.name, command("set_pose", x=pose.x, y=pose.y, yaw=pose.yaw))
     try:
         robot.chassis.set_pose(pose)
     except Exception as error:
         robot.journal.end(entry, "failed", str(error))
         raise
     robot.journal.end(entry, "sent", "whether it has found itself there is told by its readiness")
-    return {"x": pose.x, "y": pose.y, "theta": pose.yaw}
+    return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}
 
 
 _BODY = {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/StopRequest"}}}}
@@ -158,9 +175,7 @@ router.add_api_route(
     stop,
     methods=["POST"],
     response_model=models.StopAnswer,
-    responses=problems(405, 408, 413, 422),
+    responses=problems(422),
     openapi_extra={"requestBody": _BODY},
 )
-router.add_api_route(
-    "/pose", set_pose, methods=["POST"], response_model=models.Pose, responses=problems(403, 409, 422, 429)
-)
+router.add_api_route("/pose", set_pose, methods=["POST"], response_model=models.Pose, responses=problems(409))

@@ -53,7 +53,7 @@ export class Log {
     this.shape = shape;
     this.growth = el("span", { class: "grow" }, running ? growthOf(running) : "");
     const begin = () => attempt(() => this.rest.json("POST", "recordings", {}));
-    const end = () => attempt(() => this.rest.call("DELETE", `recordings/${encodeURIComponent(running.id)}`, null, { timeout: 20 }));
+    const end = () => attempt(() => this.rest.call("POST", `recordings/${encodeURIComponent(running.id)}/end`, null, { timeout: 20 }));
     const done = all.filter((one) => !one.running).reverse();
     fill(this.recordBox, el("h2", {}, t("rec.title")),
       running ? el("div", { class: "recording" }, el("span", { class: "pulse", "aria-hidden": "true" }),

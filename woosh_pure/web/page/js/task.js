@@ -90,7 +90,7 @@ export class Task {
       goal.state === "paused"
         ? button(t("task.resume"), call("POST", `goals/${id}/resume`), { kind: "primary", id: "resume" })
         : goal.pauses ? button(t("task.pause"), call("POST", `goals/${id}/pause`), { id: "pause" }) : null,
-      button(t("task.cancel"), call("DELETE", `goals/${id}`), { id: "cancel" })) : null;
+      button(t("task.cancel"), call("POST", `goals/${id}/cancel`), { id: "cancel" })) : null;
     const close = running ? null : button("×", () => this.close(goal.id), { kind: "close", "aria-label": t("task.close") });
     const end = running ? "" : endText(goal);
     this.box.className = `card task ${kind}`;

@@ -1,0 +1,117 @@
+// The page of the API: openapi.json of this server, written out. Needs no internet connection.
+
+import { byId, el, fill } from "../js/dom.js";
+
+const chinese = navigator.language.startsWith("zh");
+const WORDS = chinese
+  ? {
+    answers: "应答", body: "请求体", name: "名称", optional: "可选", parameters: "参数", token: "这台服务器需要令牌：请先打开主页登录，再回到这里。",
+    failed: "无法读取 openapi.json：", robots: "每个地址也可以写在 /api/v1/robots/名称/ 之下，用于指定某一台机器人。", page: "主页", deprecated: "旧名称",
+  }
+  : {
+    answers: "Answers", body: "Body", name: "Name", optional: "optional", parameters: "Parameters", token: "This server needs a token: open the page of the robot, sign in there, and come back.",
+    failed: "openapi.json cannot be read: ", robots: "Each address is there below /api/v1/robots/NAME/ as well, for one robot of several.", page: "page of the robot", deprecated: "old name",
+  };
+const SHOWN = ["get", "post", "delete"];
+const root = location.pathname.replace(/(\/robots\/[^/]+)?\/docs\/[^/]*$/, "");
+
+let parts = {};
+const resolved = (schema) => (schema.$ref ? parts[schema.$ref.split("/").pop()] : schema);
+const kinds = (schema) => (schema.oneOf ?? schema.anyOf ?? [schema]).map(resolved);
+
+// What a value may be: "number, -10 to 10".
+function allowed(schema) {
+  return kinds(schema).map((one) => {
+    if (one.const !== undefined) return JSON.stringify(one.const);
+    if (one.enum) return one.enum.map((each) => JSON.stringify(each)).join(", ");
+    if (one.type === "array") return `[${allowed(one.items ?? {})}, ...]`;
+    const low = one.minimum ?? (one.exclusiveMinimum === undefined ? undefined : `> ${one.exclusiveMinimum}`);
+    const range = low === undefined || one.maximum === undefined ? "" : `, ${low} ... ${one.maximum}`;
+    const letters = one.maxLength === undefined ? "" : `, ${one.minLength ?? 0} ... ${one.maxLength}`;
+    return `${one.type ?? one.title ?? "any"}${range}${letters}`;
+  }).join(" | ");
+}
+
+const about = (schema) => schema.description ?? kinds(schema).find((one) => one.description)?.description ?? "";
+
+const row = (name, schema, required, text) => el("tr", {},
+  el("th", { scope: "row" }, el("code", { class: schema.deprecated ? "deprecated" : null }, name)),
+  el("td", {}, el("code", {}, allowed(schema))),
+  el("td", {}, [schema.deprecated ? WORDS.deprecated : required ? "" : WORDS.optional, text].filter(Boolean).join("; ")));
+
+const members = (schema) => el("table", {}, ...Object.entries(schema.properties ?? {}).map(([name, part]) =>
+  row(name, part, schema.required?.includes(name), about(part))));
+
+function example(schema) {
+  const one = kinds(schema)[0];
+  if (one.const !== undefined) return one.const;
+  if (one.enum) return one.enum[0];
+  if (one.examples) return one.examples[0];
+  if (one.type !== "object") return { boolean: true, number: one.maximum ?? 1, integer: 1 }[one.type] ?? "text";
+  return Object.fromEntries((one.required ?? []).map((name) => [name, example(one.properties[name])]));
+}
+
+function curl(method, path, operation, secret) {
+  const body = operation.requestBody?.content["application/json"]?.schema;
+  const words = ["curl", method === "get" ? "" : `-X ${method.toUpperCase()}`, secret ? "-H 'Authorization: Bearer TOKEN'" : ""];
+  if (body) words.push(`-H 'content-type: application/json' -d '${JSON.stringify(example(body))}'`);
+  return [...words, `'${location.origin}${root}${path}'`].filter(Boolean).join(" ");
+}
+
+function shape(operation) {
+  const body = operation.requestBody?.content["application/json"]?.schema;
+  return body ? [el("h3", {}, WORDS.body), ...kinds(body).flatMap((one) => [el("p", {}, one.description ?? ""), members(one)])] : [];
+}
+
+function answers(operation) {
+  return el("table", {}, ...Object.entries(operation.responses).map(([status, answer]) => {
+    const schema = answer.content?.["application/json"]?.schema;
+    const shown = schema && (schema.items ? [resolved(schema.items).title] : kinds(schema).map((one) => one.title)).filter(Boolean);
+    return el("tr", {}, el("th", { scope: "row" }, el("code", {}, status)), el("td", {}, answer.description),
+      el("td", {}, el("code", {}, shown?.join(" ") ?? Object.keys(answer.content ?? {}).join(" "))));
+  }));
+}
+
+function operationOf(path, method, operation, secret) {
+  const given = (operation.parameters ?? []).map((one) =>
+    row(one.name, one.schema, one.required, [one.in, one.description].filter(Boolean).join(": ")));
+  return el("details", { id: operation.operationId },
+    el("summary", {}, el("strong", {}, el("code", {}, `${method.toUpperCase()} ${path}`)), ` ${operation.description ?? ""}`),
+    el("pre", {}, curl(method, path, operation, secret)),
+    ...(given.length ? [el("h3", {}, WORDS.parameters), el("table", {}, ...given)] : []),
+    ...shape(operation),
+    el("h3", {}, WORDS.answers), answers(operation));
+}
+
+function written(described) {
+  parts = described.components.schemas;
+  const groups = new Map();
+  for (const [path, item] of Object.entries(described.paths)) {
+    if (path.includes("/robots/{robot}/")) continue;
+    for (const method of SHOWN.filter((each) => each in item)) {
+      const [group] = item[method].tags;
+      const secret = (item[method].security ?? described.security ?? []).length > 0;
+      groups.set(group, [...(groups.get(group) ?? []), operationOf(path, method, item[method], secret)]);
+    }
+  }
+  return [
+    el("p", {}, described.info.description), el("p", {}, WORDS.robots),
+    el("p", {}, el("a", { href: `${root}/openapi.json` }, "openapi.json"), " · ", el("a", { href: "../" }, WORDS.page)),
+    ...[...groups].flatMap(([group, all]) => [el("h2", {}, group), ...all]),
+  ];
+}
+
+async function main() {
+  document.documentElement.lang = chinese ? "zh" : "en";
+  const box = byId("api");
+  try {
+    const answer = await fetch(`${root}/openapi.json`);
+    if (answer.status === 401) fill(box, el("p", {}, WORDS.token, " ", el("a", { href: "../" }, WORDS.page)));
+    else if (answer.ok) fill(box, ...written(await answer.json()));
+    else fill(box, el("p", {}, `${WORDS.failed}${answer.status}`));
+  } catch (error) {
+    fill(box, el("p", {}, WORDS.failed + error.message));
+  }
+}
+
+main();

@@ -1,0 +1,123 @@
+"""What is wrong with a request: which part of it, what was found there, and what is allowed.
+
+What is allowed is read from the JSON schema that /openapi.json shows, so it is written down once, in
+`models`. Pure.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from rosproto.sentence import both, led, say, sentence_of
+from rosproto.text import printable
+
+__all__ = ["refusal"]
+
+Schema = Mapping[str, Any]
+MOST_TOLD, MOST_SHOWN = 10, 60
+
+
+def refusal(errors: Iterable[Mapping[str, Any]], schema: Schema, parts: Schema) -> str:
+    """One sentence for all of them.
+
+    Args:
+        errors: As pydantic has them, with `loc` as a way down the schema.
+        schema: Of what was checked.
+        parts: The schemas that `$ref` names, by their name.
+    """
+    told = [_one(error, schema, parts) for error in list(errors)[:MOST_TOLD]]
+    return both(*dict.fromkeys(told))
+
+
+def _one(error: Mapping[str, Any], schema: Schema, parts: Schema) -> str:
+    kind, found = error["type"], error.get("input")
+    names, schema = _at(error["loc"], schema, parts)
+    choice = schema.get("discriminator")
+    if choice is not None and isinstance(found, dict):  # what tells the kinds apart is missing, or is no kind
+        names.append(choice["propertyName"])
+        schema = {"enum": list(choice["mapping"])}
+        kind, found = ("wrong", found[names[-1]]) if names[-1] in found else ("missing", None)
+    name = ".".join(names) or say("the body")
+    if kind == "json_invalid":
+        return say("the body is no JSON: {reason}", reason=error["ctx"]["error"])
+    if kind == "value_error":
+        text = sentence_of(error["ctx"]["error"])
+        return led(printable(name), text) if names else text
+    if kind == "extra_forbidden":
+        known = [each for each, part in schema.items() if not part.get("deprecated")]
+        return say("{name} is not known here; known: {known}", name=_shown(names[-1]), known=known)
+    if kind == "missing":
+        return say("{name} is missing; allowed: {allowed}", name=name, allowed=_allowed(schema, parts))
+    return say(
+        "{name} is {found}; allowed: {allowed}",
+        name=name,
+        found=_shown(found),
+        allowed=_allowed(schema, parts),
+    )
+
+
+def _at(way: Sequence[Any], schema: Schema, parts: Schema) -> tuple[list[str], Schema]:
+    """The names on the way down, and the schema there; of a member that is not known, the known ones."""
+    names = []
+    for step in way:
+        schema = _resolved(schema, parts)
+        kinds = schema.get("discriminator", {}).get("mapping", {})
+        if step in kinds:  # pydantic names the kind that was chosen; it is no part of the request
+            schema = {"$ref": kinds[step]}
+            continue
+        names.append(str(step))
+        members = schema.get("properties", {})
+        schema = members.get(step, members)
+    return names, _resolved(schema, parts)
+
+
+def _resolved(schema: Schema, parts: Schema) -> Schema:
+    """The schema itself: not a reference to it, and not the choice between it and null."""
+    chosen = [one for one in schema.get("anyOf", ()) if one != {"type": "null"}]
+    if len(chosen) == 1:
+        schema = {**schema, **chosen[0]}
+    if "$ref" in schema:
+        schema = parts[str(schema["$ref"]).rpartition("/")[2]]
+    return schema
+
+
+def _shown(value: Any) -> str:
+    """A value as JSON, if it is short."""
+    text = printable(json.dumps(value, ensure_ascii=False, default=lambda _: "..."))
+    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
+
+
+def _allowed(schema: Schema, parts: Schema) -> str:
+    """What a schema allows, in words."""
+    schema = _resolved(schema, parts)
+    kind = schema.get("type")
+    if "const" in schema or "enum" in schema:
+        return say("{values}", values=[_shown(each) for each in schema.get("enum", [schema.get("const")])])
+    if kind == "boolean":
+        return say("true or false")
+    if kind in ("number", "integer"):
+        return _range(schema)
+    if kind == "string" and "maxLength" in schema:
+        least, most = schema.get("minLength", 0), schema["maxLength"]
+        return say("a text of {least} to {most} characters", least=least, most=most)
+    if kind == "string":
+        return say("a text")
+    members = schema.get("properties", {})
+    known = [name for name, part in members.items() if not part.get("deprecated")]
+    return say("a JSON object with {known}", known=known) if known else say("a JSON object")
+
+
+def _range(schema: Schema) -> str:
+    whole = say("a whole number") if schema["type"] == "integer" else say("a number")
+    low, high = schema.get("minimum"), schema.get("maximum")
+    above = schema.get("exclusiveMinimum")
+    if high is None or (low is None and above is None):
+        return whole
+    said = (
+        say("{number} from {low:.9g} to {high:.9g}", number=whole, low=low, high=high)
+        if above is None
+        else say("{number} above {low:.9g} and up to {high:.9g}", number=whole, low=above, high=high)
+    )
+    return say("{number} {unit}", number=said, unit=schema["x-unit"]) if "x-unit" in schema else said
