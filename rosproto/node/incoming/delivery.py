@@ -87,6 +87,9 @@ class Delivery:
     def deliver_to_newcomers(self, before: Delivery, batch: Sequence[Any], header: dict[str, str]) -> None:
         """Hand messages that were received for an earlier delivery to those subscribers that it lacks."""
         stamp = self._now()
+        batch = [message for message in batch if type(message) is not Unfit]
+        for message in batch:
+            message._connection_header = header
         for recipient in self._recipients:
             if recipient not in before._recipients:
                 decoded = [self._decoded(m, header) if isinstance(m, AnyMsg) else m for m in batch]

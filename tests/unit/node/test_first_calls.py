@@ -57,6 +57,26 @@ def test_a_second_subscriber_gets_the_latched_message_first(nodes: tuple[Node, N
         assert texts[0] == "0"
 
 
+def test_a_raw_message_has_its_header_for_who_subscribes_while_the_link_waits_for_it(
+    nodes: tuple[Node, Node],
+) -> None:
+    """A recorder reads the type there; one beside another raw subscriber lost its first messages."""
+    a, b = nodes
+    publisher = a.publisher("/live", String)
+    with b.subscriber("/live", None, raw=True) as other:
+        publisher.wait_for_connection(20)
+        publisher.publish(data="0")
+        other.next(20)
+        headers: list[Any] = []
+        b.subscriber(
+            "/live", None, lambda message: headers.append(message._connection_header), raw=True, inline=True
+        )
+        publisher.publish(data="1")
+        eventually(lambda: headers)
+    assert headers[0] is not None
+    assert headers[0]["type"] == String
+
+
 def test_a_decoder_is_made_by_the_link() -> None:
     """It takes 2 ms, and no constructor waits for that."""
     with Master() as master, Node("/n", master_uri=master.uri, rosout=False) as node:
