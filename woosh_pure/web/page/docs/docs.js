@@ -12,7 +12,7 @@ const WORDS = chinese
     answers: "Answers", body: "Body", name: "Name", optional: "optional", parameters: "Parameters", token: "This server needs a token: open the page of the robot, sign in there, and come back.",
     failed: "openapi.json cannot be read: ", robots: "Each address is there below /api/v1/robots/NAME/ as well, for one robot of several.", page: "page of the robot", deprecated: "old name",
   };
-const SHOWN = ["get", "post", "delete"];
+const SHOWN = ["get", "post", "patch", "delete"];
 const root = location.pathname.replace(/(\/robots\/[^/]+)?\/docs\/[^/]*$/, "");
 
 let parts = {};
