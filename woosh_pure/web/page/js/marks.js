@@ -65,7 +65,8 @@ export class Marks {
     const left = found(this.all, name);
     this.distances.clear();
     show(this.none, !this.all.length);
-    fill(this.rows, ...left.map((mark) => this.row(mark)), name && !left.some((mark) => mark.name === name) ? this.other(name) : null);
+    const other = name && !left.some((mark) => mark.name === name) ? this.other(name) : null;
+    fill(this.rows, ...left.map((mark) => this.row(mark)), other);
     show(this.rows, this.rows.children.length > 0);
     this.updateDistances();
   }
@@ -156,7 +157,9 @@ export class Marks {
     const more = el("div", { class: "row" },
       button(t("marks.move"), () => this.askMove(mark, path), { id: "mark-move" }),
       button(t("marks.delete"), () => this.askDelete(mark, path), { id: "mark-delete" }));
-    const body = () => ({ name: name.value.trim(), note: note.value.trim(), charger: charger.checked, on_chassis: known.checked });
+    const body = () => ({
+      name: name.value.trim(), note: note.value.trim(), charger: charger.checked, on_chassis: known.checked,
+    });
     const save = () => this.send("PATCH", path, body(), t("marks.saved"));
     const fields = [nameLabel, noteLabel, check(t("marks.charger"), charger), check(t("marks.known"), known), more];
     ask({ text: t("marks.edit", { name: mark.name }), yes: t("marks.save"), fields, onyes: save });
