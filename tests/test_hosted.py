@@ -63,6 +63,7 @@ def test_the_commands_of_readme_are_those_that_ci_runs() -> None:
 
 def test_a_release_has_one_version_everywhere_and_notes() -> None:
     version = runpy.run_path(str(ROOT / "rosproto/version.py"))["__version__"]
+    assert RELEASE["notes"]((ROOT / "CHANGELOG.md").read_text("utf-8"), version)
     assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
     with pytest.raises(SystemExit, match=r"expected v9\.9\.9"):
         RELEASE["check"]("v1.0.0", "9.9.9")
