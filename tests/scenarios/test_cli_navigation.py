@@ -163,9 +163,13 @@ def test_a_mark_is_kept_where_the_robot_is(sim, woosh, document, private_config)
 
 
 def test_goto_knows_the_places_that_only_the_list_has(sim, woosh, private_config):
-    """As the page saves them: the chassis has no mark of this name."""
-    marks = MarkFile(private_config / "marks.json")
-    marks.keep([UserMark("mine", Pose2D(0.5, 0.0), on_chassis=False)])
+    """As the page saves them, and `--place` does: the chassis has no mark of this name."""
+    code, _, err = woosh("marks", "add", "mine", "--place", "--no-pose")
+    assert (code, "it needs a pose" in err) == (2, True)
+    assert woosh("marks", "add", "mine", "--place", "--pose", "0.5", "0", "0")[0] == 0
+    assert list(MarkFile(private_config / "marks.json")) == [
+        UserMark("mine", Pose2D(0.5, 0.0), on_chassis=False)
+    ]
     code, out, _ = woosh("goto", "mine")
     assert (code, "going to mark mine" in out) == (0, True)
     with sim.lock:

@@ -116,12 +116,30 @@ class MarkFile:
         """All names, sorted, for completion on a command line."""
         return sorted(self._marks)
 
-    def put(self, name: str, pose: Pose2D | None = None, note: str = "") -> UserMark:
-        """Add a mark, or replace its pose and note; `save` writes the file."""
+    def put(
+        self, name: str, pose: Pose2D | None = None, note: str = "", *, on_chassis: bool | None = None
+    ) -> UserMark:
+        """Add a mark, or replace its pose and note; `save` writes the file.
+
+        Args:
+            name: As on the chassis's map, or of a place of yours.
+            pose: In the map; None when it is not known.
+            note: Anything.
+            on_chassis: False for a place that is not on the chassis's map; None keeps what was said before.
+
+        Raises:
+            ValueError: The name is empty, the pose is not finite, or a place has no pose.
+        """
         if not name.strip():
             raise ValueError("a mark needs a name")
         where = None if pose is None else replace(pose.require_finite(), frame="map")
         mark = replace(self._marks.get(name, UserMark(name)), pose=where, note=note)
+        if on_chassis is not None:
+            mark = replace(mark, on_chassis=on_chassis)
+        if where is None and not mark.on_chassis:
+            raise ValueError(
+                say("{name} is a place of this list, not of the chassis's map: it needs a pose", name=name)
+            )
         self._marks[name] = mark
         return mark
 

@@ -26,11 +26,16 @@ def add_arguments(parser: ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     verbs.add_parser("list", help="show the list")
     add = verbs.add_parser("add", help="add or replace a mark")
-    add.add_argument("name", help="as on the chassis's map")
+    add.add_argument("name", help="as on the chassis's map, or of a place of yours (--place)")
     place = add.add_mutually_exclusive_group()
     place.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees in the map")
     place.add_argument("--here", action="store_true", help="where the robot is now (the default)")
     place.add_argument("--no-pose", action="store_true", help="the name alone; asks no robot")
+    add.add_argument(
+        "--place",
+        action="store_true",
+        help="a place of yours, not on the chassis's map: `goto` drives to its pose",
+    )
     add.add_argument("--note", default="", help="anything")
     add_wait(add)
     remove = verbs.add_parser("remove", help="take a mark off the list")
@@ -44,7 +49,7 @@ def run(args: Namespace, out: Output) -> int:
     if args.verb == "add":
         before = marks[args.name].pose if args.name in marks else None
         where = pose(args.pose) if args.pose else None if args.no_pose else _here(args, out)
-        mark = marks.put(args.name, where, args.note)
+        mark = marks.put(args.name, where, args.note, on_chassis=False if args.place else None)
         marks.save()
         out.line(
             say(
