@@ -55,7 +55,8 @@ def rosbridge(data: bytes) -> str:
 
 def _outcome(effect: Effect) -> str:
     if isinstance(effect, Reply):
-        return str(json.loads(effect.payloads[0])["msg"])
+        answer = json.loads(effect.payloads[0])
+        return str(answer["msg"] if answer["op"] == "status" else answer["values"])
     return f"{type(effect).__name__} {_as_message(effect)}"
 
 

@@ -115,6 +115,7 @@ READING = [
     Case("watch --for 0.5 --rate 10 --lines", has(" in map  ")),
     Case("watch --for 0.5 --rate 5 --no-map --ascii --json", lambda r: json.loads(r.out.splitlines()[-1])["pose"] is not None),
     Case("doctor --listen 0.5 --json", doc(lambda d: d["findings"][0]["level"] == "ok")),
+    Case("doctor --listen 0.5 --report {folder}/report.json", has("the report is in ")),
     Case("learn --dry-run --all --timeout 20 --parallel 2", has("as bundled")),
     Case("learn --folder {folder}/learned --json", doc(lambda d: d["folder"].endswith("learned") and d["findings"])),
 ]  # fmt: skip
@@ -166,6 +167,7 @@ TELLING = [
     Case("mode wait-then-avoid --waiting-timeout 3", navigation(mode=NavigationMode.WAIT_THEN_AVOID, waiting_timeout=3.0)),
     *(Case(f"mode fuzzy-avoidance --direction {name.lower().replace('_', '-')}", has("navigation mode")) for name in NavDirection.__members__),
     Case("marks --file {folder}/m.json add X1 --pose 1 2 90 --note shelf", lambda r, p: "shelf" in (p.folder / "m.json").read_text()),
+    Case("marks add mine --place --pose 1 0 0", has("mine: ")),
     Case("marks add NAME --no-pose --json", doc(lambda d: d[0]["pose"] is None)),
     Case("marks add HERE --wait 3", has("x 0.0")),
     Case("marks add HERE --here --wait 3 --json", doc(lambda d: d[0]["pose"]["x"] == pytest.approx(0.0, abs=0.05))),

@@ -103,7 +103,7 @@ def test_a_body_that_does_not_come_is_a_problem_in_words(
     with socket.create_connection(("127.0.0.1", web.port), timeout=10) as slow:
         slow.sendall(HALVES[-1])
         answer = slow.recv(65536).decode()
-    assert answer.startswith(("HTTP/1.1 408", "HTTP/1.1 400")), answer
+    assert answer.startswith(("HTTP/1.1 408", "HTTP/1.1 422")), answer
     assert "application/problem+json" in answer
 
 

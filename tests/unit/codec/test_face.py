@@ -12,7 +12,9 @@ from typing import Any
 
 import pytest
 
-from rosproto.codec import Flavour, decode, define, encode, message_class
+from rosproto.codec import AnyMsg, Flavour, decode, define, encode, encode_parts, message_class
+from rosproto.codec.binding import Binding
+from rosproto.codec.functions import prepare
 from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.time import Duration, Time
@@ -221,3 +223,21 @@ def test_definitions_with_comments_that_are_not_utf8() -> None:
     cls = define("my_msgs/Outer", text.decode("utf-8", "surrogateescape"))
     assert decode(cls, encode(cls())).o.a == 0
     assert "caf\\udce9" in (type(cls().o).__doc__ or "")
+
+
+@pytest.mark.parametrize("parts", [False, True])
+def test_nothing_is_generated_for_the_first_message_of_a_prepared_class(
+    parts: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A class without generated functions is ready as it is."""
+    cls = define("a/Prepared", "float64 x")
+    prepare(cls, parts=parts)
+    prepare(AnyMsg, parts=parts)
+
+    def made(_: Binding) -> None:
+        raise AssertionError("generated with the first message")
+
+    for name in ("fill", "parts", "encode"):
+        monkeypatch.setattr(Binding, f"_make_{name}", made)
+    message = cls(x=1.0)
+    assert b"".join(encode_parts(message) if parts else [encode(message)]) == bytes(6) + b"\xf0\x3f"

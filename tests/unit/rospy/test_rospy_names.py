@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -109,6 +110,7 @@ def test_synchronisers_forget_when_simulated_time_jumps_back(tmp_path: Path) -> 
     assert output(code, tmp_path).splitlines() == ["['a', 'b']", "['newer', 'new']"]
 
 
+@pytest.mark.skipif(bool(sys.flags.isolated), reason="an embeddable Python takes no PYTHONPATH")
 @pytest.mark.parametrize("name", ["roslaunch", "rosmaster"])
 def test_what_a_ros_installation_builds_on_its_own_modules_says_why(tmp_path: Path, name: str) -> None:
     """Where real ROS is visible it was found, and failed for a module inside; the user's own is left alone."""

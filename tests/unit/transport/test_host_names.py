@@ -122,7 +122,13 @@ def test_a_client_of_xml_rpc_uses_them() -> None:
             pytest.raises(RosTimeout),
         ):
             client.call("getPid")
-        server.accept()[0].close()
+        server.settimeout(10.0)
+        try:
+            server.accept()[0].close()
+        except TimeoutError:
+            raise
+        except OSError:
+            pass  # Windows: it came, and was reset since
 
 
 @pytest.mark.parametrize(

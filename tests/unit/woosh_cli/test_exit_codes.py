@@ -71,6 +71,7 @@ def test_a_name_that_reads_like_advice_stays() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.structure
 def test_every_advice_is_for_a_sentence_that_somebody_says() -> None:
     """A sentence that was reworded would be said to the wrong people."""
