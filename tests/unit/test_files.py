@@ -94,6 +94,6 @@ def test_an_error_of_writing_names_the_file(tmp_path: Path) -> None:
     write_file(tmp_path / "a.txt", b"x")
     assert read_file(tmp_path / "a.txt") == b"x"
     for path in ("/dev/full", str(tmp_path)):
-        with pytest.raises(OSError, match=re.escape(path)) as failed:
+        with pytest.raises(OSError, match=re.escape(repr(path))) as failed:
             write_file(path, b"x")
         assert failed.value.filename == path
