@@ -13,14 +13,27 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from tests.support.ros_process import require
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-__all__ = ["chromium", "opened", "person"]
+__all__ = ["DESKTOP", "PHONE", "chromium", "each_appearance", "opened", "person"]
 
 PHONE, DESKTOP = (390, 844), (1280, 800)
+
+each_appearance = pytest.mark.parametrize(
+    ("size", "language", "scheme"),
+    [
+        pytest.param(PHONE, "en-US", "dark", id="phone-en-dark"),
+        pytest.param(PHONE, "zh-CN", "light", id="phone-zh-light"),
+        pytest.param(DESKTOP, "en-US", "light", id="desktop-en-light"),
+        pytest.param(DESKTOP, "zh-CN", "dark", id="desktop-zh-dark"),
+    ],
+)
+"""Both sizes, languages and colour schemes, each at least twice."""
 
 
 def chromium() -> str:

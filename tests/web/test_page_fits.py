@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.support.browser import DESKTOP, PHONE, person
+from tests.support.browser import each_appearance, person
 from tests.support.web_peers import npm_module
 
 if TYPE_CHECKING:
@@ -133,15 +133,7 @@ def test_nothing_scrolls_sideways(
             assert page.evaluate(cut) == [], view
 
 
-@pytest.mark.parametrize(
-    ("size", "language", "scheme"),
-    [
-        pytest.param(PHONE, "en-US", "dark", id="phone-en-dark"),
-        pytest.param(PHONE, "zh-CN", "light", id="phone-zh-light"),
-        pytest.param(DESKTOP, "en-US", "light", id="desktop-en-light"),
-        pytest.param(DESKTOP, "zh-CN", "dark", id="desktop-zh-dark"),
-    ],
-)
+@each_appearance
 def test_axe_finds_nothing(
     browser: Browser, served: tuple[Fake, str], size: Any, language: str, scheme: str
 ) -> None:

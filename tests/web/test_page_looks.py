@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.support.browser import DESKTOP, PHONE, person
+from tests.support.browser import PHONE, each_appearance, person
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -96,15 +96,7 @@ def good(page: Page, where: str) -> None:
     assert page.evaluate(_CUT) == [], where
 
 
-@pytest.mark.parametrize(
-    ("size", "language", "scheme"),
-    [
-        pytest.param(PHONE, "en-US", "dark", id="phone-en-dark"),
-        pytest.param(PHONE, "zh-CN", "light", id="phone-zh-light"),
-        pytest.param(DESKTOP, "en-US", "light", id="desktop-en-light"),
-        pytest.param(DESKTOP, "zh-CN", "dark", id="desktop-zh-dark"),
-    ],
-)
+@each_appearance
 def test_what_is_written_can_be_read(
     browser: Browser, served: tuple[Fake, str], size: Any, language: str, scheme: str
 ) -> None:
