@@ -155,8 +155,8 @@ def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
         BagError: Writing failed.
     """
     line = _Line(quiet)
-    line.note(f"recording to {recorder.stats().path}")
     try:
+        line.note(f"recording to {recorder.stats().path}")
         while not recorder.wait(0.5):
             line.show(recorder.stats())
     except KeyboardInterrupt:

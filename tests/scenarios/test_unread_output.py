@@ -68,6 +68,7 @@ def test_a_signal_stops_the_robot_whichever_output_is_full(full, number, sim, re
         assert command.wait(15) == CODES[number]
 
 
+@pytest.mark.slow
 @pytest.mark.promise("nobody reads what a `woosh` command prints")
 @pytest.mark.parametrize("full", OUTPUTS)
 def test_a_time_limit_fires_whichever_output_is_full(full, sim, real_time, until):
