@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, TypeVar
 
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 
 __all__ = ["Duration", "TVal", "Time"]
 

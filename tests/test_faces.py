@@ -78,7 +78,7 @@ def test_the_chassis_uses_public_faces_only() -> None:
         "import rosproto.node.node",
         "from rosproto.cli import counted",
         "from rosproto import cli",
-        "from rosproto.numbers import math",
+        "from rosproto.coercion import math",
         "from rosproto import __main__",
         "if TYPE_CHECKING:\n    from rosproto.codec.conversion import Conversion",
     ],

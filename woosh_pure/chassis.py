@@ -10,10 +10,10 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import rosproto
+from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg import learned_paths
-from rosproto.numbers import as_float
 from rosproto.sentence import led, say
 from rosproto.transport import Deadline, HostNames
 from rosproto.watchdog import Watchdog

@@ -9,7 +9,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TypeVar
 
-from rosproto.numbers import whole
+from rosproto.coercion import whole
 
 __all__ = [
     "ActionState",

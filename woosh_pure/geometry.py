@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rosproto import quaternion
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 from rosproto.sentence import say
 
 __all__ = [

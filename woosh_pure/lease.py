@@ -14,8 +14,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from rosproto.coercion import as_float
 from rosproto.logs import get_logger
-from rosproto.numbers import as_float
 from rosproto.sentence import say
 
 __all__ = ["DEFAULT_SECONDS", "MOST_SECONDS", "ChassisLease", "Lease", "LeaseState"]

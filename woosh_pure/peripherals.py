@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
+from rosproto.coercion import as_float, whole
 from rosproto.errors import RosTimeout
-from rosproto.numbers import as_float, whole
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.limits import require_message

@@ -20,9 +20,9 @@ from rosproto.action.sent_goal import SentGoal
 from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
 from rosproto.codec import Message, encode
+from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.node import Node
-from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline

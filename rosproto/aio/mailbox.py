@@ -12,7 +12,7 @@ from collections import deque
 from typing import Generic, TypeVar
 
 from rosproto.aio.pool import notify
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 
 T = TypeVar("T")
 

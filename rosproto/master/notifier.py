@@ -23,8 +23,8 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Protocol
 
+from rosproto.coercion import as_float
 from rosproto.logs import PeerLog, get_logger
-from rosproto.numbers import as_float
 
 from .notifications import Notification
 

@@ -16,8 +16,8 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from rosproto.codec import message_class
+from rosproto.coercion import as_float
 from rosproto.logs import get_logger
-from rosproto.numbers import as_float
 from rosproto.time import Duration, Time
 from rosproto.transport.deadline import wait_event
 

@@ -15,9 +15,9 @@ from itertools import chain, islice
 
 from rosproto.bag import BagReader, Connection
 from rosproto.bag.messages import message_class_of
+from rosproto.coercion import as_float
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
 from rosproto.node import Node, Publisher
-from rosproto.numbers import as_float
 from rosproto.recording.pacer import ClockOutput, Pacer, RateControl
 from rosproto.recording.timeline import Timeline, TimelineEntry
 from rosproto.time import Time

@@ -20,10 +20,10 @@ from typing import Literal
 
 from rosproto.bag.opening import is_mcap_name
 from rosproto.codec import message_class
+from rosproto.coercion import as_float
 from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import Node, Subscriber
-from rosproto.numbers import as_float
 from rosproto.recording.buffer import Entry, MessageBuffer, TopicTap
 from rosproto.recording.files import BagSeries, Compression, bag_name
 

@@ -18,8 +18,8 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
+from rosproto.coercion import as_float
 from rosproto.errors import RosTimeout
-from rosproto.numbers import as_float
 from rosproto.sentence import led, say
 
 

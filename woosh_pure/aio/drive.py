@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from types import TracebackType
 
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.aio.calls import Calls

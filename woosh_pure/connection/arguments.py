@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 from rosproto.sentence import say
 
 DEFAULT_PORT = 11311

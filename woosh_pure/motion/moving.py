@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 from rosproto.sentence import say
 from woosh_pure.core import Core
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 from rosproto.sentence import both, say
 from woosh_pure.enums import StepMode
 from woosh_pure.geometry import Velocity

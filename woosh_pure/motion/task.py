@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypedDict
 
+from rosproto.coercion import whole
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import PreparedCall
-from rosproto.numbers import whole
 from rosproto.sentence import both, say
 from woosh_pure.core import Core
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType

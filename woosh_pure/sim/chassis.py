@@ -19,9 +19,9 @@ from types import TracebackType
 from typing import Any
 
 import rosproto
+from rosproto.coercion import as_float
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.transport import allow_open_files
 from woosh_pure.enums import RobotMode

@@ -11,8 +11,8 @@ import time
 from functools import partial
 
 import rosproto
+from rosproto.coercion import as_float
 from rosproto.errors import RosError, RosTimeout
-from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS

@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 import rosproto
-from rosproto.numbers import as_float
+from rosproto.coercion import as_float
 from rosproto.sentence import say
 from woosh_pure.geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw, yaw_from_quaternion
 

@@ -18,9 +18,9 @@ import time
 from contextlib import ExitStack
 from types import TracebackType
 
+from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
-from rosproto.numbers import as_float
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers

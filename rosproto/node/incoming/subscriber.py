@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import Any
 
+from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.node.context import Context
 from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.stats import LinkStats
-from rosproto.numbers import as_float
 
 
 class Subscriber:

@@ -7,11 +7,11 @@ from types import TracebackType
 from typing import Any
 
 from rosproto.codec import Message
+from rosproto.coercion import as_float
 from rosproto.errors import LocalProtocolError, RosError, RosTimeout
 from rosproto.node.context import Context
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.stats import LinkStats
-from rosproto.numbers import as_float
 from rosproto.transport.os_errors import translate
 
 

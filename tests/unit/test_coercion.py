@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rosproto.numbers import as_float, whole
+from rosproto.coercion import as_float, whole
 
 
 @pytest.mark.parametrize(
