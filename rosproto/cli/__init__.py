@@ -23,7 +23,7 @@ from rosproto.cli.console import (
     terminal_size,
     unguarded,
 )
-from rosproto.cli.failure import (
+from rosproto.cli.exit_codes import (
     DONE,
     FAILED,
     INTERRUPTED,

@@ -19,8 +19,8 @@ from .bag_opening import check_local, opened
 from .bag_output import Compression, check_new, compression_of, whole
 from .bag_progress import Progress
 from .console import counted
+from .exit_codes import CommandError
 from .expression import Expression
-from .failure import CommandError
 from .options import add_allow_damaged, add_compression, add_quiet, finite
 
 Entry = tuple[str, "RawMessage", "Time"]

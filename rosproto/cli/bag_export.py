@@ -16,8 +16,8 @@ from .bag_opening import next_to, opened
 from .bag_output import MCAP_COMPRESSION, check_new, named, whole
 from .bag_progress import Progress
 from .console import counted
+from .exit_codes import CommandError
 from .export_parquet import need, new_paths, write_parquet
-from .failure import CommandError
 from .fields import parse_field_path
 from .options import add_allow_damaged, add_quiet
 

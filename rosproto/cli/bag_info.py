@@ -19,7 +19,7 @@ from rosproto.text import printable
 from .bag_opening import reader_of
 from .bag_progress import Progress
 from .connection import print_json
-from .failure import CommandError
+from .exit_codes import CommandError
 
 CURVE = 24  # characters
 FINE = 16  # chunks that must fit into one of these before their messages count as of one moment

@@ -12,7 +12,7 @@ from rosproto.bag.remote import is_remote
 
 from .bag_progress import Progress
 from .console import counted
-from .failure import CommandError, say
+from .exit_codes import CommandError, say
 
 
 def reader_of(

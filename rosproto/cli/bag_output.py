@@ -16,7 +16,7 @@ from rosproto.bag.opening import is_mcap_name
 from rosproto.errors import BagError
 
 from .console import OutputError
-from .failure import CommandError
+from .exit_codes import CommandError
 
 Compression = Literal["none", "bz2", "lz4", "zstd"]
 MCAP_COMPRESSION: Literal["zstd"] = "zstd"

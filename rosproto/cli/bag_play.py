@@ -12,7 +12,7 @@ from .background_output import hurry
 from .bag_opening import opened
 from .connection import add_graph_options, open_node
 from .console import counted, own
-from .failure import CommandError
+from .exit_codes import CommandError
 from .keys import Keyboard
 from .options import add_allow_damaged, finite, whole
 from .signals import interrupt_on_signals

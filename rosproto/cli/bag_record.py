@@ -12,7 +12,7 @@ from rosproto.text import human_bytes
 
 from .connection import add_graph_options, open_node
 from .console import counted, own
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import add_compression, finite, whole
 from .signals import interrupt_on_signals
 

@@ -13,7 +13,7 @@ from .bag_opening import check_local
 from .bag_output import check_new, compression_of, whole
 from .bag_progress import Progress
 from .console import counted
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import add_compression, add_quiet
 
 

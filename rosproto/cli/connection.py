@@ -13,7 +13,7 @@ from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
 from rosproto.text import printable
 
 from .console import json_text
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import AddArguments, add_json
 from .parser import near
 
@@ -66,7 +66,7 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     Raises:
         ConnectionLost: It is not there, keeps silent, or is no master: the same to a script.
     """
-    from .shown_api import ShownMaster
+    from .escaped_api import ShownMaster
 
     hosts = host_names(arguments)
     with ShownMaster(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
@@ -78,7 +78,7 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
 
 def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
     """Typed calls to a node's slave API; without `guess` never at the master's host for an unknown one."""
-    from .shown_api import ShownNode
+    from .escaped_api import ShownNode
 
     return ShownNode(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
 

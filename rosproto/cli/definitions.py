@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from .connection import Verb, library_for, print_json, unknown, verbs
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import add_allow_damaged, add_json
 from .parser import near
 

@@ -15,7 +15,7 @@ from rosproto.files import read_text, write_file
 from rosproto.text import printable
 
 from .connection import absolute, master_client, open_node, print_json, unknown, verbs
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import folder_exists, positive
 from .yaml_values import load_text, to_text, value_of
 

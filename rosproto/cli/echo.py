@@ -22,8 +22,8 @@ from rosproto.time import Time
 
 from .connection import absolute, below, master_client, open_node, print_json, warn
 from .console import clear, counted, enable_escapes, is_terminal, shows_unicode, terminal_size
+from .exit_codes import CommandError
 from .expression import Expression
-from .failure import CommandError
 from .fields import header, parse_field_path, row, split_topic
 from .parser import near
 

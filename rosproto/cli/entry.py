@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from rosproto.version import __version__
 
-from .failure import DONE, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, WRONG_USE, say
+from .exit_codes import DONE, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, WRONG_USE, say
 from .parser import Parser, give_examples, leaves, options_of
 from .process import Task, exit_codes_line, run_command, words_of
 

@@ -18,7 +18,7 @@ from .bag_opening import next_to
 from .bag_output import check_new, named, whole
 from .bag_progress import Progress
 from .console import counted
-from .failure import CommandError
+from .exit_codes import CommandError
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""

@@ -15,7 +15,7 @@ import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from .bounded import FUNCTIONS, STRING_METHODS, Bounds, TooMuch
+from .expression_sandbox import FUNCTIONS, STRING_METHODS, Bounds, TooMuch
 
 MAX_TEXT = 4096
 MAX_NODES = 500

@@ -19,7 +19,7 @@ from rosproto.errors import ConnectionLost, LocalProtocolError
 
 from .background_output import hurry
 from .connection import add_graph_options, open_node
-from .failure import CommandError, cannot_listen
+from .exit_codes import CommandError, cannot_listen
 from .options import count, host, port, seconds
 from .signals import interrupt_on_signals
 from .token import add_token, token_of

@@ -13,7 +13,7 @@ from rosproto.text import printable
 
 from .connection import absolute, below, master_client, open_node, print_json, unknown, verbs, warn
 from .console import enable_escapes
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import argument, count, positive
 
 LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}

@@ -15,7 +15,7 @@ from rosproto.transport.address import make_uri, parse_uri
 from rosproto.transport.os_errors import allow_open_files
 
 from .background_output import hurry
-from .failure import CommandError, cannot_listen
+from .exit_codes import CommandError, cannot_listen
 from .options import host, port
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from .connection import (
     warn,
     warn_if_none,
 )
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import argument, count, positive
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from rosproto.text import printable
 
 from .connection import absolute, below, master_client, print_json, unknown, verbs, warn_if_none
 from .console import json_text
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import argument
 from .yaml_values import load_text, to_text, value_of
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rosproto.files import write_file
 
-from .failure import CommandError
+from .exit_codes import CommandError
 
 FORMS = {".dot": "dot", ".gv": "dot", ".svg": "svg", ".txt": "text", ".png": "png", ".pdf": "pdf"}
 """What is written, by the ending of the file."""

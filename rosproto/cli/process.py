@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from .background_output import everything_is_written, hurry, in_background
 from .console import as_typed, escape_what_cannot_be_printed, guarded
-from .failure import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
+from .exit_codes import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
 from .signals import Terminated, linger_when_closed, signals_unwind
 
 

@@ -18,7 +18,7 @@ from rosproto.time import Time
 from .background_output import hurry
 from .connection import absolute, library_for, master_client, open_node, print_json, warn
 from .console import is_terminal
-from .failure import CommandError
+from .exit_codes import CommandError
 from .yaml_values import load_documents, value_of
 
 LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that are still connecting

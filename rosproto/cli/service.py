@@ -25,7 +25,7 @@ from .connection import (
     warn_if_none,
 )
 from .console import is_terminal
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import argument, positive
 from .parser import near
 from .yaml_values import load_documents, to_flow, value_of

@@ -18,7 +18,7 @@ from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
 
 from .connection import open_node, print_json, verbs, warn
-from .failure import CommandError
+from .exit_codes import CommandError
 from .options import count, folder_exists, positive, seconds
 from .parser import near
 from .pictures import form_of, quoted, svg_page, write_picture

@@ -24,7 +24,7 @@ from .connection import (
     warn,
     warn_if_none,
 )
-from .failure import CommandError
+from .exit_codes import CommandError
 from .fields import split_topic
 from .options import add_allow_damaged, argument, count, positive
 from .parser import near

@@ -11,8 +11,8 @@ from typing import Any
 from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_text, hz_table, hz_text
 
 from .connection import absolute, below, master_client, open_node, print_json, warn
+from .exit_codes import CommandError
 from .expression import Expression
-from .failure import CommandError
 from .options import count
 from .parser import near
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from rosproto.typed_values import parse_value
 
-from .failure import CommandError
+from .exit_codes import CommandError
 
 BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
 """A text that YAML takes for more than itself: `a: 1`, `- 1`, `!degrees 90`."""

@@ -12,8 +12,8 @@ import pytest
 from rosproto.bag import BagWriter, open_bag
 from rosproto.cli import main
 from rosproto.cli.bag_export import pixels_of
+from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.export_parquet import file_name, file_names
-from rosproto.cli.failure import CommandError
 from rosproto.codec import define, message_class
 from rosproto.numeric.pngfile import encode_png
 from tests.support.png import read_png

@@ -18,7 +18,7 @@ from rosproto.bag import BagReader, BagWriter, open_bag
 from rosproto.cli import main
 from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
-from rosproto.cli.failure import CommandError
+from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.keys import Keyboard, WindowsKeys
 from rosproto.cli.parser import Parser
 from rosproto.codec import message_class

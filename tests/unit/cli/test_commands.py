@@ -13,7 +13,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import echo, main
-from rosproto.cli.failure import CommandError
+from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.yaml_values import load_text, value_of
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.cli import bounded
+from rosproto.cli import expression_sandbox
 from rosproto.cli.expression import Expression, ExpressionError
 from tests.support.memory import peak_of
 
@@ -202,7 +202,7 @@ ATOMS = st.sampled_from(
 
 def _grown(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     operators = st.sampled_from("+ - * / // % ** & | ^ >> < == in and".split())
-    functions = st.sampled_from([*bounded.FUNCTIONS, "'ab'.count", "'ab'.split", "m.name.find"])
+    functions = st.sampled_from([*expression_sandbox.FUNCTIONS, "'ab'.count", "'ab'.split", "m.name.find"])
     return st.one_of(
         st.builds("({} {} {})".format, inner, operators, inner),
         st.builds("{}({})".format, functions, inner),

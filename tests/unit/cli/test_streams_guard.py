@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from rosproto.cli.console import guarded, json_text, own, unguarded
-from rosproto.cli.failure import explain, say
+from rosproto.cli.exit_codes import explain, say
 from rosproto.errors import MasterError, RosError, ServiceError
 from rosproto.logs import get_logger
 from tests.support.hostile_peer import RAW, wrongs_of

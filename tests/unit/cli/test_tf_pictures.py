@@ -14,7 +14,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import main
-from rosproto.cli.failure import CommandError
+from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.tf import Arrivals, dot_of, report, svg_of, text_of
 from rosproto.codec import message_class
 from rosproto.tf import StaticTransformBroadcaster, Transform
