@@ -92,7 +92,7 @@ class Context:
         close_reason: "" by the program, else who closed the node and why.
         closers: Called by closing, newest first, before the servers go; each is bounded and idempotent.
         before_close, shutdown_callbacks: See `Node.before_close` and `Node.on_shutdown`.
-        fork_callbacks: Called in a fork of this process, where nothing of the node works (`closing.py`).
+        fork_callbacks: Called in a fork of this process, where nothing of the node works (`shutdown.py`).
     """
 
     endpoints: Endpoints

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto import names
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
-from rosproto.node import closing, options
+from rosproto.node import options, shutdown
 from rosproto.node.context import Context
 from rosproto.node.events import Event
 from rosproto.node.graph.endpoints import open_endpoints
@@ -166,17 +166,17 @@ class Node:
             own_uri=lambda: self.uri,
             tcpros_address=lambda: (context.endpoints.host, context.endpoints.tcpros.port),
             is_master_address=context.is_master_address,
-            shut_down=partial(closing.shut_down_later, self.name, self._close, on_shutdown_request),
+            shut_down=partial(shutdown.shut_down_later, self.name, self._close, on_shutdown_request),
             allow_shutdown=allow_shutdown,
         )
         try:
             with system_errors(f"open the node {self.name}", self.master_uri):
                 context.endpoints, self._facts = join(context, self._listen, Deadline(timeout))
         except BaseException:
-            closing.give_up(context)
+            shutdown.give_up(context)
             raise
         if close_at_exit:
-            closing.close_at_exit(context, self.close)
+            shutdown.close_at_exit(context, self.close)
         try:
             with system_errors(f"open the node {self.name}", self.master_uri):
                 self._start(rosout)
@@ -524,15 +524,15 @@ class Node:
 
     def _close(self, reason: str) -> None:
         context, monitor = self._context, self._master_monitor
-        closing.close(
+        shutdown.close(
             context,
             reason,
             self._forget_local,
-            partial(closing.leave_master, context),
-            partial(monitor.close, closing.CLOSE_SECONDS),
+            partial(shutdown.leave_master, context),
+            partial(monitor.close, shutdown.CLOSE_SECONDS),
             self._topics.close,
-            partial(closing.close_servers, context),
-            partial(monitor.close, closing.CLOSE_SECONDS),
+            partial(shutdown.close_servers, context),
+            partial(monitor.close, shutdown.CLOSE_SECONDS),
         )
 
     def _forget_local(self) -> None:

@@ -16,8 +16,8 @@ from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.graph.endpoints import refuse
-from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.incoming.subscriber import Subscriber
+from rosproto.node.incoming.subscriber_queue import Recipient
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.outgoing import datagram_link
 from rosproto.node.outgoing.publication import Publication

@@ -34,7 +34,7 @@ from rosproto import Node, message_class
 from rosproto.codec import decoder
 from rosproto.errors import ConnectionLost
 from rosproto.master import Master
-from rosproto.node.incoming.recipient import CallbackRunner, Inbox
+from rosproto.node.incoming.subscriber_queue import CallbackRunner, Inbox
 from rosproto.node.incoming.tcpros_link import FrameReader
 from tests.benchmarks._figures import spread
 from tests.benchmarks.transport import Bench

@@ -18,7 +18,7 @@ import pytest
 from rosproto.master import Master
 from rosproto.node import EventKind, MasterClient, Node
 from rosproto.node.graph import endpoints
-from rosproto.node.incoming import link_state
+from rosproto.node.incoming import publisher_link_state
 from rosproto.node.incoming.tcpros_link import FrameReader
 from rosproto.transport import tcp
 from tests.support.load import crowd

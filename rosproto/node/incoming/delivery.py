@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from rosproto.codec import AnyMsg, encode
 from rosproto.node.context import Context
-from rosproto.node.incoming.recipient import Recipient
+from rosproto.node.incoming.subscriber_queue import Recipient
 from rosproto.node.revisions.revisions import Unfit
 from rosproto.node.revisions.topic_types import TopicType
 

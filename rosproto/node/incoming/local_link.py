@@ -14,8 +14,8 @@ import threading
 from collections import deque
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
-from rosproto.node.incoming.link_state import LinkEvent
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
+from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.stats import LinkStats

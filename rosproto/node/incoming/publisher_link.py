@@ -1,6 +1,6 @@
 """One publisher, seen from a subscriber: keeps a connection to it for as long as the master names it.
 
-`PublisherLink` has the thread, the states (`link_state.py`) and the waits; how a session is opened and
+`PublisherLink` has the thread, the states (`publisher_link_state.py`) and the waits; how a session is opened and
 received is left to `TcprosLink` and to `LocalLink` (a publisher in this process).
 """
 
@@ -24,7 +24,14 @@ from rosproto.errors import (
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.incoming.delivery import Delivery, Topic
-from rosproto.node.incoming.link_state import LEAST, STEADY, LinkEvent, LinkState, Pauses, next_state
+from rosproto.node.incoming.publisher_link_state import (
+    LEAST,
+    STEADY,
+    LinkEvent,
+    LinkState,
+    Pauses,
+    next_state,
+)
 from rosproto.node.revisions.revisions import RevisedType
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats

@@ -9,7 +9,7 @@ from typing import Any
 from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.node.context import Context
-from rosproto.node.incoming.recipient import Recipient
+from rosproto.node.incoming.subscriber_queue import Recipient
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.stats import LinkStats
 

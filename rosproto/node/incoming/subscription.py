@@ -25,7 +25,7 @@ from rosproto.node.graph.registrations import Announcement
 from rosproto.node.incoming.delivery import Delivery, RevisedDelivery, encoded
 from rosproto.node.incoming.local_link import LocalLink
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
-from rosproto.node.incoming.recipient import Recipient
+from rosproto.node.incoming.subscriber_queue import Recipient
 from rosproto.node.incoming.tcpros_link import TcprosLink
 from rosproto.node.revisions.revisions import RevisedType, Unfit, note_differences, revised_type
 from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type

@@ -20,9 +20,9 @@ from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.link_monitor import LinkMonitor
-from rosproto.node.outgoing.link_state import OutgoingEvent
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
+from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent
 from rosproto.protocol.udpros import LAST_NUMBER, UDPROS, DatagramAnswer, DatagramRequest, datagrams
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline

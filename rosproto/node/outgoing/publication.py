@@ -24,7 +24,6 @@ from rosproto.node.events import Event, EventKind, is_interrupt
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
-from rosproto.node.outgoing.answers import Answers, RevisedOutput
 from rosproto.node.outgoing.frames import (
     Frame,
     FrameEncoder,
@@ -34,7 +33,8 @@ from rosproto.node.outgoing.frames import (
     send_frame,
     small_frame,
 )
-from rosproto.node.outgoing.lost_subscriber import LostSubscriber
+from rosproto.node.outgoing.handshake_replies import Answers, RevisedOutput
+from rosproto.node.outgoing.reconnect import LostSubscriber
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats

@@ -19,7 +19,7 @@ from typing import Any
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.node.outgoing.frames import Frame, LargeFrame, remaining
 from rosproto.node.outgoing.link_monitor import LinkMonitor
-from rosproto.node.outgoing.link_state import OutgoingEvent, OutgoingState, next_state
+from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent, OutgoingState, next_state
 from rosproto.node.stats import LinkStats
 
 BATCH = 64 << 10  # bytes joined for one send: more gains nothing (measured)

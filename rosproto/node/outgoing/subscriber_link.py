@@ -18,8 +18,8 @@ from time import perf_counter, sleep
 
 from rosproto.node.outgoing.frames import LargeFrame, remaining
 from rosproto.node.outgoing.link_monitor import LOOK, MOST_AGE, Backlog, LinkMonitor
-from rosproto.node.outgoing.link_state import OutgoingEvent
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
+from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent
 from rosproto.transport.send_queue import send_queue
 from rosproto.transport.tcp import expect_acknowledgement, set_linger
 

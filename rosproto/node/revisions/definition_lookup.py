@@ -29,7 +29,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.caller import Caller
+    from rosproto.node.graph.caller_identity import Caller
 
 _log = get_logger("rosproto.node")
 

@@ -24,7 +24,7 @@ from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import is_md5sum
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.caller import Caller
+    from rosproto.node.graph.caller_identity import Caller
 
 _log = get_logger("rosproto.node")
 

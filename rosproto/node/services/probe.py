@@ -18,7 +18,7 @@ from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.caller import Caller
+    from rosproto.node.graph.caller_identity import Caller
 
 # A provider usually appears within a second of being waited for; afterwards twice a second does not hurt a
 # master that a whole fleet of clients may be asking.

@@ -14,7 +14,7 @@ from rosproto.codec import service_class
 from rosproto.errors import LocalProtocolError, RosError, ServiceError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.graph.caller import Caller
+from rosproto.node.graph.caller_identity import Caller
 from rosproto.node.graph.endpoints import refuse
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement

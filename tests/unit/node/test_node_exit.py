@@ -11,7 +11,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import MasterClient
-from rosproto.node import closing as closing_module
+from rosproto.node import shutdown as closing_module
 from tests.support.proxy import FaultProxy
 
 OPEN = """

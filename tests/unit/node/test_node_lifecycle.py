@@ -14,7 +14,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.master import Master
-from rosproto.node import EventKind, MasterClient, Node, closing
+from rosproto.node import EventKind, MasterClient, Node, shutdown
 from rosproto.node.graph import endpoints
 from rosproto.transport.address import local_address_towards
 from tests.support.ports import unused_port

@@ -8,8 +8,8 @@ from time import thread_time
 
 import pytest
 
-from rosproto.node.incoming import recipient
-from rosproto.node.incoming.recipient import SLOW_CALL, SURELY_SLOW, CallbackRunner, Inbox
+from rosproto.node.incoming import subscriber_queue
+from rosproto.node.incoming.subscriber_queue import SLOW_CALL, SURELY_SLOW, CallbackRunner, Inbox
 
 
 def test_the_newest_is_kept() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.incoming.recipient import Inbox, InlineCaller
+from rosproto.node.incoming.subscriber_queue import Inbox, InlineCaller
 
 
 def test_a_batch_is_cut_to_the_queue_and_called_in_order() -> None:

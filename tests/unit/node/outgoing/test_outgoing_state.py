@@ -6,9 +6,9 @@ import itertools
 
 import pytest
 
-from rosproto.node.outgoing.link_state import OutgoingEvent as Event
-from rosproto.node.outgoing.link_state import OutgoingState as State
-from rosproto.node.outgoing.link_state import next_state
+from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent as Event
+from rosproto.node.outgoing.subscriber_link_state import OutgoingState as State
+from rosproto.node.outgoing.subscriber_link_state import next_state
 
 ALLOWED = {
     (State.OPENING, Event.FULL): State.OPENING_FULL,

@@ -14,8 +14,8 @@ import pytest
 from rosproto.errors import ConnectionLost, Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node.incoming import publisher_link
-from rosproto.node.incoming.link_state import LinkEvent, LinkState, Pauses, next_state
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
+from rosproto.node.incoming.publisher_link_state import LinkEvent, LinkState, Pauses, next_state
 
 WAITING, REQUESTING, CONNECTING, RECEIVING, REFUSED, CLOSED = LinkState
 DUE, ADDRESS, ACCEPTED, FAILED, NOT_FITTING, NUDGED, WITHDRAWN = LinkEvent

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.errors import ConnectionLost
-from rosproto.node.outgoing import lost_subscriber
-from rosproto.node.outgoing.lost_subscriber import LostSubscriber
+from rosproto.node.outgoing import reconnect
+from rosproto.node.outgoing.reconnect import LostSubscriber
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import bind_beside, listen
 
