@@ -8,7 +8,7 @@ from typing import Any
 
 from rosproto.codec import Message, message_class
 from rosproto.errors import CodecError, DefinitionError
-from rosproto.node.revisions.revisions import Revisions
+from rosproto.node.definitions.md5sum_mismatch import Revisions
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from rosproto.codec import Message
 from rosproto.errors import RosError
-from rosproto.node.revisions.topic_types import TopicType, learn_type
+from rosproto.node.definitions.type_argument import TopicType, learn_type
 from rosproto.time import Time
 
 T = TypeVar("T")

@@ -6,6 +6,9 @@ Start with `Node`.
 from __future__ import annotations
 
 from rosproto.node.clock import NodeClock, Rate, Timer, TimerEvent
+from rosproto.node.definitions.md5sum_mismatch import NoRevisions, Unfit, revised_type
+from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.unknown_md5sum import probe_topic
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.graph.slave_client import NodeClient
@@ -15,9 +18,6 @@ from rosproto.node.node import Node
 from rosproto.node.options import host_names
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.parameters import Parameters, UnknownParameter
-from rosproto.node.revisions.definition_lookup import probe_topic
-from rosproto.node.revisions.revisions import NoRevisions, Unfit, revised_type
-from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.link import Cancellation
 from rosproto.node.services.prepared import PreparedCall

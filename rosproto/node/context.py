@@ -16,13 +16,13 @@ from typing import Any
 from rosproto import names
 from rosproto.logs import PeerLog, get_logger
 from rosproto.node.clock import NodeClock
+from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.events import Event, Events
 from rosproto.node.graph.endpoints import Endpoints
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
-from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.host_names import HostNames

@@ -22,6 +22,8 @@ from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
 from rosproto.node import options, shutdown
 from rosproto.node.context import Context
+from rosproto.node.definitions.md5sum_mismatch import Revisions
+from rosproto.node.definitions.type_argument import ANY, TypeGiven, resolve_type
 from rosproto.node.events import Event
 from rosproto.node.graph.endpoints import open_endpoints
 from rosproto.node.graph.master_client import MasterClient
@@ -31,8 +33,6 @@ from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.parameters import Parameters
-from rosproto.node.revisions.revisions import Revisions
-from rosproto.node.revisions.topic_types import ANY, TypeGiven, resolve_type
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer

@@ -15,6 +15,7 @@ from typing import Any
 from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
+from rosproto.node.definitions.type_argument import TopicType
 from rosproto.node.graph.endpoints import refuse
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.incoming.subscriber_queue import Recipient
@@ -22,7 +23,6 @@ from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.outgoing import datagram_link
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.outgoing.publisher import Publisher
-from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.udpros import DatagramRequest
 from rosproto.transport.deadline import Deadline

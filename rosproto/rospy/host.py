@@ -8,8 +8,8 @@ from typing import Any
 from rosproto.errors import Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node import Event, EventKind, MasterClient, Node
+from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.options import host_names
-from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import parse_uri
 from rosproto.transport.host_names import HostNames

@@ -22,6 +22,8 @@ from rosproto.errors import (
     TooLarge,
 )
 from rosproto.logs import get_logger
+from rosproto.node.definitions.md5sum_mismatch import RevisedType
+from rosproto.node.definitions.type_argument import TopicType
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.incoming.delivery import Delivery, Topic
 from rosproto.node.incoming.publisher_link_state import (
@@ -32,8 +34,6 @@ from rosproto.node.incoming.publisher_link_state import (
     Pauses,
     next_state,
 )
-from rosproto.node.revisions.revisions import RevisedType
-from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import HandshakeRefused, PublisherReply
 from rosproto.transport.os_errors import program_ends, translate

@@ -30,8 +30,8 @@ from time import perf_counter, time
 from typing import Any
 
 from rosproto.logs import get_logger
+from rosproto.node.definitions.type_argument import TopicType
 from rosproto.node.events import is_interrupt
-from rosproto.node.revisions.topic_types import TopicType
 from rosproto.transport.deadline import wait_for
 
 _log = get_logger("rosproto.node")

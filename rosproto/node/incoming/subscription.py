@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.context import Context
+from rosproto.node.definitions.md5sum_mismatch import RevisedType, Unfit, note_differences, revised_type
+from rosproto.node.definitions.type_argument import ANY, TopicType, learn_type
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
@@ -27,8 +29,6 @@ from rosproto.node.incoming.local_link import LocalLink
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.incoming.subscriber_queue import Recipient
 from rosproto.node.incoming.tcpros_link import TcprosLink
-from rosproto.node.revisions.revisions import RevisedType, Unfit, note_differences, revised_type
-from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import PublisherReply
 from rosproto.sentence import both, say

@@ -15,11 +15,11 @@ import socket
 from time import monotonic
 
 from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
+from rosproto.node.definitions.type_argument import ANY
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming.publisher_link import LinkOwner
 from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.node.incoming.tcpros_link import TRY_SECONDS, TcprosLink
-from rosproto.node.revisions.topic_types import ANY
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, subscriber_header
 from rosproto.protocol.udpros import DATAGRAM_BYTES, UDPROS, DatagramAnswer, DatagramRequest, Reassembly

@@ -15,11 +15,11 @@ from rosproto.codec.conversion import Conversion, ConversionError
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
+from rosproto.node.definitions.md5sum_mismatch import explained, note_differences
+from rosproto.node.definitions.type_argument import TopicType
 from rosproto.node.events import Event, EventKind, is_interrupt, without_frames
 from rosproto.node.graph.endpoints import refuse
 from rosproto.node.outgoing.frames import LargeFrame, OutgoingLink, small_frame
-from rosproto.node.revisions.revisions import explained, note_differences
-from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import check_subscriber_header, publisher_header
 
 _log = get_logger("rosproto.node")

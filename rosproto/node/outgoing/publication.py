@@ -20,6 +20,7 @@ from rosproto.codec import Message
 from rosproto.errors import CodecError, ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
+from rosproto.node.definitions.type_argument import TopicType
 from rosproto.node.events import Event, EventKind, is_interrupt
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
@@ -36,7 +37,6 @@ from rosproto.node.outgoing.frames import (
 from rosproto.node.outgoing.handshake_replies import Answers, RevisedOutput
 from rosproto.node.outgoing.reconnect import LostSubscriber
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
-from rosproto.node.revisions.topic_types import TopicType
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.header import encode_header
 from rosproto.transport.address import format_address

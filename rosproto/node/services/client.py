@@ -26,7 +26,7 @@ from rosproto.errors import (
 )
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
+from rosproto.node.definitions.md5sum_mismatch import ServiceRevision, note_differences, revised_service
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.link import Cancellation, ServiceLink
 from rosproto.node.services.prepared import PreparedCall

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError
-from rosproto.node.revisions.revisions import ServiceRevision
+from rosproto.node.definitions.md5sum_mismatch import ServiceRevision
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.limits import Limits

@@ -14,11 +14,11 @@ from rosproto.codec import service_class
 from rosproto.errors import LocalProtocolError, RosError, ServiceError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
+from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.graph.caller_identity import Caller
 from rosproto.node.graph.endpoints import refuse
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
-from rosproto.node.revisions.revisions import Revisions
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer

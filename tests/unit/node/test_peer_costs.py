@@ -15,8 +15,8 @@ import pytest
 from rosproto.codec import classes, define, message_class
 from rosproto.master import Master
 from rosproto.node import Node
+from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.header import encode_header
 from rosproto.protocol.limits import Limits

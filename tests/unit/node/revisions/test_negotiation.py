@@ -14,7 +14,7 @@ from rosproto.codec import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost
 from rosproto.errors import CodecError, Md5sumMismatch, RosTimeout
 from rosproto.msg import bundled
-from rosproto.node.revisions.definition_lookup import DefinitionLookup
+from rosproto.node.definitions.unknown_md5sum import DefinitionLookup
 from rosproto.protocol.handshake import subscriber_header
 from tests.support.victim import eventually
 

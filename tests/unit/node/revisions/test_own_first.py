@@ -13,7 +13,7 @@ from rosproto.codec import message_class, service_class
 from rosproto.errors import DefinitionError
 from rosproto.msg import bundled
 from rosproto.msg.user_folder import learned_paths
-from rosproto.node.revisions.revisions import Revisions
+from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.recording import Player, Recorder
 from rosproto.tf import TransformListener
 

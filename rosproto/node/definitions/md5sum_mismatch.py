@@ -19,8 +19,8 @@ from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import PeerLog, get_logger
 from rosproto.msg import DefinitionLibrary, bundled
 from rosproto.msg.user_folder import is_learned
-from rosproto.node.revisions.definition_lookup import DefinitionLookup, Learn
-from rosproto.node.revisions.topic_types import TopicType
+from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.unknown_md5sum import DefinitionLookup, Learn
 from rosproto.protocol.handshake import is_md5sum
 
 if TYPE_CHECKING:

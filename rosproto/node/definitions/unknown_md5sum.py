@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 from rosproto.codec import Message
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
+from rosproto.node.definitions.type_argument import ANY
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.node.revisions.topic_types import ANY
 from rosproto.protocol.handshake import PublisherReply, check_publisher_header, subscriber_header
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
