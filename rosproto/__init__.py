@@ -30,7 +30,7 @@ from rosproto.errors import (
     ServiceError,
     TooLarge,
 )
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.time import Duration, Time
 from rosproto.version import __version__ as __version__
 

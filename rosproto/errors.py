@@ -160,7 +160,7 @@ class TooLarge(RemoteProtocolError):
     """The other side announced more than a limit allows.
 
     Attributes:
-        what: Name of the limit, a field of `rosproto.protocol.limits.Limits`.
+        what: Name of the limit, a field of `rosproto.protocol.wire_limits.Limits`.
         size: What was announced.
         limit: What is allowed.
     """

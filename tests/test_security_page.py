@@ -11,7 +11,7 @@ import pytest
 from rosproto.bag import BagLimits
 from rosproto.gateway import GatewayLimits
 from rosproto.msg import DefinitionLimits
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 
 PAGE = (Path(__file__).resolve().parent.parent / "SECURITY.md").read_text("utf-8")
 

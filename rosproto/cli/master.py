@@ -10,7 +10,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.address import make_uri, parse_uri
 from rosproto.transport.os_errors import allow_open_files
 

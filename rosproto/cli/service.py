@@ -84,7 +84,7 @@ def type_of(arguments: argparse.Namespace, name: str) -> str:
     """Services carry no type at the master: their provider is asked (a probe)."""
     from rosproto.node.services.link import ServiceLink
     from rosproto.protocol.handshake import service_client_header
-    from rosproto.protocol.limits import Limits
+    from rosproto.protocol.wire_limits import Limits
     from rosproto.transport.address import parse_uri
     from rosproto.transport.deadline import Deadline
 

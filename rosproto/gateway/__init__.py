@@ -10,8 +10,8 @@ client (`GatewayLimits`). Nothing is written to the graph unless `Access(write=.
 from __future__ import annotations
 
 from rosproto.gateway.access import Access, Refusal
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
-from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.outbox import Outbox

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rosproto.gateway.chunks import ChunkedMessage
-from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.outbox import Outbox
 
 Payload = str | bytes | ChunkedMessage

@@ -13,7 +13,7 @@ from collections import Counter, deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.client_limits import GatewayLimits
 
 T = TypeVar("T")
 Key = object

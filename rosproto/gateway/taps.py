@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from rosproto.codec import AnyMsg, message_class
 from rosproto.errors import DefinitionError, LocalProtocolError
-from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
 from rosproto.node import Node, Subscriber

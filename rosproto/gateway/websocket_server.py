@@ -23,8 +23,8 @@ from typing import Any
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.handshakes import AT_ONCE, BACKLOG, Listener
-from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.outgoing import Outgoing, closed_error
 from rosproto.gateway.strangers import Strangers, Verdict, require_token_off_loopback
 from rosproto.logs import PeerLog

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import PeerLog, get_logger
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline, XmlRpcClient
 
 from .identity import CALLER_ID, Verdict, identify

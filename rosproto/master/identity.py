@@ -23,7 +23,7 @@ from enum import Enum
 
 from rosproto.errors import MasterError, RemoteProtocolError, RosError
 from rosproto.protocol.handshake import subscriber_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline, XmlRpcClient, connect, read_header, unpack, write_header
 
 from .notifications import Shutdown

@@ -8,7 +8,7 @@ takes the port.
 from __future__ import annotations
 
 from rosproto.master.server import Master
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, Peer
 from rosproto.transport.xmlrpc_client import XmlRpcClient
 

@@ -7,7 +7,7 @@ import threading
 
 from rosproto.errors import RosError
 from rosproto.logs import PeerLog, get_logger
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
 from rosproto.transport.deadline import wait_event

@@ -5,10 +5,10 @@ Start with `bundled()`, the definitions that ship with this package.
 
 from __future__ import annotations
 
+from rosproto.msg.definition_limits import DefinitionLimits
 from rosproto.msg.full_text import join_full_text, split_full_text
 from rosproto.msg.learned import library_from_full_text
 from rosproto.msg.library import DefinitionLibrary, bundled
-from rosproto.msg.limits import DefinitionLimits
 from rosproto.msg.parser import parse_action, parse_message, parse_service
 from rosproto.msg.revisions import Revision
 from rosproto.msg.spec import (

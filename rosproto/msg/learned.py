@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from rosproto.errors import DefinitionError
+from rosproto.msg.definition_limits import DefinitionLimits, check_length, check_limits
 from rosproto.msg.full_text import split_full_text
 from rosproto.msg.library import DefinitionLibrary
-from rosproto.msg.limits import DefinitionLimits, check_length, check_limits
 from rosproto.msg.parser import parse_message
 
 

@@ -23,7 +23,7 @@ from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.host_names import HostNames
 

@@ -38,7 +38,7 @@ from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.stats import NodeStats
 from rosproto.node.topics import TopicTable
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
 

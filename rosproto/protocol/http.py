@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 
 CONTINUE = b"HTTP/1.1 100 Continue\r\n\r\n"
 _REASONS = {

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, RosError
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 
 if TYPE_CHECKING:
     from rosproto.protocol.xmlrpc_reader import Document

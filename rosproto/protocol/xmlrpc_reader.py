@@ -13,7 +13,7 @@ from binascii import a2b_base64
 from collections.abc import Callable
 
 from rosproto.errors import RemoteProtocolError, TooLarge
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.protocol.xmlrpc import DateTime
 
 _INTEGERS = ("int", "i4", "i8", "i2", "i1")

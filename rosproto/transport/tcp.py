@@ -131,7 +131,7 @@ def expect_data(sock: socket.socket) -> None:
 def expect_acknowledgement(sock: socket.socket, seconds: int) -> bool:
     """Have the system end a connection when the other one has not acknowledged what was sent for that long.
 
-    For Windows and macOS; on Linux `send_queue.py` tells more, and the owner of the connection judges. The
+    For Windows and macOS; on Linux `unsent_bytes.py` tells more, and the owner of the connection judges. The
     other system acknowledges by itself, also while its program is slow or stopped.
 
     Returns:

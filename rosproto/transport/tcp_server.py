@@ -21,7 +21,7 @@ from collections.abc import Callable, Collection
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent

@@ -8,7 +8,7 @@ import threading
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout, TooLarge
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.sentence import say
 from rosproto.transport.address import DEFAULT_MASTER_URI, format_address, make_uri, parse_uri, uri_path
 from rosproto.transport.connecting import connect

@@ -22,7 +22,7 @@ from rosproto.protocol.http import (
     Request,
     error_status,
 )
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.address import format_address, make_uri
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.tcp_server import Allow, ServerStats, TcpServer

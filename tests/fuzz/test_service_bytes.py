@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rosproto.errors import RosError
 from rosproto.node.services.link import ServiceLink
 from rosproto.node.services.server import ServiceSession
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 
 LIMITS = Limits(message_bytes=1000)

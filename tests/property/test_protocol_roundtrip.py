@@ -14,7 +14,7 @@ from rosproto.errors import LocalProtocolError, RemoteProtocolError
 from rosproto.protocol import http, xmlrpc
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.header import decode_header, encode_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 
 
 # what header fields can hold: any text and, as surrogate escapes, any bytes

@@ -27,8 +27,8 @@ from woosh_pure.fleet.order.events import (
     StopEnded,
     Tell,
 )
-from woosh_pure.fleet.order.limits import AgvPosition, Capabilities
 from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities
 
 __all__ = ["LIMITS", "MemoryFile", "PureVehicle", "action", "instant", "order_json"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tests.support.fleet import LIMITS, PureVehicle
-from woosh_pure.fleet.order.limits import Capabilities
+from woosh_pure.fleet.order.vehicle_limits import Capabilities
 
 __all__ = ["finish_order", "kinds", "restart"]
 

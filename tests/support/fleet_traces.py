@@ -17,8 +17,8 @@ from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.order import events, first_state, read_state, step
 from woosh_pure.fleet.order.errors import Level, Problem
-from woosh_pure.fleet.order.limits import AgvPosition
 from woosh_pure.fleet.order.tables import ActionStatus
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 __all__ = ["FILE", "SEEDS", "Player", "Playing", "lines"]
 

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 
 from rosproto.protocol.handshake import publisher_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import Deadline, TcpServer, XmlRpcServer, read_header, write_header
 

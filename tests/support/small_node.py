@@ -12,7 +12,7 @@ from rosproto.node.graph.endpoints import TcprosServer
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.parameters import Parameters
 from rosproto.node.services.table import Services
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames
 
 

@@ -135,7 +135,7 @@ class Victim:
 def live() -> None:
     """What runs in the victim's process, until its input ends."""
     from rosproto.master import Master
-    from rosproto.protocol.limits import Limits
+    from rosproto.protocol.wire_limits import Limits
 
     limits = Limits(handshake_seconds=Victim.HANDSHAKE_SECONDS, idle_seconds=3.0)
     with (

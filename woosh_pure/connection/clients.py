@@ -17,7 +17,7 @@ from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
-from woosh_pure.connection.limits import limit_error, require_message
+from woosh_pure.connection.firmware_limits import limit_error, require_message
 from woosh_pure.enums import TaskCommand
 from woosh_pure.interface import row
 from woosh_pure.values.messages import message_type, service_type

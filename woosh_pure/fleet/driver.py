@@ -28,7 +28,7 @@ from woosh_pure.errors import FirmwareLimit, MotionRefused
 from woosh_pure.fleet.actions.task import end_is_known
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.events import Drive, DriveEnded, StopEnded
-from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 _log = get_logger("woosh_pure.fleet.driver")
 _MODE_SECONDS = 5.0

@@ -15,7 +15,7 @@ from woosh_pure.fleet.actions.map_store import MapStore
 from woosh_pure.fleet.actions.task import Handler, Triggers
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.facts import Facts, MapEntry
-from woosh_pure.fleet.order.limits import Capabilities
+from woosh_pure.fleet.order.vehicle_limits import Capabilities
 from woosh_pure.fleet.store import Store
 from woosh_pure.geometry import Footprint
 

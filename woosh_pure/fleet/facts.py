@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 _PATH_ENDS = 0.5  # m from its node
 

@@ -24,9 +24,9 @@ from woosh_pure.fleet.order.events import (
     Write,
     stops,
 )
-from woosh_pure.fleet.order.limits import Capabilities
 from woosh_pure.fleet.order.machine import step
 from woosh_pure.fleet.order.state import OrderState, first_state, read_state
+from woosh_pure.fleet.order.vehicle_limits import Capabilities
 
 _log = get_logger("woosh_pure.fleet.kept_order")
 

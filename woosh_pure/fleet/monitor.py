@@ -11,7 +11,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.enums import RobotMode
 from woosh_pure.fleet.facts import Facts
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.values import Parameters

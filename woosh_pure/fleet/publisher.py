@@ -19,8 +19,8 @@ from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.messages.schema import timestamp
 from woosh_pure.fleet.order.actions import BUILT_IN, Ability
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.limits import Capabilities
 from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.vehicle_limits import Capabilities
 from woosh_pure.values import Parameters
 
 

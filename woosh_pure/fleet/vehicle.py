@@ -36,8 +36,8 @@ from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
-from woosh_pure.fleet.order.limits import AgvPosition, within_deviation
 from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
 from woosh_pure.fleet.publisher import Publisher
 from woosh_pure.fleet.store import Store, StoreInUse
 

@@ -15,7 +15,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.connection import LastWord
-from woosh_pure.connection.limits import require_goal
+from woosh_pure.connection.firmware_limits import require_goal
 from woosh_pure.core import Core
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Access
-from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.node.parameters import ParameterSubscription

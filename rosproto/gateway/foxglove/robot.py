@@ -10,6 +10,7 @@ from typing import Any
 from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.messages import Level
@@ -19,7 +20,6 @@ from rosproto.gateway.foxglove.publish import ClientTopics
 from rosproto.gateway.foxglove.services import CallCount, ServiceTypes
 from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.json_text import JsonReader
-from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.publications import Publications

@@ -10,11 +10,11 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from rosproto.gateway.access import Access
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
 from rosproto.gateway.foxglove.robot import Robot
 from rosproto.gateway.foxglove.session import Session
-from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.logs import get_logger

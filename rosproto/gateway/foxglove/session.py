@@ -20,6 +20,7 @@ from rosproto.errors import RosError
 from rosproto.gateway.access import Refused
 from rosproto.gateway.channel import Channel
 from rosproto.gateway.chunks import framed
+from rosproto.gateway.client_limits import READER_BYTES
 from rosproto.gateway.foxglove import messages
 from rosproto.gateway.foxglove.assets import AssetAnswer
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
@@ -29,7 +30,6 @@ from rosproto.gateway.foxglove.parameters import FollowedParameters
 from rosproto.gateway.foxglove.publish import Publishing
 from rosproto.gateway.foxglove.services import CallCount, call
 from rosproto.gateway.json_text import is_short
-from rosproto.gateway.limits import READER_BYTES
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
 

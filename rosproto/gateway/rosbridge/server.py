@@ -10,8 +10,8 @@ from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
 from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.json_text import JsonReader
-from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publications
 from rosproto.gateway.rosbridge.session import RosbridgeSession
 from rosproto.gateway.rosbridge.shared import Shared

@@ -19,7 +19,7 @@ from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.channel import Channel
-from rosproto.gateway.limits import READER_BYTES
+from rosproto.gateway.client_limits import READER_BYTES
 from rosproto.gateway.publications import Publication
 from rosproto.gateway.rosbridge import operations
 from rosproto.gateway.rosbridge.answers import Answers

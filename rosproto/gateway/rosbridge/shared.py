@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from rosproto.aio.pool import Pool
 from rosproto.codec import Message, message_class, service_class
 from rosproto.gateway.access import Access, Refused
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.json_text import JsonReader
-from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publications
 from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
 from rosproto.gateway.taps import Taps

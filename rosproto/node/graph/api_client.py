@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from rosproto.errors import RemoteProtocolError
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient, unpack
 
 T = TypeVar("T")

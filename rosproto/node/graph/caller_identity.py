@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.host_names import HostNames
 
 

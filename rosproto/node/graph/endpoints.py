@@ -22,7 +22,7 @@ from collections.abc import Callable, Collection
 from rosproto.errors import ConnectionLost, RosError, RosTimeout, TooLarge
 from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.handshake import error_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.address import is_loopback, local_address_towards, make_uri, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rosproto.node.graph import api_client
 from rosproto.node.graph.api_client import ApiClient
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient, unpack
 
 

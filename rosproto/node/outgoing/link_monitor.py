@@ -34,8 +34,8 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rosproto.logs import get_logger
-from rosproto.transport.send_queue import SendQueue
 from rosproto.transport.tcp import open_selector, wake_pair
+from rosproto.transport.unsent_bytes import SendQueue
 
 _log = get_logger("rosproto.node")
 

@@ -20,8 +20,8 @@ from rosproto.node.outgoing.frames import LargeFrame, remaining
 from rosproto.node.outgoing.link_monitor import LOOK, MOST_AGE, Backlog, LinkMonitor
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent
-from rosproto.transport.send_queue import send_queue
 from rosproto.transport.tcp import expect_acknowledgement, set_linger
+from rosproto.transport.unsent_bytes import send_queue
 
 MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 

@@ -19,7 +19,7 @@ from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, Ser
 from rosproto.node.definitions.md5sum_mismatch import ServiceRevision
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.handshake import HandshakeRefused
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline

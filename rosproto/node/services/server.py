@@ -20,7 +20,7 @@ from rosproto.node.definitions.md5sum_mismatch import ServiceRevision, note_diff
 from rosproto.node.graph.endpoints import refuse
 from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.handshake import ServiceRequest, check_service_client_header, service_server_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import interrupt, limit_waits
 from rosproto.transport.tcpros_io import write_header

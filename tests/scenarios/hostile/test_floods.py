@@ -170,7 +170,7 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
     """`Limits.connections` bounds subscribers too, whose connections outlive their handshake's thread."""
     from rosproto.master import Master
     from rosproto.node import Node
-    from rosproto.protocol.limits import Limits
+    from rosproto.protocol.wire_limits import Limits
 
     with Master() as master, Node("/few", master_uri=master.uri, limits=Limits(connections=20)) as node:
         publisher = node.publisher("/t", "std_msgs/String")

@@ -23,7 +23,7 @@ from rosproto.master import Master
 from rosproto.node import Node, Subscriber
 from rosproto.node.incoming import publisher_link_state
 from rosproto.protocol.header import encode_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from tests.support import attacks
 from tests.support.load import crowd
 from tests.support.odd_publisher import OddPublisher, good_header, message

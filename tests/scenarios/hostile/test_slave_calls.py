@@ -14,7 +14,7 @@ import pytest
 from rosproto.errors import MasterError, RosTimeout
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.protocol.xmlrpc import Fault, decode_response, encode_call
 from rosproto.transport import XmlRpcClient
 from tests.support import attacks

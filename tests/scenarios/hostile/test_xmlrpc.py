@@ -13,7 +13,7 @@ import pytest
 from rosproto.errors import RosError
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.protocol.xmlrpc import encode_call
 from tests.support import attacks
 from tests.support.load import crowd

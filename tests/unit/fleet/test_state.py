@@ -16,7 +16,7 @@ from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.monitor import ChassisMonitor, operating_mode
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.events import ProblemChanged
-from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.fleet.publisher import Body, Headers, factsheet_message, state_message, visualization_message
 
 HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)

@@ -11,7 +11,7 @@ from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.inbox import Inbox
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.order.events import ModeChanged, PositionMeasured
-from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 

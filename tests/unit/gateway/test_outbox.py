@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.outbox import Outbox
 
 

@@ -12,7 +12,7 @@ import pytest
 from rosproto.master.delivery import NodeSender
 from rosproto.master.notifications import ParamUpdate, PublisherUpdate, Shutdown
 from rosproto.master.notifier import Delivery
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from tests.support.slaves import BlackHole, RecordingNode
 
 

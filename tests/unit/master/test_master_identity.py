@@ -9,7 +9,7 @@ import pytest
 from rosproto.errors import MasterError, RemoteProtocolError
 from rosproto.master.identity import Verdict, identify
 from rosproto.master.notifications import Shutdown
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline
 
 OLD = Shutdown(

@@ -17,7 +17,7 @@ import pytest
 from rosproto.errors import ConnectionLost, MasterError
 from rosproto.master import Master
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from tests.support.ports import unused_port
 from tests.support.slaves import BlackHole, RecordingNode
 

@@ -13,7 +13,7 @@ import pytest
 from rosproto.master import Master
 from rosproto.node import Event, EventKind, MasterClient, Node, NodeClient
 from rosproto.protocol.handshake import subscriber_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header, write_header
 from tests.support.victim import eventually

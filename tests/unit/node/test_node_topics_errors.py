@@ -24,7 +24,7 @@ from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.protocol.header import decode_header, encode_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from tests.support.proxy import FaultProxy
 from tests.support.victim import eventually
 

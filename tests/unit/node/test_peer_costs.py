@@ -19,7 +19,7 @@ from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.header import encode_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header
 from tests.support import attacks

@@ -6,7 +6,7 @@ import pytest
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol import http
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from tests.support.splits import every_split, slices_of_one_buffer
 
 LIMITS = Limits(http_head_bytes=512, xml_body_bytes=1000)

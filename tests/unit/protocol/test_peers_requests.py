@@ -6,7 +6,7 @@ import pytest
 
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import ContinueWanted, HttpServerConnection, Request
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 
 PARAMS = ["/me", "/chatter", "std_msgs/String", "http://10.0.0.9:40001/"]
 

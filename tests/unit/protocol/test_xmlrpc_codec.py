@@ -12,7 +12,7 @@ import pytest
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol import xmlrpc
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 
 VALUES = [
     "",

@@ -13,7 +13,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RemoteProtocolError, RosTimeout, TooLarge
 from rosproto.protocol.header import encode_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import tcp
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import tcp_server
 from rosproto.transport.tcp_server import TcpServer
 from tests.support.clock import FakeClock

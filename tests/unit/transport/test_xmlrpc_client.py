@@ -13,7 +13,7 @@ import pytest
 from rosproto.errors import ConnectionLost, LocalProtocolError, MasterError, RemoteProtocolError, RosTimeout
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpServerConnection, Request
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
 from rosproto.transport.xmlrpc_server import XmlRpcServer

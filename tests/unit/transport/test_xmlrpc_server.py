@@ -13,7 +13,7 @@ import pytest
 
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import xmlrpc_server
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline

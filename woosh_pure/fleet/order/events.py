@@ -16,8 +16,8 @@ from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Nod
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.order.actions import Scope
 from woosh_pure.fleet.order.errors import Problem
-from woosh_pure.fleet.order.limits import AgvPosition
 from woosh_pure.fleet.order.tables import ActionStatus
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 # -- events --------------------------------------------------------------------------------------------------
 

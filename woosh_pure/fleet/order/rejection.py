@@ -37,9 +37,9 @@ from typing import Any
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.actions import Scope, objection
 from woosh_pure.fleet.order.errors import ErrorType, Problem
-from woosh_pure.fleet.order.limits import Capabilities, on_other_map, within_deviation
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import Hold, OrderPhase
+from woosh_pure.fleet.order.vehicle_limits import Capabilities, on_other_map, within_deviation
 
 MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 

@@ -27,10 +27,10 @@ from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.order.actions import BUILT_IN, ActionState, may_begin
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Drive
-from woosh_pure.fleet.order.limits import on_other_map, within_deviation
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import ActionStatus, Barred, Motion
 from woosh_pure.fleet.order.transition import Transition
+from woosh_pure.fleet.order.vehicle_limits import on_other_map, within_deviation
 
 
 def follow(now: Transition) -> None:

@@ -16,8 +16,8 @@ from woosh_pure.fleet.messages.parsing import read_edge, read_node
 from woosh_pure.fleet.order.actions import BUILT_IN, ActionState, Scope, holds_driving
 from woosh_pure.fleet.order.errors import Problem, Problems
 from woosh_pure.fleet.order.events import Drive
-from woosh_pure.fleet.order.limits import AgvPosition, Capabilities, on_other_map
 from woosh_pure.fleet.order.tables import BARS, Barred, Hold, Motion, OrderPhase
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities, on_other_map
 
 DRIVING_MODES = ("AUTOMATIC", "SEMIAUTOMATIC")
 """Operating modes (6.10.6) in which the fleet manager is in control."""

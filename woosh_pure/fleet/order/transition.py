@@ -14,7 +14,6 @@ from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.actions import ActionState, Scope, effective_blocking
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Begin, Drive, Effect, End, Halt, Retry, StopAll, Tell, Write, stops
-from woosh_pure.fleet.order.limits import AgvPosition, within_deviation
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import (
     ActionStatus,
@@ -26,6 +25,7 @@ from woosh_pure.fleet.order.tables import (
     next_motion,
     next_phase,
 )
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
 
 MOST_ACTION_STATES = 1000
 """Ended actions that are remembered; one that runs is never forgotten."""

@@ -95,7 +95,7 @@ _local_addresses = {}
 
 def get_local_addresses():
     """Addresses of this computer's interfaces, whatever ROS_IP says; looked up once."""
-    from rosproto.transport.interfaces import interface_addresses
+    from rosproto.transport.network_interfaces import interface_addresses
 
     families = (socket.AF_INET6, socket.AF_INET) if use_ipv6() else (socket.AF_INET,)
     if families not in _local_addresses:

@@ -13,7 +13,7 @@ from woosh_pure.fleet.actions.abilities import PARAMETERS, SCOPES
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.order.actions import Ability
 from woosh_pure.fleet.order.events import DriveEnded, PositionMeasured
-from woosh_pure.fleet.order.limits import AgvPosition
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 TO_ANOTHER = Ability("initPosition", SCOPES["initPosition"], PARAMETERS["initPosition"], still=True)
 BOTH = replace(LIMITS, maps=("hall", "up"), abilities={**LIMITS.abilities, "initPosition": TO_ANOTHER})

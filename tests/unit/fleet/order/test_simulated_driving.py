@@ -18,9 +18,9 @@ from woosh_pure.fleet.order.events import (
     Retry,
     StandingMeasured,
 )
-from woosh_pure.fleet.order.limits import AgvPosition
 from woosh_pure.fleet.order.machine import step
 from woosh_pure.fleet.order.state import first_state
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
 from woosh_pure.sim.settings import Settings

@@ -24,8 +24,8 @@ from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming import udpros_link
 from rosproto.node.outgoing.datagram_link import DatagramLink
 from rosproto.node.outgoing.frames import LargeFrame
-from rosproto.protocol.limits import Limits
 from rosproto.protocol.udpros import DatagramRequest, Reassembly
+from rosproto.protocol.wire_limits import Limits
 from tests.support.victim import eventually
 
 

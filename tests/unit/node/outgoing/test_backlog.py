@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import pytest
 
 from rosproto.node.outgoing.link_monitor import BULK, LOOK, MOST_AGE, Backlog
-from rosproto.transport.send_queue import SendQueue
+from rosproto.transport.unsent_bytes import SendQueue
 
 
 def cut_at(looks: Iterable[tuple[int, int]], *, large: bool = False, in_flight: bool = True) -> float | None:

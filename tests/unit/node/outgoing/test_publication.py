@@ -8,7 +8,7 @@ import pytest
 
 from rosproto import Master, Node, define
 from rosproto.node.outgoing import subscriber_link
-from rosproto.transport.send_queue import SendQueue
+from rosproto.transport.unsent_bytes import SendQueue
 
 
 def test_the_encoder_is_made_when_somebody_subscribes() -> None:

@@ -14,7 +14,7 @@ from rosproto.errors import ConnectionLost
 from rosproto.node.outgoing import subscriber_link
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
-from rosproto.transport.send_queue import SendQueue
+from rosproto.transport.unsent_bytes import SendQueue
 from tests.support.marks import needs_rst
 
 

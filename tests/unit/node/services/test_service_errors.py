@@ -18,7 +18,7 @@ from rosproto.errors import (
     ServiceError,
 )
 from rosproto.protocol.header import encode_header
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline
 from rosproto.transport.tcpros_io import read_header
 from tests.support.proxy import FaultProxy

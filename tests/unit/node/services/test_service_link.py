@@ -12,7 +12,7 @@ import pytest
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError, TooLarge
 from rosproto.node.services.link import ServiceLink
 from rosproto.node.services.server import ServiceSession
-from rosproto.protocol.limits import Limits
+from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rosproto.transport.send_queue import send_queue
+from rosproto.transport.unsent_bytes import send_queue
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")

@@ -7,8 +7,8 @@ import socket
 
 import pytest
 
-from rosproto.transport import interfaces
-from rosproto.transport.interfaces import interface_addresses
+from rosproto.transport import network_interfaces
+from rosproto.transport.network_interfaces import interface_addresses
 
 
 @pytest.mark.parametrize("family", [socket.AF_INET, socket.AF_INET6])
