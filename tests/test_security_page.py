@@ -17,7 +17,7 @@ PAGE = (Path(__file__).resolve().parent.parent / "SECURITY.md").read_text("utf-8
 
 RUNS_CODE = {
     "rosproto/codec/conversion.py": "values carried over between two revisions, from names of fields",
-    "rosproto/codec/source.py": "encoders and decoders, from definitions",
+    "rosproto/codec/generated_source.py": "encoders and decoders, from definitions",
     "rosproto/rospy/launch.py": "a program of the user's: `rosproto run`",
     "woosh_pure/cli/commands/shell.py": "what the user types: `woosh shell`",
 }

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from rosproto.codec.classes import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost, differences
-from rosproto.codec.flavour import Flavour
-from rosproto.codec.functions import decode, decoder, encode, encode_parts, encoder, prepare
+from rosproto.codec.encode_decode import decode, decoder, encode, encode_parts, encoder, prepare
 from rosproto.codec.message import AnyMsg, Message, ServiceType
 from rosproto.codec.text import strify_message
+from rosproto.codec.value_style import Flavour
 
 __all__ = [
     "AnyMsg",

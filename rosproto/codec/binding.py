@@ -13,8 +13,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from rosproto.codec.flavour import Flavour
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout, resolve
+from rosproto.codec.value_style import Flavour
 from rosproto.errors import CodecError
 from rosproto.msg import DefinitionLibrary, MessageSpec
 
@@ -104,14 +104,14 @@ class Binding:
         return first
 
     def _make_fill(self) -> Callable[..., Any]:
-        from rosproto.codec.default_source import fill_function
+        from rosproto.codec.default_generator import fill_function
 
         return fill_function(self.layout, self.flavour, self.maker)
 
     def _make_decode(self) -> Callable[..., Any]:
         if self.layout.sparse:
             return self._decode_slowly
-        from rosproto.codec.decode_source import decode_function
+        from rosproto.codec.decode_generator import decode_function
 
         return decode_function(
             self.layout, self.flavour, self.maker, fail=self._decode_again, other=self._decode_general
@@ -120,7 +120,7 @@ class Binding:
     def _make_whole(self) -> Callable[..., Any]:
         if self.layout.sparse:
             return lambda data: self._decode_slowly(_copied(data), 0, memoryview(data).nbytes)
-        from rosproto.codec.decode_source import decode_function
+        from rosproto.codec.decode_generator import decode_function
 
         return decode_function(
             self.layout,
@@ -132,22 +132,22 @@ class Binding:
         )
 
     def _make_encode(self) -> Callable[..., Any]:
-        from rosproto.codec.encode_source import encode_function
+        from rosproto.codec.encode_generator import encode_function
 
         return encode_function(self.layout, self.flavour, fail=self._encode_again)
 
     def _make_parts(self) -> Callable[..., Any]:
-        from rosproto.codec.encode_source import encode_function
+        from rosproto.codec.encode_generator import encode_function
 
         return encode_function(self.layout, self.flavour, parts=True, fail=self._parts_again)
 
     def _make_general_decode(self) -> Callable[..., Any]:
-        from rosproto.codec.decode_source import decode_function
+        from rosproto.codec.decode_generator import decode_function
 
         return decode_function(self.layout, self.flavour, self.maker, general=True, fail=self._decode_slowly)
 
     def _make_general_encode(self) -> Callable[..., Any]:
-        from rosproto.codec.encode_source import encode_function
+        from rosproto.codec.encode_generator import encode_function
 
         return encode_function(self.layout, self.flavour, general=True, fail=self._encode_slowly)
 

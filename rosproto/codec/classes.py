@@ -7,9 +7,9 @@ from typing import Any
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.codec.binding import Binding
-from rosproto.codec.flavour import Flavour, flavour_named
 from rosproto.codec.layout import attribute_name, check_field_name
 from rosproto.codec.message import DynamicMessage, Message, MessageMeta, ServiceType
+from rosproto.codec.value_style import Flavour, flavour_named
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled, library_from_full_text
 from rosproto.msg.spec import MessageSpec

@@ -18,8 +18,8 @@ from functools import cache, partial
 from json.encoder import encode_basestring_ascii
 from typing import Any
 
+from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.source import Source
 
 MOST_PIECES = 200
 """The most fields in one expression; a definition from the network may have tens of thousands."""

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosproto.codec import at_once_source, decode, decoder, encode, encode_parts, message_class
+from rosproto.codec import comprehension_generator, decode, decoder, encode, encode_parts, message_class
 from rosproto.codec.binding import from_plain, to_plain
-from rosproto.codec.decode_source import decode_function
-from rosproto.codec.encode_source import encode_function
+from rosproto.codec.decode_generator import decode_function
+from rosproto.codec.encode_generator import encode_function
 from rosproto.codec.reference import decode_layout, encode_layout
 from rosproto.errors import CodecError
 from tests.property.codec_strategies import cases, plain_values

@@ -24,14 +24,14 @@ from rosproto.codec import (
     encode,
     encode_parts,
     encoder,
+    generated_source,
     message_class,
-    source,
     strify_message,
 )
 from rosproto.codec.dicts import from_dict, to_dict
-from rosproto.codec.flavour import flavour_named
 from rosproto.codec.layout import resolve
 from rosproto.codec.reference import decode_layout, encode_layout
+from rosproto.codec.value_style import flavour_named
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.msg import Field, FieldType, MessageSpec, bundled
 from rosproto.time import Time
@@ -246,7 +246,7 @@ def test_structs_kept_for_all_types_are_bounded(monkeypatch: pytest.MonkeyPatch)
     for index in range(1, 8):
         cls = define(f"a/Structs{index}", f"int8[{index}] a\nint32 x\n" + "float32 y\n" * (index % 2))
         assert decode(cls, encode(cls(x=index))).x == index
-        assert len(source._methods) <= 2
+        assert len(generated_source._methods) <= 2
 
 
 def test_long_structs_are_not_kept_for_all_types(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -254,7 +254,10 @@ def test_long_structs_are_not_kept_for_all_types(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(source, "_methods", {})
     cls = define("a/LongStruct", "".join(f"int8 a{i}\nint16 b{i}\n" for i in range(150)))
     assert decode(cls, encode(cls(b149=7))).b149 == 7
-    assert max(map(len, (form for form, _ in source._methods)), default=0) <= source.LONGEST_SHARED
+    assert (
+        max(map(len, (form for form, _ in generated_source._methods)), default=0)
+        <= generated_source.LONGEST_SHARED
+    )
 
 
 @pytest.mark.parametrize("fields", [4, 30])

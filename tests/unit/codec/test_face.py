@@ -14,7 +14,7 @@ import pytest
 
 from rosproto.codec import AnyMsg, Flavour, decode, define, encode, encode_parts, message_class
 from rosproto.codec.binding import Binding
-from rosproto.codec.functions import prepare
+from rosproto.codec.encode_decode import prepare
 from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.time import Duration, Time

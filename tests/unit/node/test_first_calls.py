@@ -9,7 +9,7 @@ import pytest
 
 from rosproto.action import ActionClient, ActionServer
 from rosproto.codec import message_class
-from rosproto.codec.source import Source
+from rosproto.codec.generated_source import Source
 from rosproto.errors import RosTimeout
 from rosproto.master import Master
 from rosproto.msg import bundled

@@ -76,7 +76,7 @@ def test_the_first_goal_waits_for_no_generated_code(tmp_path: Path) -> None:
         import threading
         import actionlib
         import rospy
-        from rosproto.codec.source import Source
+        from rosproto.codec.generated_source import Source
         from woosh_msgs.msg import StepControlAction, StepControlGoal
 
         generated, original, main = [], Source.compile, threading.get_ident()

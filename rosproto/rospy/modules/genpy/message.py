@@ -12,9 +12,9 @@ import sys
 
 from rosproto.codec import Flavour
 from rosproto.codec import Message as CodecMessage
-from rosproto.codec.flavour import flavour_named
 from rosproto.codec.layout import attribute_name
 from rosproto.codec.message import MessageMeta
+from rosproto.codec.value_style import flavour_named
 from rosproto.errors import CodecError
 
 from ._encoding import encode_message, sendable

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rosproto.codec.collector_pause import pause, resume
+from rosproto.codec.fixed_fields_generator import RunWriter
+from rosproto.codec.generated_source import flat_codes, length_offsets, merge_codes, strings_inside, structs
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.run_source import RunWriter
-from rosproto.codec.source import flat_codes, length_offsets, merge_codes, strings_inside, structs
 
 MAX_LOOP_DEPTH = 3
 """Deeper arrays of messages are decoded by a function of their own (Python allows 20 nested blocks)."""

@@ -26,9 +26,9 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.codec import arrays
-from rosproto.codec.array_source import MAX_STATEMENTS, ArrayWriter
-from rosproto.codec.flavour import Flavour
+from rosproto.codec.array_generator import MAX_STATEMENTS, ArrayWriter
 from rosproto.codec.layout import FieldLayout, Layout
+from rosproto.codec.value_style import Flavour
 
 ERRORS = (struct.error, ValueError, TypeError, AttributeError, OverflowError)
 

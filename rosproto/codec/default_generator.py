@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rosproto.codec.array_source import MAX_STATEMENTS
-from rosproto.codec.flavour import Flavour
+from rosproto.codec.array_generator import MAX_STATEMENTS
+from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.source import Source
+from rosproto.codec.value_style import Flavour
 
 
 def fill_function(layout: Layout, flavour: Flavour, maker: Callable[[str], Any]) -> Callable[[Any], None]:

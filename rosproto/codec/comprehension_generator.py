@@ -10,8 +10,8 @@ import struct
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosproto.codec.generated_source import Source, merge_codes, strings_inside
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.source import Source, merge_codes, strings_inside
 
 AT_ONCE_FROM = 32
 """Elements from which packing all in one comprehension pays."""

@@ -30,13 +30,13 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.codec import arrays
-from rosproto.codec.array_source import MAX_LOOP_DEPTH, MAX_STATEMENTS
-from rosproto.codec.at_once_source import AtOnceWriter, fits_at_once, fits_in_fours
-from rosproto.codec.decode_source import ERRORS
-from rosproto.codec.flavour import Flavour
+from rosproto.codec.array_generator import MAX_LOOP_DEPTH, MAX_STATEMENTS
+from rosproto.codec.comprehension_generator import AtOnceWriter, fits_at_once, fits_in_fours
+from rosproto.codec.decode_generator import ERRORS
+from rosproto.codec.fixed_fields_generator import shared_dtype
+from rosproto.codec.generated_source import Source, merge_codes, quickest, strings_inside
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.run_source import shared_dtype
-from rosproto.codec.source import Source, merge_codes, quickest, strings_inside
+from rosproto.codec.value_style import Flavour
 
 MAX_STRINGS = 6
 """More strings in one run than this are packed one by one: their lengths never repeat together."""

@@ -8,9 +8,9 @@ from itertools import repeat, starmap
 from typing import Any
 
 from rosproto.codec import arrays
-from rosproto.codec.flavour import Flavour
+from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.source import Source
+from rosproto.codec.value_style import Flavour
 
 
 class RunWriter:
