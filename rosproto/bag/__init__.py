@@ -3,7 +3,7 @@
 from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.messages import RawMessage
 from rosproto.bag.opening import create_bag, open_bag
-from rosproto.bag.pieces import Partition, partitions
+from rosproto.bag.partitioning import Partition, partitions
 from rosproto.bag.reader import BagReader, Compression, TopicInfo
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.repair import Report, recover, reindex

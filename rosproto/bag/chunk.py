@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.bag.bag_file import BagFile, Budget
 from rosproto.bag.compression import decompress, decompress_prefix
+from rosproto.bag.message_offsets import Place, Rows, few_places, rows_at, rows_slowly, walk
 from rosproto.bag.records import (
     INDEX_ENTRY_BYTES,
     NS,
@@ -21,7 +22,6 @@ from rosproto.bag.records import (
     index_header,
     op_of,
 )
-from rosproto.bag.rows import Place, Rows, few_places, rows_at, rows_slowly, walk
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from rosproto.bag.bag_file import BagLimits
-from rosproto.bag.pieces import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
+from rosproto.bag.partitioning import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
 
 __all__ = ["read_bags"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.records import Connection
-from rosproto.bag.rows import MESSAGE_HEAD
-from rosproto.bag.runs import Run
+from rosproto.bag.time_order import Run
 from rosproto.codec import Message, decoder, define, message_class
 from rosproto.errors import BagError, DefinitionError
 from rosproto.msg import bundled

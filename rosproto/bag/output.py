@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import BinaryIO
 
 from rosproto.bag.compression import keep_freed_memory
-from rosproto.bag.helpers import Helpers, helper_count
 from rosproto.bag.records import ChunkHeader, ChunkInfo
+from rosproto.bag.worker_pool import Helpers, helper_count
 from rosproto.errors import BagError
 
 LARGE = 1 << 16  # bytes from which a piece is written in place, not copied together with others

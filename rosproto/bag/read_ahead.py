@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import keep_freed_memory
-from rosproto.bag.helpers import Helpers, Task, helper_count
 from rosproto.bag.records import ChunkInfo
+from rosproto.bag.worker_pool import Helpers, Task, helper_count
 from rosproto.errors import BagError
 
 BUDGET_BYTES = (

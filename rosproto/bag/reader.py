@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, system_errors
 from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
-from rosproto.bag.index import open_index
+from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import Stamp, to_ns
+from rosproto.bag.message_offsets import Rows
 from rosproto.bag.messages import Takers, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
-from rosproto.bag.rows import Rows
-from rosproto.bag.runs import Batch, RunReader, runs_of
+from rosproto.bag.time_order import Batch, RunReader, runs_of
 from rosproto.codec import Message
 from rosproto.time import Time
 

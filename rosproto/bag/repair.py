@@ -10,13 +10,13 @@ from typing import BinaryIO, Literal
 
 from rosproto.bag.bag_file import BagFile, Scanning
 from rosproto.bag.compression import COMPRESSIONS
-from rosproto.bag.index import open_index
+from rosproto.bag.index_section import open_index
 from rosproto.bag.messages import RawMessage
 from rosproto.bag.opening import create_bag, open_bag
 from rosproto.bag.reader import BagReader
 from rosproto.bag.records import ChunkInfo, FileHeader, encode_contents
 from rosproto.bag.remote import is_remote
-from rosproto.bag.scan import BagIndex
+from rosproto.bag.unindexed_scan import BagIndex
 from rosproto.bag.writer import BagWriter
 from rosproto.errors import BagError
 from rosproto.time import Time

@@ -20,7 +20,7 @@ from typing import Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import BagFile, system_errors
 from rosproto.bag.compression import compressor
-from rosproto.bag.index import open_index
+from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import (
     as_raw,
     check_header,
@@ -31,6 +31,7 @@ from rosproto.bag.inputs import (
     own_text,
     seconds_and_rest,
 )
+from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.messages import RawMessage
 from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.records import (
@@ -43,8 +44,7 @@ from rosproto.bag.records import (
     encode_contents,
     encode_index,
 )
-from rosproto.bag.rows import MESSAGE_HEAD
-from rosproto.bag.scan import BagIndex
+from rosproto.bag.unindexed_scan import BagIndex
 from rosproto.codec import Message, encode_parts, encoder
 from rosproto.errors import BagError
 from rosproto.time import Time

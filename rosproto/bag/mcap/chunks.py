@@ -11,8 +11,8 @@ from typing import Any
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import decompress
+from rosproto.bag.message_offsets import Place, Rows
 from rosproto.bag.records import NS, ChunkInfo
-from rosproto.bag.rows import Place, Rows
 from rosproto.errors import BagError
 
 # -- the optional library -----------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ import pytest
 from rosproto.bag import BagReader, BagWriter, recover, reindex
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import _up_to_damage, compressor, decompress_prefix
+from rosproto.bag.message_offsets import walk
 from rosproto.bag.messages import message_class_of
 from rosproto.bag.records import (
     MAGIC,
@@ -24,7 +25,6 @@ from rosproto.bag.records import (
     encode_index,
     encode_record,
 )
-from rosproto.bag.rows import walk
 from rosproto.codec import encode
 from rosproto.errors import BagError
 from rosproto.time import Time
@@ -234,7 +234,7 @@ def test_many_messages_of_one_topic_out_of_order_and_in_order():
 
 def test_a_bag_that_changes_while_it_is_read(monkeypatch):
     """Overlapping chunks are read twice when memory is short; what was there may be gone."""
-    from rosproto.bag import runs
+    from rosproto.bag import time_order
 
     monkeypatch.setattr(runs, "BUDGET_BYTES", 1)
     stamps = [Time((i * 37) % 100, 0) for i in range(60)]

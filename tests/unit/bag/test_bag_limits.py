@@ -98,7 +98,7 @@ def test_chunk_bytes() -> None:
 def test_connections_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each connection record becomes an object."""
     assert MOST_CONNECTIONS == 65536
-    monkeypatch.setattr("rosproto.bag.rows.MOST_CONNECTIONS", 5)
+    monkeypatch.setattr("rosproto.bag.message_offsets.MOST_CONNECTIONS", 5)
     bag = BagReader(io.BytesIO(scanned(chunk(b"".join(connection(i) for i in range(9))))))
     assert any("more than 5 connection records" in line for line in bag.damage)
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rosproto.bag import BagReader, BagWriter, chunk
-from rosproto.bag.rows import few_places
+from rosproto.bag.message_offsets import few_places
 from rosproto.codec import encode, message_class
 from rosproto.errors import BagError
 from rosproto.time import Time

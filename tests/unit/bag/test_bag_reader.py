@@ -10,7 +10,7 @@ from struct import pack
 import numpy as np
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, Connection, reindex, runs
+from rosproto.bag import BagReader, BagWriter, Connection, reindex, time_order
 from rosproto.bag.records import MAGIC, FileHeader, encode_fields
 from rosproto.codec import define, encode, message_class
 from rosproto.errors import BagError

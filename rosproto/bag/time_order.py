@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.bag.bag_file import BagFile, Unreachable
 from rosproto.bag.chunk import ChunkData, read_chunk
+from rosproto.bag.message_offsets import Place, Rows
 from rosproto.bag.read_ahead import ReadAhead
 from rosproto.bag.records import ChunkInfo
-from rosproto.bag.rows import Place, Rows
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:

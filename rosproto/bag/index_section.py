@@ -25,7 +25,7 @@ from rosproto.bag.records import (
     decode_text_fields,
     op_of,
 )
-from rosproto.bag.scan import BagIndex, scan
+from rosproto.bag.unindexed_scan import BagIndex, scan
 from rosproto.errors import BagError
 
 _U32 = Struct("<I")

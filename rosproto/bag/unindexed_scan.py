@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
 from rosproto.bag.chunk import ChunkData, RecordHead, read_chunk, read_head
 from rosproto.bag.compression import COMPRESSIONS
+from rosproto.bag.message_offsets import Rows
 from rosproto.bag.records import (
     MAGIC,
     NS,
@@ -31,7 +32,6 @@ from rosproto.bag.records import (
     decode_text_fields,
     index_header,
 )
-from rosproto.bag.rows import Rows
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:

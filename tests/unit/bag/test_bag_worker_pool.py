@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from rosproto.bag.helpers import Helpers, helper_count
+from rosproto.bag.worker_pool import Helpers, helper_count
 
 
 def threads(name: str) -> int:
