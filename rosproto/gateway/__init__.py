@@ -16,7 +16,7 @@ from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.outbox import Outbox
 from rosproto.gateway.rosbridge.server import Rosbridge
-from rosproto.gateway.taps import Tap, Taps
+from rosproto.gateway.shared_subscriptions import Tap, Taps
 
 __all__ = [
     "Access",

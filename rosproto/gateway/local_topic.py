@@ -9,7 +9,7 @@ from typing import Any
 
 from rosproto.codec import encode
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
-from rosproto.gateway.taps import Receiver
+from rosproto.gateway.shared_subscriptions import Receiver
 from rosproto.logs import get_logger
 from rosproto.time import Time
 

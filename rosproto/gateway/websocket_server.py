@@ -22,11 +22,11 @@ from typing import Any
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
-from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.admission import Strangers, Verdict, require_token_off_loopback
+from rosproto.gateway.client_channel import Channel, Session
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.handshakes import AT_ONCE, BACKLOG, Listener
-from rosproto.gateway.outgoing import Outgoing, closed_error
-from rosproto.gateway.strangers import Strangers, Verdict, require_token_off_loopback
+from rosproto.gateway.outbox_writer import Outgoing, closed_error
+from rosproto.gateway.pending_connections import AT_ONCE, BACKLOG, Listener
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 from rosproto.gateway.json_text import JsonError, JsonReader
 
 if TYPE_CHECKING:
+    from rosproto.gateway.foxglove.advertised_channels import OfferedChannel, OfferedService
     from rosproto.gateway.foxglove.graph import ConnectionGraph
-    from rosproto.gateway.foxglove.offers import OfferedChannel, OfferedService
 
 SUBPROTOCOLS = "foxglove.sdk.v1", "foxglove.websocket.v1"
 """Two names of the same messages; viewers of before Foxglove's SDK know the second one."""

@@ -13,7 +13,7 @@ from rosproto.gateway.access import Access
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
-from rosproto.gateway.foxglove.robot import Robot
+from rosproto.gateway.foxglove.server_state import Robot
 from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.websocket_server import WebSocketServer

@@ -15,9 +15,9 @@ from rosproto.codec import decode, encode, service_class
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.access import Access, Refused, insist
 from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.foxglove.advertised_channels import OfferedService
 from rosproto.gateway.foxglove.graph import GraphView
 from rosproto.gateway.foxglove.messages import ROS1, Call
-from rosproto.gateway.foxglove.offers import OfferedService
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.node.services import probe as service_probe

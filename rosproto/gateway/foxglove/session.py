@@ -18,23 +18,23 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused
-from rosproto.gateway.channel import Channel
 from rosproto.gateway.chunks import framed
+from rosproto.gateway.client_channel import Channel
 from rosproto.gateway.client_limits import READER_BYTES
 from rosproto.gateway.foxglove import messages
+from rosproto.gateway.foxglove.advertised_channels import OfferedChannel, OfferedService
 from rosproto.gateway.foxglove.assets import AssetAnswer
+from rosproto.gateway.foxglove.client_publish import Publishing
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
 from rosproto.gateway.foxglove.messages import Level
-from rosproto.gateway.foxglove.offers import OfferedChannel, OfferedService
 from rosproto.gateway.foxglove.parameters import FollowedParameters
-from rosproto.gateway.foxglove.publish import Publishing
 from rosproto.gateway.foxglove.services import CallCount, call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.robot import Robot
+    from rosproto.gateway.foxglove.server_state import Robot
 
 _log = get_logger("rosproto.gateway")
 

@@ -16,8 +16,8 @@ from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
-from rosproto.gateway.rosbridge.actions import ActionStatus
-from rosproto.gateway.rosbridge.status import Level, level_named
+from rosproto.gateway.rosbridge.action_mapping import ActionStatus
+from rosproto.gateway.rosbridge.status_levels import Level, level_named
 from rosproto.text import printable
 
 LARGEST = 2**31 - 1

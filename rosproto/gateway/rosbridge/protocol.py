@@ -38,7 +38,7 @@ from rosproto.gateway.rosbridge.operations import (
     unread_request,
 )
 from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
-from rosproto.gateway.rosbridge.status import Level, is_wanted
+from rosproto.gateway.rosbridge.status_levels import Level, is_wanted
 from rosproto.text import printable
 
 TOO_BIG = 1009

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
-from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.client_channel import Channel, Session
 from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.client_publications import Publications
 from rosproto.gateway.json_text import JsonReader
-from rosproto.gateway.publications import Publications
+from rosproto.gateway.rosbridge.server_state import Shared
 from rosproto.gateway.rosbridge.session import RosbridgeSession
-from rosproto.gateway.rosbridge.shared import Shared
-from rosproto.gateway.taps import Taps
+from rosproto.gateway.shared_subscriptions import Taps
+from rosproto.gateway.velocity_watchdog import WriteGuard
 from rosproto.gateway.websocket_server import WebSocketServer
-from rosproto.gateway.write_guard import WriteGuard
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
 

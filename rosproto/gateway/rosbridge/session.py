@@ -2,7 +2,7 @@
 
 The protocol (`protocol.py`) reads messages; this file does what they say, one after the other. What may take
 time (the master is asked) happens in a thread of the pool while the client's next message waits; calls and
-goals, which wait for other programs, have threads of their own (`requests.py`). What a client may
+goals, which wait for other programs, have threads of their own (`calls_and_goals.py`). What a client may
 not do, or what fails, is answered with a sentence; nothing that a client sends raises here.
 """
 
@@ -18,19 +18,19 @@ from typing import Any
 from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
-from rosproto.gateway.channel import Channel
+from rosproto.gateway.client_channel import Channel
 from rosproto.gateway.client_limits import READER_BYTES
-from rosproto.gateway.publications import Publication
+from rosproto.gateway.client_publications import Publication
 from rosproto.gateway.rosbridge import operations
-from rosproto.gateway.rosbridge.answers import Answers
+from rosproto.gateway.rosbridge.advertised_by_client import ProvidedActions, ProvidedServices
+from rosproto.gateway.rosbridge.calls_and_goals import Calls, Goals
 from rosproto.gateway.rosbridge.operations import Effect, Id, Payload, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.provided import ProvidedActions, ProvidedServices
-from rosproto.gateway.rosbridge.requests import Calls, Goals
-from rosproto.gateway.rosbridge.shared import Shared
+from rosproto.gateway.rosbridge.replies import Answers
+from rosproto.gateway.rosbridge.server_state import Shared
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
 from rosproto.gateway.values import definition_name, from_values
-from rosproto.gateway.write_guard import is_velocity
+from rosproto.gateway.velocity_watchdog import is_velocity
 from rosproto.logs import PeerLog
 from rosproto.time import Time
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
-from rosproto.gateway.channel import Channel, Payload
 from rosproto.gateway.chunks import ChunkedMessage
+from rosproto.gateway.client_channel import Channel, Payload
 from rosproto.gateway.message_event import MessageEvent
 from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_chunks
 from rosproto.gateway.rosbridge.operations import Compression, Id, Subscribe
@@ -26,7 +26,7 @@ from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
 from rosproto.gateway.values import to_json, to_json_parts
 
 if TYPE_CHECKING:
-    from rosproto.gateway.taps import Tap
+    from rosproto.gateway.shared_subscriptions import Tap
 
 QUICK_BYTES = 16 << 10
 """A message of so many bytes is encoded in less time than handing it to a thread is worth."""

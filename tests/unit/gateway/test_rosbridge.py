@@ -15,7 +15,7 @@ from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.gateway import Access, GatewayLimits
 from rosproto.gateway.rosbridge.png import publish_png
-from rosproto.gateway.rosbridge.shared import LONG_CALLS
+from rosproto.gateway.rosbridge.server_state import LONG_CALLS
 from tests.unit.gateway.conftest import Graph
 
 String = message_class("std_msgs/String")

@@ -12,9 +12,9 @@ import pytest
 
 from msgdefs.std_srvs.srv import SetBool
 from rosproto.gateway.foxglove import messages
+from rosproto.gateway.foxglove.advertised_channels import OfferedChannel, OfferedService, TopicSchema
 from rosproto.gateway.foxglove.graph import ConnectionGraph
 from rosproto.gateway.foxglove.messages import ClientChannel, Level, Wrong
-from rosproto.gateway.foxglove.offers import OfferedChannel, OfferedService, TopicSchema
 from rosproto.gateway.json_text import JsonReader
 
 READER = JsonReader(1000, 10)

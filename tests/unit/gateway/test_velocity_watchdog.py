@@ -15,8 +15,8 @@ import rosproto.gateway
 from rosproto import Master, Node
 from rosproto.codec import Message, define, encode, message_class
 from rosproto.errors import CodecError, LocalProtocolError
-from rosproto.gateway.publications import Publications
-from rosproto.gateway.write_guard import DriveTable, WriteGuard, is_velocity, moves
+from rosproto.gateway.client_publications import Publications
+from rosproto.gateway.velocity_watchdog import DriveTable, WriteGuard, is_velocity, moves
 from tests.support.victim import eventually
 
 Twist = message_class("geometry_msgs/Twist")

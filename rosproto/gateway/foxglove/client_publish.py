@@ -15,8 +15,9 @@ from typing import NamedTuple, Protocol
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RosError
 from rosproto.gateway.access import Access, Refused
-from rosproto.gateway.channel import Channel
+from rosproto.gateway.client_channel import Channel
 from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.client_publications import Publication, Publications
 from rosproto.gateway.foxglove.messages import (
     ENCODINGS,
     SCHEMA_ENCODING,
@@ -26,9 +27,8 @@ from rosproto.gateway.foxglove.messages import (
     Unadvertise,
 )
 from rosproto.gateway.json_text import JsonError, JsonReader, is_short
-from rosproto.gateway.publications import Publication, Publications
 from rosproto.gateway.values import definition_name, from_values
-from rosproto.gateway.write_guard import is_velocity
+from rosproto.gateway.velocity_watchdog import is_velocity
 from rosproto.node import Node
 
 

@@ -15,8 +15,7 @@ from typing import Any, Generic, TypeVar
 from rosproto.action import ActionServer, ServerGoal
 from rosproto.errors import CodecError, RosError, ServiceError
 from rosproto.gateway.access import Refused, insist
-from rosproto.gateway.rosbridge.actions import ActionStatus, action_type
-from rosproto.gateway.rosbridge.answers import Answers
+from rosproto.gateway.rosbridge.action_mapping import ActionStatus, action_type
 from rosproto.gateway.rosbridge.operations import (
     ActionFeedback,
     ActionResult,
@@ -26,7 +25,8 @@ from rosproto.gateway.rosbridge.operations import (
     UnadvertiseAction,
     UnadvertiseService,
 )
-from rosproto.gateway.rosbridge.shared import Shared
+from rosproto.gateway.rosbridge.replies import Answers
+from rosproto.gateway.rosbridge.server_state import Shared
 from rosproto.gateway.rosbridge.tf_on_demand import is_tf_name
 from rosproto.gateway.values import from_values, to_json
 from rosproto.node import ServiceServer

@@ -13,10 +13,10 @@ from rosproto.aio.pool import Pool
 from rosproto.codec import Message, message_class, service_class
 from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.client_publications import Publications
 from rosproto.gateway.json_text import JsonReader
-from rosproto.gateway.publications import Publications
 from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
-from rosproto.gateway.taps import Taps
+from rosproto.gateway.shared_subscriptions import Taps
 from rosproto.gateway.values import definition_name
 from rosproto.node import Node
 

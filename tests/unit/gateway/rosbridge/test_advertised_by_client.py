@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rosproto.gateway.access import Refused
-from rosproto.gateway.rosbridge.provided import GONE, ClientProvided, Request
+from rosproto.gateway.rosbridge.advertised_by_client import GONE, ClientProvided, Request
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.gateway.strangers import (
+from rosproto.gateway.admission import (
     Strangers,
     foreign_host,
     foreign_origin,

@@ -16,8 +16,8 @@ from importlib import import_module
 from typing import Any
 
 from rosproto.aio.pool import Pool, notify
-from rosproto.gateway.channel import Channel, Late, Payload
 from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
+from rosproto.gateway.client_channel import Channel, Late, Payload
 from rosproto.logs import PeerLog
 
 SHORT = 16 << 10  # bytes of a message that is written without its client's task

@@ -6,10 +6,10 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from rosproto.gateway.channel import Channel
+from rosproto.gateway.client_channel import Channel
 from rosproto.gateway.rosbridge.operations import Id, Payload
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.status import Level
+from rosproto.gateway.rosbridge.status_levels import Level
 
 
 class Answers:

@@ -14,7 +14,7 @@ from typing import Any
 
 from rosproto.codec import Message, encode
 from rosproto.errors import LocalProtocolError
-from rosproto.gateway.write_guard import WriteGuard, is_velocity
+from rosproto.gateway.velocity_watchdog import WriteGuard, is_velocity
 from rosproto.logs import get_logger
 from rosproto.node import Node, Publisher
 from rosproto.watchdog import LastMessage, Watchdog, place_beside

@@ -16,11 +16,11 @@ from rosproto.action import ActionClient
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
-from rosproto.gateway.rosbridge.actions import action_status, action_type
-from rosproto.gateway.rosbridge.answers import Answers
+from rosproto.gateway.rosbridge.action_mapping import action_status, action_type
 from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, Id, SendActionGoal
+from rosproto.gateway.rosbridge.replies import Answers
 from rosproto.gateway.rosbridge.rosapi import RosapiError
-from rosproto.gateway.rosbridge.shared import Shared
+from rosproto.gateway.rosbridge.server_state import Shared
 from rosproto.gateway.rosbridge.tf_on_demand import ACTION_TYPE, is_tf_name
 from rosproto.gateway.values import from_arguments, to_json
 from rosproto.node.services.link import Cancellation

@@ -11,20 +11,20 @@ from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.client_publications import Publications
+from rosproto.gateway.foxglove.advertised_channels import OfferedService, Offers
 from rosproto.gateway.foxglove.assets import Assets
+from rosproto.gateway.foxglove.client_publish import ClientTopics
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.messages import Level
-from rosproto.gateway.foxglove.offers import OfferedService, Offers
 from rosproto.gateway.foxglove.parameters import ParameterView
-from rosproto.gateway.foxglove.publish import ClientTopics
 from rosproto.gateway.foxglove.services import CallCount, ServiceTypes
 from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
-from rosproto.gateway.publications import Publications
-from rosproto.gateway.taps import Receiver, Tap, Taps
-from rosproto.gateway.write_guard import WriteGuard
+from rosproto.gateway.shared_subscriptions import Receiver, Tap, Taps
+from rosproto.gateway.velocity_watchdog import WriteGuard
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.gateway.rosbridge.actions import ActionStatus, action_status, action_type
+from rosproto.gateway.rosbridge.action_mapping import ActionStatus, action_status, action_type
 from rosproto.gateway.values import definition_name
 from rosproto.protocol.goal_status import GoalStatus
 
