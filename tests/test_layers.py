@@ -269,7 +269,7 @@ FLOOR_OF = {room: floor for floor, rooms in enumerate(CHASSIS_FLOORS) for room i
 
 
 def chassis_room(module: str) -> str:
-    """ "stopping" of woosh_pure.stopping.line; "woosh_pure" of the package's own face."""
+    """ "stopping" of woosh_pure.stopping.immediate_stop; "woosh_pure" of the package's own face."""
     return module.split(".")[1] if "." in module else module
 
 

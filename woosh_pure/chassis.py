@@ -18,14 +18,14 @@ from rosproto.sentence import led, say
 from rosproto.transport import Deadline, HostNames
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
+from woosh_pure.components import Core
 from woosh_pure.connection.arguments import LONGEST, master_uri_of, require_timeout
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
-from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion.action_goal import ActionHandle, start_action
-from woosh_pure.motion.moving import Moving
 from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
+from woosh_pure.motion.verbs import Moving
 from woosh_pure.peripherals import Peripherals
 from woosh_pure.readings import Readings
 from woosh_pure.reasons import Readiness

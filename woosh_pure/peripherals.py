@@ -9,9 +9,9 @@ from typing import Any, Literal
 from rosproto.coercion import as_float, whole
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
+from woosh_pure.components import Core
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.firmware_limits import require_message
-from woosh_pure.core import Core
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure import interface, values
-from woosh_pure.core import Core
+from woosh_pure.components import Core
 from woosh_pure.faults import Faults, StatusCode
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.geometry import Pose2D, Velocity

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.firmware.revisions import CURRENT
+from woosh_pure.firmware.versions import CURRENT
 
 SPEED = 8.0
 

@@ -17,7 +17,7 @@ from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, FirmwareLimit, OutcomeKind, Pose2D, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.enums import NavDirection, NavigationMode, TaskType
-from woosh_pure.firmware.revisions import CURRENT, Firmware, firmware, firmware_names
+from woosh_pure.firmware.versions import CURRENT, Firmware, firmware, firmware_names
 from woosh_pure.geometry import Velocity
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim import Settings

@@ -22,7 +22,7 @@ from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
 from woosh_pure.reasons import Ready
 from woosh_pure.values.messages import message_type
-from woosh_pure.velocity import watch
+from woosh_pure.velocity import end_conditions
 
 # -- a stop meets what is just beginning -----------------------------------------------------------------------
 
@@ -158,7 +158,7 @@ def test_a_second_ctrl_c_while_the_blocks_are_left_stops_the_robot_all_the_same(
 ):
     """At whatever line it comes: the end of the program does what was left undone. (Every line was tried by hand.)"""
     at_exit = AtExit()
-    monkeypatch.setattr("woosh_pure.stopping.running.atexit", at_exit)
+    monkeypatch.setattr("woosh_pure.stopping.active_motions.atexit", at_exit)
     chassis = Chassis(sim.master_uri)
     before = sys.gettrace()
     try:
@@ -251,7 +251,7 @@ def test_a_drive_without_feedback_says_when_nobody_can_be_asked(sim, chassis, mo
 def test_a_laptop_that_slept_ends_its_drive(sim, chassis, until, monkeypatch):
     """time.monotonic() stands still in sleep, so that the last command would be fresh; the watch's clock does not."""
     slept = [0.0]
-    seconds = watch.boot_seconds
+    seconds = end_conditions.boot_seconds
     monkeypatch.setattr(watch, "boot_seconds", lambda: seconds() + slept[0])
     with (  # noqa: PT012
         chassis.velocity(bypasses_protection=True) as drive,
@@ -277,9 +277,9 @@ def test_a_clock_that_is_set_changes_nothing(sim, chassis, monkeypatch, jump):
 
 
 def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
-    assert watch.boot_seconds() == pytest.approx(watch.boot_seconds(), abs=1.0)
+    assert end_conditions.boot_seconds() == pytest.approx(end_conditions.boot_seconds(), abs=1.0)
     if sys.platform == "linux":
-        assert watch._SOURCE == time.CLOCK_BOOTTIME
+        assert end_conditions._SOURCE == time.CLOCK_BOOTTIME
 
 
 # -- the emergency stop ----------------------------------------------------------------------------------------
@@ -288,7 +288,7 @@ def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
 @pytest.mark.promise("the robot stands for 3 s")
 def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, until, monkeypatch):
     """An emergency stop that was pressed before we came is told to nobody: releasing it must not let the robot start."""
-    monkeypatch.setattr("woosh_pure.velocity.watch.DISOBEYED", 0.5)
+    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED", 0.5)
     sim.press_emergency_stop()
     until(lambda: not sim.world._reports)
     with Chassis(sim.master_uri) as chassis:
@@ -303,7 +303,7 @@ def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, unt
 
 
 def test_a_drive_that_asks_for_nothing_may_stand(sim, chassis, monkeypatch):
-    monkeypatch.setattr("woosh_pure.velocity.watch.DISOBEYED", 0.1)
+    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED", 0.1)
     with chassis.velocity(bypasses_protection=True) as drive:
         for _ in range(5):
             drive.set(0.0)

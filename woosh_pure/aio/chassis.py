@@ -20,7 +20,7 @@ from woosh_pure.chassis import Chassis as Threaded
 from woosh_pure.chassis import core_of
 from woosh_pure.faults import Faults
 from woosh_pure.lease import ChassisLease
-from woosh_pure.motion import goal as threaded
+from woosh_pure.motion import goal_handle as threaded
 from woosh_pure.velocity.drive import Drive
 
 __all__ = ["Chassis", "block", "goal", "like", "stopping", "verb", "view"]

@@ -14,8 +14,8 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.aio.calls import Calls
 from woosh_pure.enums import TaskState
-from woosh_pure.motion import action_goal, goal, task
-from woosh_pure.motion.goal import OWN_DEFAULT, Default
+from woosh_pure.motion import action_goal, goal_handle, task
+from woosh_pure.motion.goal_handle import OWN_DEFAULT, Default
 from woosh_pure.motion.steps import Step
 from woosh_pure.outcome import Outcome
 from woosh_pure.values.state import RobotStatus
@@ -32,13 +32,13 @@ class _LoopClosed(ConnectionLost):
 
 
 class GoalHandle(Generic[P]):
-    """A goal under way; as `woosh_pure.motion.goal.GoalHandle`, awaited.
+    """A goal under way; as `woosh_pure.motion.goal_handle.GoalHandle`, awaited.
 
     Attributes:
         handle: The threaded one underneath.
     """
 
-    def __init__(self, handle: goal.GoalHandle[P], calls: Calls) -> None:
+    def __init__(self, handle: goal_handle.GoalHandle[P], calls: Calls) -> None:
         self.handle = handle
         self._calls = calls
 

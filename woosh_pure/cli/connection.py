@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rosproto.watchdog import Watchdog
     from woosh_pure.chassis import Chassis
     from woosh_pure.cli.drive_line import DriveLine
-    from woosh_pure.motion.goal import GoalHandle
+    from woosh_pure.motion.goal_handle import GoalHandle
 
 
 _LIVE, _PLAIN = 0.25, 2.0

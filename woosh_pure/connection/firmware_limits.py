@@ -15,7 +15,7 @@ from rosproto.codec import Conversion
 from rosproto.sentence import say
 from woosh_pure.enums import StepMode
 from woosh_pure.errors import FirmwareLimit
-from woosh_pure.firmware.revisions import revision_of
+from woosh_pure.firmware.versions import revision_of
 
 # A kind of step needs its constant in the goal, and a diagonal one needs the field for its direction.
 _STEP_CONSTANTS = {StepMode.LATERAL: "LATERAL", StepMode.DIAGONAL: "DIAGONALIZE"}

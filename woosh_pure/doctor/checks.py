@@ -18,7 +18,7 @@ from rosproto.node import probe_service, probe_topic
 from rosproto.sentence import both, led, say
 from rosproto.transport import Deadline, HostNames, connect, hosts_advice, parse_uri
 from woosh_pure import interface
-from woosh_pure.firmware.revisions import revision_label
+from woosh_pure.firmware.versions import revision_label
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.messages import message_type, service_type
 

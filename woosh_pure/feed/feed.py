@@ -131,7 +131,7 @@ class Feed(Generic[T]):
         try:
             return node.subscriber(name, ours, callback=self._receive, queue_size=size)
         except LocalProtocolError:  # the program has opened it with a definition of its own
-            from woosh_pure.feed.read_as import ReadAs
+            from woosh_pure.feed.type_adapter import ReadAs
 
             reading = ReadAs(ours, node, self._receive)
             return node.subscriber(name, None, callback=reading, queue_size=size, raw=True)

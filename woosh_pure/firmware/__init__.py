@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from woosh_pure.firmware.revisions import CURRENT, Firmware, firmware_names, revision_label, revision_of
+from woosh_pure.firmware.versions import CURRENT, Firmware, firmware_names, revision_label, revision_of
 
 __all__ = ["CURRENT", "Firmware", "firmware_names", "revision_label", "revision_of"]

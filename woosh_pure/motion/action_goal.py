@@ -14,14 +14,14 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
+from woosh_pure.components import Core
 from woosh_pure.connection.connection import LastWord
 from woosh_pure.connection.firmware_limits import require_goal
-from woosh_pure.core import Core
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
-from woosh_pure.motion.goal import GoalHandle
+from woosh_pure.motion.goal_handle import GoalHandle
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose

@@ -19,11 +19,11 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
+from woosh_pure.components import Core
 from woosh_pure.connection.connection import LastWord
-from woosh_pure.core import Core
-from woosh_pure.motion.life import Event, State, state_after
+from woosh_pure.motion.motion_states import Event, State, state_after
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
-from woosh_pure.stopping.keeper import SLICE, Flag, Job
+from woosh_pure.stopping.stop_executor import SLICE, Flag, Job
 
 R = TypeVar("R")
 logger = get_logger("woosh_pure.goal")

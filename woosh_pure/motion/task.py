@@ -14,14 +14,14 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import PreparedCall
 from rosproto.sentence import both, say
-from woosh_pure.core import Core
+from woosh_pure.components import Core
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
-from woosh_pure.motion.goal import GoalHandle
+from woosh_pure.motion.goal_handle import GoalHandle
 from woosh_pure.motion.task_tracker import TaskTracker, new_task_id
 from woosh_pure.outcome import OutcomeKind
-from woosh_pure.stopping.keeper import Job
+from woosh_pure.stopping.stop_executor import Job
 from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.state import RobotStatus
 

@@ -25,17 +25,17 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import allow_open_files
 from woosh_pure.enums import RobotMode
-from woosh_pure.firmware.revisions import CURRENT
-from woosh_pure.firmware.revisions import firmware as firmware_named
+from woosh_pure.firmware.versions import CURRENT
+from woosh_pure.firmware.versions import firmware as firmware_named
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.sim.costmap import Costmap
-from woosh_pure.sim.fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms, stamp
 from woosh_pure.sim.graph import Graph
+from woosh_pure.sim.message_builders import FILLERS, RATES, fill_plan, fill_status, fill_transforms, stamp
 from woosh_pure.sim.motions import PathMotion
 from woosh_pure.sim.navigation_client import NavigationClient
 from woosh_pure.sim.network import Network
-from woosh_pure.sim.serve import Server
+from woosh_pure.sim.ros_handlers import Server
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site
 from woosh_pure.sim.tasks import StatusRecord

@@ -11,7 +11,7 @@ import rosproto
 from rosproto.action import action_type
 from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
-from woosh_pure.firmware.revisions import Firmware
+from woosh_pure.firmware.versions import Firmware
 from woosh_pure.interface.schema import Row
 from woosh_pure.sim.costmap import TOPIC as COSTMAP
 from woosh_pure.sim.network import Network, RobotNode
@@ -34,7 +34,7 @@ _NOBODY_SERVES = {"/xarm_base": "woosh_msgs/Arm"}
 
 
 class Handlers(Protocol):
-    """What answers on the graph; `woosh_pure.sim.serve.Server` is one."""
+    """What answers on the graph; `woosh_pure.sim.ros_handlers.Server` is one."""
 
     @property
     def services(self) -> Mapping[str, Callable[[Any], dict[str, object]]]:

@@ -14,7 +14,7 @@ from typing import Any
 from rosproto.action import GoalStatus
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from woosh_pure.firmware.revisions import Firmware
+from woosh_pure.firmware.versions import Firmware
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.motions import Motion, MotionState

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
+from woosh_pure.stopping.active_motions import Running
 from woosh_pure.stopping.report import StopReport
-from woosh_pure.stopping.running import Running
 
 __all__ = ["Running", "StopReport"]

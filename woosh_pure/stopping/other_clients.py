@@ -27,9 +27,9 @@ from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.enums import TaskCommand, TaskState
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.interface.table import actions
-from woosh_pure.stopping.keeper import Job, begin
+from woosh_pure.stopping.active_motions import Running
 from woosh_pure.stopping.report import StopReport
-from woosh_pure.stopping.running import Running
+from woosh_pure.stopping.stop_executor import Job, begin
 from woosh_pure.values.messages import message_type
 
 logger = get_logger("woosh_pure.stop")
@@ -44,7 +44,7 @@ _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
 class Parts(Protocol):
-    """What a stop works with: these parts of `woosh_pure.core.Core`, which stands above."""
+    """What a stop works with: these parts of `woosh_pure.components.Core`, which stands above."""
 
     @property
     def connection(self) -> Connection: ...

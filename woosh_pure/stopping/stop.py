@@ -16,11 +16,11 @@ from rosproto.errors import RosError, RosTimeout
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
-from woosh_pure.stopping.keeper import Job, begin
-from woosh_pure.stopping.line import Ending
+from woosh_pure.stopping.active_motions import cancel_goals
+from woosh_pure.stopping.immediate_stop import Ending
 from woosh_pure.stopping.other_clients import OtherPrograms, Parts, Registrations, cancel_others
 from woosh_pure.stopping.report import StopReport
-from woosh_pure.stopping.running import cancel_goals
+from woosh_pure.stopping.stop_executor import Job, begin
 
 _REPEATS = 6
 _WRITTEN = 0.5  # seconds for the first round, which takes a millisecond

@@ -23,13 +23,13 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Deadline
+from woosh_pure.components import Core
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
-from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
-from woosh_pure.stopping.keeper import SLICE, Flag
+from woosh_pure.stopping.stop_executor import SLICE, Flag
+from woosh_pure.velocity.end_conditions import DriveWatch, Heartbeat
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
-from woosh_pure.velocity.watch import DriveWatch, Heartbeat
 
 logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0

@@ -19,7 +19,7 @@ from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.errors import MotionRefused
-from woosh_pure.motion.goal import GoalHandle
+from woosh_pure.motion.goal_handle import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness
 from woosh_pure.web.problems import Problem, for_clients, problem_of

@@ -10,13 +10,13 @@ import pytest
 
 from woosh_pure import Chassis, aio
 from woosh_pure.feed import feed
-from woosh_pure.motion import action_goal, goal, task
+from woosh_pure.motion import action_goal, goal_handle, task
 from woosh_pure.velocity import drive as velocity
 
 PAIRS = [
     (Chassis, aio.Chassis),
     (feed.Feed, aio.Feed),
-    (goal.GoalHandle, aio.GoalHandle),
+    (goal_handle.GoalHandle, aio.GoalHandle),
     (task.TaskHandle, aio.TaskHandle),
     (action_goal.ActionHandle, aio.ActionHandle),
     (action_goal.NavigationHandle, aio.NavigationHandle),
@@ -135,4 +135,4 @@ def test_a_verb_that_is_never_awaited_says_so() -> None:
     robot: Any = Chassis("127.0.0.1:1").aio
     goal = [robot.go_to_mark("A1")]
     with pytest.warns(RuntimeWarning, match="go_to_mark was never awaited: nothing was sent"):
-        goal.clear()
+        goal_handle.clear()

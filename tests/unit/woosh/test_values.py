@@ -198,7 +198,7 @@ def test_only_an_arrival_is_true():
 def test_goals_of_other_clients_are_known_by_the_name_in_their_id():
     from types import SimpleNamespace
 
-    from woosh_pure.readiness.knowledge import OtherGoals
+    from woosh_pure.readiness.readiness_state import OtherGoals
 
     def message(*goals):
         entries = [SimpleNamespace(goal_id=SimpleNamespace(id=i), status=s) for i, s in goals]

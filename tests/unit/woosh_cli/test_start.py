@@ -19,7 +19,7 @@ HEAVY = (
     "http",
     "ssl",
     "woosh_pure.sim",
-    "woosh_pure.core",
+    "woosh_pure.components",
 )
 
 

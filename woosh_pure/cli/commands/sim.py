@@ -160,7 +160,7 @@ def run(args: Namespace, out: Output) -> int:
 
 def _require_known(version: str) -> None:
     """Newer definitions than the bundled ones are not known, so nothing can speak them."""
-    from woosh_pure.firmware.revisions import CURRENT
+    from woosh_pure.firmware.versions import CURRENT
 
     try:
         newer = [int(part) for part in version.split(".")] > [int(part) for part in CURRENT.split(".")]

@@ -9,7 +9,7 @@ import pytest
 
 from woosh_pure.connection.call_scope import CallScope, call_scope, current
 from woosh_pure.errors import MotionRefused
-from woosh_pure.motion.goal import GoalHandle
+from woosh_pure.motion.goal_handle import GoalHandle
 
 
 def test_what_has_begun_is_ended_and_nothing_more_begins():

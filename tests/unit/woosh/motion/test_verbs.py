@@ -9,10 +9,10 @@ import pytest
 
 from woosh_pure.enums import Direction, ExecutionMode
 from woosh_pure.geometry import Pose2D
-from woosh_pure.motion import moving
-from woosh_pure.motion.moving import Moving
+from woosh_pure.motion import verbs
 from woosh_pure.motion.steps import Step
 from woosh_pure.motion.task import TaskOptions
+from woosh_pure.motion.verbs import Moving
 
 GIVEN = {
     "timeout": 7.5,

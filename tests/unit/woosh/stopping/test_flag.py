@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 
-from woosh_pure.stopping.keeper import Flag
+from woosh_pure.stopping.stop_executor import Flag
 
 
 def test_it_wakes_everybody_and_stays_set() -> None:

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from woosh_pure.stopping.keeper import Job, Keeper, begin
+from woosh_pure.stopping.stop_executor import Job, Keeper, begin
 
 
 @pytest.fixture(autouse=True)
@@ -122,7 +122,7 @@ def test_before_it_has_started_and_after_its_end_things_are_done_all_the_same():
 
 def test_a_fork_has_a_keeper_of_no_thread_and_waits_for_none(keeper, monkeypatch):
     """What its parent has started does not run there."""
-    monkeypatch.setattr("woosh_pure.stopping.keeper.os.getpid", lambda: -1)
+    monkeypatch.setattr("woosh_pure.stopping.stop_executor.os.getpid", lambda: -1)
     monkeypatch.setattr(keeper, "put", lambda job: pytest.fail("nobody would do it"))
     assert keeper.do(lambda: "done", 5.0) == "done"
     keeper.hold(Job(lambda: None, 60.0))

@@ -14,9 +14,9 @@ from typing import Any, Generic, TypeVar
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
+from woosh_pure.components import Core
 from woosh_pure.connection.arguments import require_limit, require_timeout
 from woosh_pure.connection.connection import LastWord
-from woosh_pure.core import Core
 from woosh_pure.errors import GoalFailed
 from woosh_pure.motion.motion import Kind, Motion
 from woosh_pure.outcome import Outcome

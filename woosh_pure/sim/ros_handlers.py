@@ -13,8 +13,8 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import grid_from_message, grid_message
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.avoidance import NavigationSettings
-from woosh_pure.sim.fill import fill_plan
 from woosh_pure.sim.graph import Graph
+from woosh_pure.sim.message_builders import fill_plan
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.network import Network
 from woosh_pure.sim.tasks import TaskRequest

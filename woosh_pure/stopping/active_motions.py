@@ -25,11 +25,11 @@ from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import LastWord
 from woosh_pure.errors import MotionRefused
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
-from woosh_pure.stopping.keeper import Job, Keeper, begin
-from woosh_pure.stopping.line import Ending, StopLine, Stoppable
+from woosh_pure.stopping.immediate_stop import Ending, StopLine, Stoppable
 from woosh_pure.stopping.report import StopReport
+from woosh_pure.stopping.stop_executor import Job, Keeper, begin
 
-logger = get_logger("woosh_pure.core")
+logger = get_logger("woosh_pure.components")
 _JUST = 5.0  # seconds
 _WRITTEN = 0.5  # seconds for the first round, before what takes time
 _EXIT_SECONDS, _CHORE_SECONDS, _CANCEL_SECONDS = 8.0, 3.0, 10.0

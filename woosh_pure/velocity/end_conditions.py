@@ -19,8 +19,8 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.feed.feed import Feed
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import ROBOT_NODES
-from woosh_pure.readiness.knowledge import Knowledge
-from woosh_pure.stopping.keeper import Flag
+from woosh_pure.readiness.readiness_state import Knowledge
+from woosh_pure.stopping.stop_executor import Flag
 
 
 def _source() -> int | None:

@@ -13,11 +13,11 @@ from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection, say_elsewhere
 from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.feed.feeds import Feeds
-from woosh_pure.readiness.knowledge import Knowledge
-from woosh_pure.stopping.running import Running
-from woosh_pure.stopping.watched import Watched
+from woosh_pure.readiness.readiness_state import Knowledge
+from woosh_pure.stopping.active_motions import Running
+from woosh_pure.stopping.watchdog_client import Watched
 
-logger = get_logger("woosh_pure.core")
+logger = get_logger("woosh_pure.components")
 
 
 class Core:

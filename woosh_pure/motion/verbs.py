@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.coercion import as_float
 from rosproto.sentence import say
-from woosh_pure.core import Core
+from woosh_pure.components import Core
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps

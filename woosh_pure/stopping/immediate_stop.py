@@ -19,7 +19,7 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
-from woosh_pure.stopping.keeper import Flag
+from woosh_pure.stopping.stop_executor import Flag
 
 _SOON, _SOON_TIMES = 0.05, 5  # seconds; how often after a stop: a velocity may just have been on its way
 _AGAIN = 1.0  # seconds

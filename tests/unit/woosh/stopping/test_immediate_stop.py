@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from woosh_pure.stopping.keeper import Flag
-from woosh_pure.stopping.line import Ending, StopLine, Stoppable
+from woosh_pure.stopping.immediate_stop import Ending, StopLine, Stoppable
+from woosh_pure.stopping.stop_executor import Flag
 
 MADE = ("open", "import", "socket", "subprocess", "_thread.start_new_thread", "os.fork", "logging")
 
@@ -128,6 +128,6 @@ def test_the_first_round_makes_nothing(world: World) -> None:
 
 def test_in_a_fork_it_touches_nothing(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     world.things = [Thing()]
-    monkeypatch.setattr("woosh_pure.stopping.line.os.getpid", lambda: -1)
+    monkeypatch.setattr("woosh_pure.stopping.immediate_stop.os.getpid", lambda: -1)
     assert world.line.ask(Ending("the program ended")).written.is_set
     assert world.things[0].asked == []
