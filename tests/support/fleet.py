@@ -6,10 +6,10 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
-from woosh_pure.fleet.actions.abilities import PARAMETERS, SCOPES
+from woosh_pure.fleet.action_handlers.predefined_actions import PARAMETERS, SCOPES
 from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
-from woosh_pure.fleet.order.actions import Ability, Parameter, Scope
+from woosh_pure.fleet.order.action_states import Ability, Parameter, Scope
 from woosh_pure.fleet.order.events import (
     ActionEnded,
     Begin,

@@ -10,8 +10,8 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from woosh_pure.chassis import Chassis
 from woosh_pure.errors import GoalFailed
-from woosh_pure.fleet.actions.task import Handler, Task, end_is_known
-from woosh_pure.fleet.facts import Load
+from woosh_pure.fleet.action_handlers.running_action import Handler, Task, end_is_known
+from woosh_pure.fleet.chassis_facts import Load
 from woosh_pure.fleet.order.events import ActionEnded, Begin
 
 _log = get_logger("woosh_pure.fleet.action_runner")

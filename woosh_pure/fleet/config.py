@@ -12,12 +12,12 @@ from typing import Any
 
 from rosproto.files import read_text
 from rosproto.sentence import say
-from woosh_pure.fleet.broker import Broker
+from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.geometry import Footprint
 
 VERSIONS = ("2.0.0", "2.1.0")
 MOST_VEHICLES = 25
-"""Whole chassis of one process: see `link.py` for why."""
+"""Whole chassis of one process: see `broker_connection.py` for why."""
 _ALLOWED = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:-")
 _SECRETS = ("WOOSH_MQTT_USER", "WOOSH_MQTT_PASSWORD")
 

@@ -9,7 +9,7 @@ from typing import Any
 from rosproto.errors import RosError
 from woosh_pure.chassis import Chassis
 from woosh_pure.enums import RobotMode
-from woosh_pure.fleet.facts import Facts
+from woosh_pure.fleet.chassis_facts import Facts
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.geometry import Pose2D, Velocity

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from rosproto.version import __version__
-from woosh_pure.fleet.actions.log_report import Journal
-from woosh_pure.fleet.broker import Broker
+from woosh_pure.fleet.action_handlers.log_report import Journal
+from woosh_pure.fleet.broker_address import Broker
+from woosh_pure.fleet.broker_connection import BrokerConnection
+from woosh_pure.fleet.chassis_facts import Facts
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.facts import Facts
-from woosh_pure.fleet.link import BrokerConnection
 from woosh_pure.fleet.messages import schema
 from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.messages.schema import timestamp
-from woosh_pure.fleet.order.actions import BUILT_IN, Ability
+from woosh_pure.fleet.order.action_states import BUILT_IN, Ability
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities

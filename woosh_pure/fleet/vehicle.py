@@ -22,11 +22,10 @@ from rosproto.logs import get_logger
 from rosproto.version import __version__
 from woosh_pure.chassis import Chassis
 from woosh_pure.fleet.action_runner import ActionRunner
-from woosh_pure.fleet.broker import Broker
+from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.driver import Driver
+from woosh_pure.fleet.drive_runner import Driver
 from woosh_pure.fleet.driving_lease import DrivingLease
-from woosh_pure.fleet.equipment import equipment_of, outline_of
 from woosh_pure.fleet.inbox import Inbox, Lane, Left, Message
 from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.elements import Order
@@ -39,7 +38,8 @@ from woosh_pure.fleet.order.events import Effect, Event
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
 from woosh_pure.fleet.publisher import Publisher
-from woosh_pure.fleet.store import Store, StoreInUse
+from woosh_pure.fleet.vehicle_files import Store, StoreInUse
+from woosh_pure.fleet.vehicle_setup import equipment_of, outline_of
 
 _log = get_logger("woosh_pure.fleet.vehicle")
 STATE_EVERY = 25.0

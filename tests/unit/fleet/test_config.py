@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from woosh_pure import Chassis
-from woosh_pure.fleet.actions.abilities import abilities_of
-from woosh_pure.fleet.broker import Broker
+from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config, secrets
 from woosh_pure.fleet.vehicle import Vehicle
 
@@ -128,7 +128,7 @@ def test_secrets_are_in_the_environment(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_without_the_library_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     """And what to type."""
-    from woosh_pure.fleet.link import paho
+    from woosh_pure.fleet.broker_connection import paho
 
     for name in [name for name in sys.modules if name.partition(".")[0] == "paho"]:
         monkeypatch.setitem(sys.modules, name, None)

@@ -11,7 +11,7 @@ import pytest
 from rosproto.codec import message_class
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from tests.support.light_chassis import LightChassis
-from woosh_pure.fleet.facts import Facts, Load, MapEntry
+from woosh_pure.fleet.chassis_facts import Facts, Load, MapEntry
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.monitor import ChassisMonitor, operating_mode
 from woosh_pure.fleet.order.errors import Problem

@@ -84,8 +84,8 @@ def run(args: Namespace, out: Output) -> int:
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis
     from woosh_pure.fleet import Store, Vehicle
-    from woosh_pure.fleet.link import paho
-    from woosh_pure.fleet.store import default_folder
+    from woosh_pure.fleet.broker_connection import paho
+    from woosh_pure.fleet.vehicle_files import default_folder
 
     try:
         paho()
@@ -124,7 +124,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _config(args: Namespace) -> FleetConfig:
-    from woosh_pure.fleet.broker import Broker
+    from woosh_pure.fleet.broker_address import Broker
     from woosh_pure.fleet.config import FleetConfig, load_config, secrets
 
     if args.config is not None:

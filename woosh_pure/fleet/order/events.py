@@ -14,7 +14,7 @@ from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, Order
 from woosh_pure.fleet.messages.schema import Invalid
-from woosh_pure.fleet.order.actions import Scope
+from woosh_pure.fleet.order.action_states import Scope
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.tables import ActionStatus
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition

@@ -18,7 +18,7 @@ from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, InstantActions, Order
 from woosh_pure.fleet.order import events
-from woosh_pure.fleet.order.actions import BUILT_IN, ActionState
+from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event, Factsheet
 from woosh_pure.fleet.order.rejection import (

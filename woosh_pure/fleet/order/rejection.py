@@ -35,7 +35,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
-from woosh_pure.fleet.order.actions import Scope, objection
+from woosh_pure.fleet.order.action_states import Scope, objection
 from woosh_pure.fleet.order.errors import ErrorType, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import Hold, OrderPhase

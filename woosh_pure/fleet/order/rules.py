@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.order.actions import BUILT_IN, ActionState, may_begin
+from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, may_begin
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.state import OrderState

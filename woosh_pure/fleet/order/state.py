@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.messages.parsing import read_edge, read_node
-from woosh_pure.fleet.order.actions import BUILT_IN, ActionState, Scope, holds_driving
+from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, Scope, holds_driving
 from woosh_pure.fleet.order.errors import Problem, Problems
 from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.tables import BARS, Barred, Hold, Motion, OrderPhase

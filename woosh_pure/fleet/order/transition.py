@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
-from woosh_pure.fleet.order.actions import ActionState, Scope, effective_blocking
+from woosh_pure.fleet.order.action_states import ActionState, Scope, effective_blocking
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Begin, Drive, Effect, End, Halt, Retry, StopAll, Tell, Write, stops
 from woosh_pure.fleet.order.state import OrderState

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.order.actions import Ability
+from woosh_pure.fleet.order.action_states import Ability
 
 
 @dataclass(frozen=True, slots=True)

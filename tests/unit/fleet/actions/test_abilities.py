@@ -15,12 +15,12 @@ from typing import Any, cast
 import pytest
 
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.actions.abilities import abilities_of
-from woosh_pure.fleet.actions.log_report import Journal
-from woosh_pure.fleet.actions.task import Task, Triggers
+from woosh_pure.fleet.action_handlers.log_report import Journal
+from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.action_handlers.running_action import Task, Triggers
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
-from woosh_pure.fleet.order.actions import Scope, objection
+from woosh_pure.fleet.order.action_states import Scope, objection
 
 
 def config(**actions: str) -> VehicleConfig:
@@ -191,7 +191,7 @@ def test_charging_is_stopped_by_driving_off() -> None:
 
 def test_reports_are_stored_and_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The name is the result; the oldest makes room."""
-    monkeypatch.setattr("woosh_pure.fleet.actions.log_report.MOST_REPORTS", 2)
+    monkeypatch.setattr("woosh_pure.fleet.action_handlers.log_report.MOST_REPORTS", 2)
     journal = Journal(tmp_path / "logs", "W-1")
     journal.note("< order\n\x1b[0m")
     name = journal.write("why", {"order": {"orderId": "o"}})

@@ -18,13 +18,13 @@ from rosproto.errors import RosTimeout
 from tests.support.fleet_maps import packed as packed_map
 from tests.support.fleet_maps import serving
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.actions import map_archive
-from woosh_pure.fleet.actions.abilities import abilities_of
-from woosh_pure.fleet.actions.map_archive import fetch, unpack
-from woosh_pure.fleet.actions.map_store import MapStore
-from woosh_pure.fleet.actions.task import Handler, Task
+from woosh_pure.fleet.action_handlers import map_archive
+from woosh_pure.fleet.action_handlers.map_archive import fetch, unpack
+from woosh_pure.fleet.action_handlers.map_store import MapStore
+from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.action_handlers.running_action import Handler, Task
+from woosh_pure.fleet.chassis_facts import MapEntry
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.facts import MapEntry
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps import GridMap

@@ -9,9 +9,9 @@ import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from tests.support.fleet_orders import kinds, restart
-from woosh_pure.fleet.actions.abilities import PARAMETERS, SCOPES
+from woosh_pure.fleet.action_handlers.predefined_actions import PARAMETERS, SCOPES
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.actions import Ability
+from woosh_pure.fleet.order.action_states import Ability
 from woosh_pure.fleet.order.events import DriveEnded, PositionMeasured
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 

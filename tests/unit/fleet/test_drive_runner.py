@@ -11,7 +11,7 @@ import pytest
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from woosh_pure.enums import NavDirection
 from woosh_pure.errors import MotionRefused
-from woosh_pure.fleet.driver import Driver
+from woosh_pure.fleet.drive_runner import Driver
 from woosh_pure.fleet.messages.elements import Edge, Node, NodePosition
 from woosh_pure.fleet.order.events import Drive, DriveEnded
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind

@@ -10,12 +10,12 @@ from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.actions.map_archive import fetch, unpack
-from woosh_pure.fleet.actions.map_store import MapStore
-from woosh_pure.fleet.actions.task import Handler, Task, Triggers, handler_of
+from woosh_pure.fleet.action_handlers.map_archive import fetch, unpack
+from woosh_pure.fleet.action_handlers.map_store import MapStore
+from woosh_pure.fleet.action_handlers.running_action import Handler, Task, Triggers, handler_of
+from woosh_pure.fleet.chassis_facts import Load, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.facts import Load, MapEntry
-from woosh_pure.fleet.order.actions import BUILT_IN, Ability, Parameter, Scope
+from woosh_pure.fleet.order.action_states import BUILT_IN, Ability, Parameter, Scope
 from woosh_pure.geometry import Pose2D
 
 _EVERYWHERE = (Scope.INSTANT, Scope.NODE, Scope.EDGE)

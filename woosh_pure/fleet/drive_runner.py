@@ -25,12 +25,12 @@ from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
-from woosh_pure.fleet.actions.task import end_is_known
+from woosh_pure.fleet.action_handlers.running_action import end_is_known
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.events import Drive, DriveEnded, StopEnded
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
-_log = get_logger("woosh_pure.fleet.driver")
+_log = get_logger("woosh_pure.fleet.drive_runner")
 _MODE_SECONDS = 5.0
 _STOP_SECONDS = 4.0
 

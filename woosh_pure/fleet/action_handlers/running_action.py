@@ -20,7 +20,7 @@ from typing import Any
 from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
 from woosh_pure.errors import ChassisError, GoalFailed
-from woosh_pure.fleet.facts import Load
+from woosh_pure.fleet.chassis_facts import Load
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 

@@ -9,14 +9,14 @@ from typing import Any
 
 from rosproto.errors import RosError
 from woosh_pure.chassis import Chassis
-from woosh_pure.fleet.actions.abilities import abilities_of
-from woosh_pure.fleet.actions.log_report import Journal
-from woosh_pure.fleet.actions.map_store import MapStore
-from woosh_pure.fleet.actions.task import Handler, Triggers
+from woosh_pure.fleet.action_handlers.log_report import Journal
+from woosh_pure.fleet.action_handlers.map_store import MapStore
+from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.action_handlers.running_action import Handler, Triggers
+from woosh_pure.fleet.chassis_facts import Facts, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.facts import Facts, MapEntry
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
-from woosh_pure.fleet.store import Store
+from woosh_pure.fleet.vehicle_files import Store
 from woosh_pure.geometry import Footprint
 
 

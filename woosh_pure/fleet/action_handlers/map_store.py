@@ -20,10 +20,10 @@ from typing import Any
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.facts import MapEntry
+from woosh_pure.fleet.chassis_facts import MapEntry
 from woosh_pure.maps.gridmap import GridMap
 
-_log = get_logger("woosh_pure.fleet.actions.map_store")
+_log = get_logger("woosh_pure.fleet.action_handlers.map_store")
 MOST_MAPS = 50
 
 

@@ -38,10 +38,10 @@ from typing import Any
 
 from rosproto.logs import get_logger
 from rosproto.transport import Backoff
-from woosh_pure.fleet.broker import Broker, load_certificates, tls_context
+from woosh_pure.fleet.broker_address import Broker, load_certificates, tls_context
 from woosh_pure.fleet.messages.schema import MOST_BYTES
 
-_log = get_logger("woosh_pure.fleet.link")
+_log = get_logger("woosh_pure.fleet.broker_connection")
 MOST_WAITING = 200
 """Messages of one vehicle that wait for a broker which does not read."""
 MOST_WAITING_BYTES = 1_000_000

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from woosh_pure.fleet.actions.task import Task
+from woosh_pure.fleet.action_handlers.running_action import Task
 
 __all__ = ["Task"]
