@@ -515,7 +515,7 @@ def test_the_page_has_a_strict_policy_and_nothing_is_framed(web: Served) -> None
 @pytest.mark.promise("elsewhere it takes a token of at least 8 letters")
 def test_off_this_computer_only_with_a_token(chassis: Chassis) -> None:
     from woosh_pure import web
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
     for bind in ("0.0.0.0", "::", "192.168.1.7"):
         with pytest.raises(ValueError, match="that takes a token"):
@@ -643,7 +643,7 @@ def test_files_that_are_no_certificate_are_refused_before_the_server_starts(
     chassis: Chassis, tmp_path: Path
 ) -> None:
     from woosh_pure import web
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
     wrong = tmp_path / "wrong.pem"
     wrong.write_text("no certificate")
@@ -706,9 +706,9 @@ def test_a_parameter_of_the_address_is_refused_the_same_way(web: Served) -> None
 def test_what_is_said_to_clients_in_place_of_advice_for_python_is_said_by_somebody() -> None:
     from tools.templates import texts
     from woosh_pure.language.table import key_of, words_for
-    from woosh_pure.web.problems import ADVICE
+    from woosh_pure.web.http_errors import ADVICE
 
-    said = texts(leaving_out="woosh_pure/web/problems.py")
+    said = texts(leaving_out="woosh_pure/web/http_errors.py")
     assert [template for template in ADVICE if key_of(template) not in said] == []
     assert [text for text in ADVICE.values() if not words_for("zh").has(text)] == []
 
@@ -817,7 +817,7 @@ def test_it_is_mounted_in_somebody_elses_application_and_starts_nothing_by_itsel
     from starlette.routing import Route
 
     from woosh_pure import web
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
     before = {thread.name for thread in threading.enumerate()}
     with Chassis(chassis.master_uri) as mine:

@@ -26,7 +26,7 @@ from woosh_pure import Chassis, SimulatedChassis, interface
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.web.api import session
-from woosh_pure.web.live import driving, frames, outgoing, viewer
+from woosh_pure.web.live import frame_pacing, frames, page_driving, viewer
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
 
 ZEROS = 1.0
@@ -492,7 +492,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
     context = web.app.state.context  # type: ignore[attr-defined]
     with PageClient(web.port) as other:
         name = other.of("hello")["you"]
-        monkeypatch.setattr(driving.Hand, "_refusal", lambda _: None)
+        monkeypatch.setattr(page_driving.Hand, "_refusal", lambda _: None)
         other.press()
         assert asked.wait(10.0), name
     deadline = time.monotonic() + 10.0

@@ -85,7 +85,7 @@ class Served:
 def serving(chassis: Chassis | dict[str, Chassis], **options: Any) -> Iterator[Served]:
     """A server on a free port of this computer."""
     from woosh_pure import web
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
     with WebServer(web.app(chassis, **options), port=0) as server:
         served = Served(server.port, options.get("token"))

@@ -14,7 +14,7 @@ from woosh_pure import Chassis, SimulatedChassis
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
     for module in ("fastapi", "uvicorn", "websockets", "PIL"):
         pytest.importorskip(module, reason=f'{module} is not installed: pip install ".[web]"')
     from woosh_pure import web
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
     with SimulatedChassis(speed=3) as sim, Chassis(sim.master_uri) as chassis:
         app = web.app(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
     from tests.web.conftest import Robot
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
 pytestmark = pytest.mark.slow
 TOKEN = "made-by-chance-7319"
@@ -29,7 +29,7 @@ SLACK = 1.5
 def served(robots: Any, port: int = 0, **options: Any) -> Iterator[WebServer]:
     """Another server for a chassis that is there."""
     from woosh_pure import web
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
     with WebServer(web.app(robots, marks=marks(), **options), port=port) as server:
         yield server

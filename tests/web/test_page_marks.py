@@ -34,7 +34,7 @@ def file(tmp_path: Path) -> MarkFile:
 def url(robot: Robot, file: MarkFile) -> Iterator[str]:
     """The page of the hall with a list of its own."""
     from woosh_pure import web
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.server import WebServer
 
     with WebServer(web.app(robot.chassis, marks=file), port=0) as server:
         yield server.url

@@ -58,10 +58,10 @@ def app(
         ValueError: The token is too easy to guess, an origin is not valid, a name cannot be part of a URL,
             or nothing can be written to `recordings`.
     """
-    from woosh_pure.web.extra import require
+    from woosh_pure.web.optional_libraries import require
 
     require()
-    from woosh_pure.web.build import build
+    from woosh_pure.web.application import build
     from woosh_pure.web.context import WebContext
     from woosh_pure.web.marks import MarkList
     from woosh_pure.web.recordings import require_folder

@@ -16,7 +16,7 @@ from woosh_pure import interface
 from woosh_pure.chassis import Chassis
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.values.state import Image
-from woosh_pure.web.extra import pillow
+from woosh_pure.web.optional_libraries import pillow
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,8 +8,8 @@ from rosproto.sentence import say
 from woosh_pure.lease import DEFAULT_SECONDS
 from woosh_pure.web.access import AccessRules, Clients, ConnectionSlots
 from woosh_pure.web.goals import command
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.hub import Hub, Workers
-from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
 
 

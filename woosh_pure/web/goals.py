@@ -22,7 +22,7 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.goal_handle import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness
-from woosh_pure.web.problems import Problem, for_clients, problem_of
+from woosh_pure.web.http_errors import Problem, for_clients, problem_of
 from woosh_pure.web.snapshot import reasons_part, said_part
 
 MOST_KEPT, MOST_RUNNING, MOST_KEYS = 200, 8, 1000

@@ -15,7 +15,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.maps.marks import MarkFile, UserMark
-from woosh_pure.web.problems import Problem
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.snapshot import pose_part
 
 MOST_MARKS = 1000

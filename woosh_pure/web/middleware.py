@@ -14,7 +14,7 @@ from typing import Any
 from rosproto.sentence import say
 from woosh_pure.web.access import AccessRules, Key, Refusal, cookie_name, cookies
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.problems import MEDIA_TYPE, Problem, language_of
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]

@@ -16,7 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.recording import Recorder
 from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
-from woosh_pure.web.problems import Problem
+from woosh_pure.web.http_errors import Problem
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 NOT_WRITTEN = "the bag cannot be written; the log of the server says why"

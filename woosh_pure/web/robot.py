@@ -15,10 +15,10 @@ from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
 from woosh_pure.web.goals import FirstAnswers, GoalManager, Journal, command
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import MarkList
-from woosh_pure.web.problems import Problem
 from woosh_pure.web.recordings import RecordingManager
 from woosh_pure.web.snapshot import LISTENED
 

@@ -70,8 +70,8 @@ def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
     hurry()
     from woosh_pure import web
-    from woosh_pure.web.extra import require
-    from woosh_pure.web.serve import WebServer
+    from woosh_pure.web.optional_libraries import require
+    from woosh_pure.web.server import WebServer
 
     try:
         require()

@@ -1,4 +1,4 @@
-"""The REST API: the routes of each noun, which `woosh_pure.web.build` puts together."""
+"""The REST API: the routes of each noun, which `woosh_pure.web.application` puts together."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ from woosh_pure.web.api.dependencies import (
     robot_of,
 )
 from woosh_pure.web.goals import Goal, command
-from woosh_pure.web.problems import Problem
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.recordings import Recording
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import lease_part, pose_part

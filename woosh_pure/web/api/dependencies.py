@@ -10,7 +10,7 @@ from fastapi import Path, Request
 from rosproto.sentence import say
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.problems import MEDIA_TYPE, TITLES, Problem
+from woosh_pure.web.http_errors import MEDIA_TYPE, TITLES, Problem
 from woosh_pure.web.robot import Robot
 
 SESSION = "x-woosh-session"

@@ -13,8 +13,8 @@ from woosh_pure.reasons import ReasonKey
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import CREATED, PROBLEMS, check_command, problems, robot_of
 from woosh_pure.web.goals import command
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.marks import mark_part
-from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
 
 router = APIRouter(tags=["marks"], responses=PROBLEMS)

@@ -23,9 +23,9 @@ from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, connected, context_of, problems, robot_of
 from woosh_pure.web.camera import jpeg_of, png_of
 from woosh_pure.web.context import WebContext
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import COSTMAP_TOPIC
-from woosh_pure.web.problems import Problem
 from woosh_pure.web.snapshot import plain, text_of
 
 # -- the state, the journal, and the robots of this server --------------------------------------------

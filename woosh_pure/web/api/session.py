@@ -10,9 +10,9 @@ from fastapi import APIRouter, Request, Response, WebSocket
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import address_of, context_of, problems
 from woosh_pure.web.context import WebContext
+from woosh_pure.web.http_errors import Problem, language_of
 from woosh_pure.web.live.viewer import Viewer
 from woosh_pure.web.middleware import check_access, login_place
-from woosh_pure.web.problems import Problem, language_of
 
 # -- GET access, POST and DELETE login -----------------------------------------------------------------------
 

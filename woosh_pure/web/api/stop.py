@@ -22,11 +22,11 @@ from woosh_pure.stopping.report import StopReport
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems
 from woosh_pure.web.goals import command
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
 from woosh_pure.web.middleware import MOST_BODY
-from woosh_pure.web.problems import MEDIA_TYPE, Problem, language_of
-from woosh_pure.web.refusals import refusal
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import stop_part
+from woosh_pure.web.validation_errors import refusal
 
 router = APIRouter(tags=["stop"], responses=PROBLEMS)
 BODY_SECONDS = 0.5

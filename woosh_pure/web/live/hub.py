@@ -21,10 +21,10 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.web.camera import jpeg_of
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
 from woosh_pure.web.marks import mark_part
-from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
 

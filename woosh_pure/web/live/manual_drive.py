@@ -10,7 +10,7 @@ import threading
 from rosproto.errors import RosError
 from woosh_pure.chassis import Chassis
 from woosh_pure.velocity.drive import Drive
-from woosh_pure.web.problems import Problem
+from woosh_pure.web.http_errors import Problem
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive at most. Lower limits of the chassis hold, too."""

@@ -21,11 +21,11 @@ from rosproto.version import __version__
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client, TokenBucket
 from woosh_pure.web.context import WebContext
+from woosh_pure.web.http_errors import problem_of
 from woosh_pure.web.live.deadman import SILENCE
-from woosh_pure.web.live.driving import Hand
+from woosh_pure.web.live.frame_pacing import BadMessage, Outgoing
 from woosh_pure.web.live.hub import Hub
-from woosh_pure.web.live.outgoing import BadMessage, Outgoing
-from woosh_pure.web.problems import problem_of
+from woosh_pure.web.live.page_driving import Hand
 from woosh_pure.web.snapshot import plain, stop_part
 
 MOST_TEXT = 4096

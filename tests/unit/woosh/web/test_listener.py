@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
 from woosh_pure.web.access import ConnectionSlots
-from woosh_pure.web.serve import Listener
+from woosh_pure.web.server import Listener
 
 
 def test_small_messages_are_sent_at_once() -> None:

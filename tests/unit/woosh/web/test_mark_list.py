@@ -8,8 +8,8 @@ import pytest
 
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.marks import MOST_MARKS, MarkList
-from woosh_pure.web.problems import Problem
 
 
 def test_any_objects_with_name_and_pose_are_marks() -> None:

@@ -12,7 +12,7 @@ from woosh_pure.enums import RobotMode, RobotState, TaskState
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.web.goals import COMMANDS
-from woosh_pure.web.problems import KINDS
+from woosh_pure.web.http_errors import KINDS
 
 PAGE = Path(__file__).parents[4] / "woosh_pure" / "web" / "page" / "js"
 

@@ -22,10 +22,10 @@ from woosh_pure.readiness.assessment import assess
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.web.access import MOST_SESSIONS, Clients
 from woosh_pure.web.goals import Journal, command
+from woosh_pure.web.http_errors import Problem, problem_of
 from woosh_pure.web.live.frames import MOST_CELLS, MOST_RANGES, PART, camera_frame, costmap_frames, scan_frame
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import mark_part
-from woosh_pure.web.problems import Problem, problem_of
 from woosh_pure.web.snapshot import (
     lease_part,
     plain,

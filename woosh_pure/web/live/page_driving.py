@@ -11,9 +11,9 @@ from rosproto.errors import RosError
 from rosproto.sentence import say
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.goals import command
+from woosh_pure.web.http_errors import Problem, problem_of
 from woosh_pure.web.live.deadman import DeadMan, Verdict
-from woosh_pure.web.live.outgoing import BadMessage, Outgoing
-from woosh_pure.web.problems import Problem, problem_of
+from woosh_pure.web.live.frame_pacing import BadMessage, Outgoing
 from woosh_pure.web.robot import Robot
 
 MOST_ROUND_TRIP = 0.4

@@ -130,7 +130,7 @@ class WebServer:
         tls_cert: str | Path | None = None,
         tls_key: str | Path | None = None,
     ) -> None:
-        from woosh_pure.web.extra import require
+        from woosh_pure.web.optional_libraries import require
 
         require()
         import uvicorn

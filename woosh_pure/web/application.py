@@ -22,11 +22,11 @@ from rosproto.version import __version__
 from woosh_pure.web.api import commands, marks, readings, session, stop
 from woosh_pure.web.api.dependencies import named_robot
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.description import TEXT, describe, methods_at, parts_of, schema_of
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of, problem_of
 from woosh_pure.web.middleware import SecurityMiddleware
-from woosh_pure.web.problems import MEDIA_TYPE, Problem, language_of, problem_of
-from woosh_pure.web.refusals import refusal
+from woosh_pure.web.openapi import TEXT, describe, methods_at, parts_of, schema_of
 from woosh_pure.web.snapshot import text_of
+from woosh_pure.web.validation_errors import refusal
 
 PAGE = Path(__file__).parent / "page"
 _ROBOT = (
