@@ -256,7 +256,7 @@ CHASSIS_FLOORS = [
     "connection",
     "feed",
     "doctor readiness stopping",
-    "core",
+    "components",
     "motion readings velocity",
     "peripherals sim",
     "chassis",

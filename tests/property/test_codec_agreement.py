@@ -141,7 +141,7 @@ def test_the_fast_way_needs_no_help(case: Case) -> None:
         raise AssertionError(f"fast path failed: {args[-1]!r}") from args[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(at_once_source, "AT_ONCE_FROM", 2)  # arrays drawn here are short
+        patch.setattr(comprehension_generator, "AT_ONCE_FROM", 2)  # arrays drawn here are short
         at_once_encode = encode_function(binding.layout, binding.flavour, fail=refuse)
     general_decode = decode_function(
         binding.layout, binding.flavour, binding.maker, general=True, fail=refuse

@@ -64,7 +64,9 @@ def test_ten_faults_in_a_row(
     fault: str, pair: tuple[Node, Node, FaultProxy], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """FIN and RST: each time connected again within a second, with a new connection, and counted."""
-    monkeypatch.setattr(link_state, "STEADY", 0.0)  # or links that last only moments wait longer and longer
+    monkeypatch.setattr(
+        publisher_link_state, "STEADY", 0.0
+    )  # or links that last only moments wait longer and longer
     a, b, proxy = pair
     publisher, subscriber = a.publisher("/t", STRING), b.subscriber("/t", STRING)
     publisher.wait_for_connection(10)

@@ -252,7 +252,7 @@ def test_a_laptop_that_slept_ends_its_drive(sim, chassis, until, monkeypatch):
     """time.monotonic() stands still in sleep, so that the last command would be fresh; the watch's clock does not."""
     slept = [0.0]
     seconds = end_conditions.boot_seconds
-    monkeypatch.setattr(watch, "boot_seconds", lambda: seconds() + slept[0])
+    monkeypatch.setattr(end_conditions, "boot_seconds", lambda: seconds() + slept[0])
     with (  # noqa: PT012
         chassis.velocity(bypasses_protection=True) as drive,
         pytest.raises(MotionRefused, match="not run for"),

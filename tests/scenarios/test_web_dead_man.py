@@ -24,7 +24,7 @@ pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
-from tests.conftest import waited_for_the_processor
+from tests.support.load import waited_for_the_processor
 from tests.support.proxy import FaultProxy
 from tests.support.web import PageClient, Served, Velocities, serving
 from tests.support.woosh_command import woosh_process

@@ -117,7 +117,7 @@ def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis,
 def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
     web: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(outgoing, "NOTHING_READ", 0.5)
+    monkeypatch.setattr(frame_pacing, "NOTHING_READ", 0.5)
     with PageClient(web.port, acks=False) as page:
         until = time.monotonic() + 15.0
         while page.error is None and page._reader.is_alive() and time.monotonic() < until:

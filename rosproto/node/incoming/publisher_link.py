@@ -1,7 +1,7 @@
 """One publisher, seen from a subscriber: keeps a connection to it for as long as the master names it.
 
-`PublisherLink` has the thread, the states (`publisher_link_state.py`) and the waits; how a session is opened and
-received is left to `TcprosLink` and to `LocalLink` (a publisher in this process).
+`PublisherLink` has the thread, the states (`publisher_link_state.py`) and the waits. `TcprosLink`, and
+`LocalLink` for a publisher in this process, open a session and receive.
 """
 
 from __future__ import annotations

@@ -147,7 +147,7 @@ def test_a_bad_publisher_costs_its_own_link_and_is_taken_back_when_it_is_good(
     kind: str, master: Master, good: Node, hearer: Node, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A documented error says what was wrong; the good publisher is heard all the time; no thread or try runs wild."""
-    monkeypatch.setattr(link_state, "MISMATCH", (2.0, 2.0))  # not half a minute: see its unit tests
+    monkeypatch.setattr(publisher_link_state, "MISMATCH", (2.0, 2.0))  # not half a minute: see its unit tests
     script, error = ODD[kind]
     with OddPublisher(master.uri, script) as odd:
         publisher = good.publisher("/t", STRING)

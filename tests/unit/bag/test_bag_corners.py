@@ -236,7 +236,7 @@ def test_a_bag_that_changes_while_it_is_read(monkeypatch):
     """Overlapping chunks are read twice when memory is short; what was there may be gone."""
     from rosproto.bag import time_order
 
-    monkeypatch.setattr(runs, "BUDGET_BYTES", 1)
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 1)
     stamps = [Time((i * 37) % 100, 0) for i in range(60)]
     file = io.BytesIO()
     with BagWriter(file, chunk_bytes=300) as writer:

@@ -86,7 +86,7 @@ def test_messages_written_out_of_order_come_in_the_order_of_time():
 
 
 def test_more_overlapping_chunks_than_the_memory_budget(monkeypatch):
-    monkeypatch.setattr(runs, "BUDGET_BYTES", 4000)
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 4000)
     what = entries(300)
     bag = read(bag_bytes([what[i * 97 % 300] for i in range(300)], "lz4"))
     assert plain(bag.read_messages(raw=True)) == encoded(what)

@@ -102,7 +102,7 @@ def test_refused_when_computed(text: str) -> None:
 @pytest.mark.promise("Every operation is bounded before it begins")
 def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nested loops over arrays end."""
-    monkeypatch.setattr(bounded, "MAX_STEPS", 20_000)
+    monkeypatch.setattr(expression_sandbox, "MAX_STEPS", 20_000)
     point = Point()
     point.ranges = [0.0] * 200
     loops = Expression("sum(1 for a in m.ranges for b in m.ranges for c in m.ranges)")

@@ -242,7 +242,7 @@ def test_only_the_last_definitions_are_kept() -> None:
 
 def test_structs_kept_for_all_types_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """When there are too many they are made again, and everything works."""
-    monkeypatch.setattr(source, "STRUCTS_KEPT", 2)
+    monkeypatch.setattr(generated_source, "STRUCTS_KEPT", 2)
     for index in range(1, 8):
         cls = define(f"a/Structs{index}", f"int8[{index}] a\nint32 x\n" + "float32 y\n" * (index % 2))
         assert decode(cls, encode(cls(x=index))).x == index
@@ -251,7 +251,7 @@ def test_structs_kept_for_all_types_are_bounded(monkeypatch: pytest.MonkeyPatch)
 
 def test_long_structs_are_not_kept_for_all_types(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few types share one, and it takes memory for each of its characters."""
-    monkeypatch.setattr(source, "_methods", {})
+    monkeypatch.setattr(generated_source, "_methods", {})
     cls = define("a/LongStruct", "".join(f"int8 a{i}\nint16 b{i}\n" for i in range(150)))
     assert decode(cls, encode(cls(b149=7))).b149 == 7
     assert (

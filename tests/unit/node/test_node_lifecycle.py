@@ -44,7 +44,7 @@ def test_close_takes_everything_off_the_master_and_may_be_called_twice(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Also from several threads at once; afterwards everything refuses politely."""
-    monkeypatch.setattr(closing, "CLOSE_SECONDS", 10.0)  # a busy computer may need longer than it is given
+    monkeypatch.setattr(shutdown, "CLOSE_SECONDS", 10.0)  # a busy computer may need longer than it is given
     with Master() as master:
         node = Node("/n", master_uri=master.uri)
         publisher, subscriber = node.publisher("/p", String), node.subscriber("/s", String)

@@ -40,6 +40,6 @@ def test_without_the_systems_function_the_computers_name_is_resolved(monkeypatch
     def none(family: socket.AddressFamily) -> list[str]:
         raise AttributeError("getifaddrs")
 
-    monkeypatch.setattr(interfaces, "_posix" if os.name == "posix" else "_windows", none)
+    monkeypatch.setattr(network_interfaces, "_posix" if os.name == "posix" else "_windows", none)
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_: [(0, 0, 0, "", ("10.0.0.7", 0))])
     assert interface_addresses() == ["10.0.0.7", "127.0.0.1"]

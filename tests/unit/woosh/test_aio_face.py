@@ -135,4 +135,4 @@ def test_a_verb_that_is_never_awaited_says_so() -> None:
     robot: Any = Chassis("127.0.0.1:1").aio
     goal = [robot.go_to_mark("A1")]
     with pytest.warns(RuntimeWarning, match="go_to_mark was never awaited: nothing was sent"):
-        goal_handle.clear()
+        goal.clear()

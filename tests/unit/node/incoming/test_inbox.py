@@ -131,7 +131,7 @@ def test_whatever_makes_a_callback_slow_it_gets_a_thread(takes_long: Callable[[f
 def test_one_call_that_took_long_proves_nothing_and_two_in_a_row_do(monkeypatch: pytest.MonkeyPatch) -> None:
     """A busy computer interrupts a quick callback now and then; a slow one takes long each time."""
     inbox, now = Inbox(10), [0.0]
-    monkeypatch.setattr(recipient, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(subscriber_queue, "perf_counter", lambda: now[0])
     takes_long: list[bool] = [True, False, True, True]
     called = threading.Semaphore(0)
 

@@ -45,7 +45,7 @@ class Topic:
 
 @pytest.fixture
 def topic(monkeypatch: pytest.MonkeyPatch) -> Iterator[Topic]:
-    monkeypatch.setattr(lost_subscriber, "SETTLE", 0.0)
+    monkeypatch.setattr(reconnect, "SETTLE", 0.0)
     with listen("127.0.0.1") as listener:
         yield Topic(listener)
 
@@ -103,7 +103,7 @@ def test_a_node_that_closes_is_not_kept(topic: Topic, nobody: tuple[str, int]) -
 def test_no_more_than_a_few_at_a_time(
     topic: Topic, nobody: tuple[str, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(lost_subscriber, "_places", threading.BoundedSemaphore(1))
+    monkeypatch.setattr(reconnect, "_places", threading.BoundedSemaphore(1))
     before = {thread.ident for thread in threading.enumerate()}
     topic.enough = 10
     for _ in range(3):

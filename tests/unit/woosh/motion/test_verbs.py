@@ -60,7 +60,7 @@ def handed_on(monkeypatch: pytest.MonkeyPatch, name: str) -> tuple[Any, dict[str
     """What a verb called with every option hands on: what is to be done, and how."""
     calls: list[tuple[Any, dict[str, Any]]] = []
     for start in ("start_task", "start_navigation", "start_steps"):
-        monkeypatch.setattr(moving, start, lambda _, what, **how: calls.append((what, how)))
+        monkeypatch.setattr(verbs, start, lambda _, what, **how: calls.append((what, how)))
     robot = Moving()
     robot._core = None  # type: ignore[assignment]
     getattr(robot, name)(*ARGUMENTS[name], **{option: GIVEN[option] for option in options(name)})
