@@ -41,13 +41,13 @@ _COMMANDS = "doctor status ready goto move rotate drive stop faults selftest con
 _CLI = "config connection drive_line entry readiness arguments".split()
 _ROOMS = (
     "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
-    "feed/feed feed/feeds motion/action_goal motion/goal motion/motion motion/steps motion/task "
-    "motion/task_tracker outcome readiness/assessment readiness/knowledge selftest "
-    "stopping/keeper stopping/other_clients stopping/report stopping/running "
-    "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/watch"
+    "feed/feed feed/feeds motion/action_goal motion/goal_handle motion/motion motion/steps motion/task "
+    "motion/task_tracker outcome readiness/assessment readiness/readiness_state selftest "
+    "stopping/stop_executor stopping/other_clients stopping/report stopping/active_motions "
+    "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/end_conditions"
 ).split()
 _ROSPROTO = (
-    "cli/failure cli/options cli/parser selftest/bags selftest/checking selftest/codecs "
+    "cli/exit_codes cli/options cli/parser selftest/bags selftest/checking selftest/codecs "
     "selftest/definitions selftest/nodes selftest/real_ros transport/address transport/connecting "
     "transport/deadline transport/host_names transport/os_errors"
 ).split()

@@ -4,7 +4,7 @@ The language is the harmless part of Python's expressions: literals, field acces
 arithmetic, comparison, `and`/`or`/`not`, `in`, conditional expressions, generator expressions over arrays,
 and the functions of `FUNCTIONS`. `rostopic echo --filter` and `rosbag filter` take the same texts but
 evaluate them with eval; here a text from a script or a web form can do no more than compute a value, and no
-more of that than `bounded` allows.
+more of that than `expression_sandbox` allows.
 """
 
 from __future__ import annotations

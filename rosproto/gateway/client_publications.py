@@ -1,6 +1,6 @@
 """What clients publish: one handle for each client and topic, with a publisher of the node behind it.
 
-When a handle is closed, its publisher stays for a while: zeros may have to follow (`write_guard`), and a page
+When a handle is closed, its publisher stays for a while: zeros may have to follow (`velocity_watchdog`), and a page
 that is reloaded advertises again at once.
 """
 

@@ -255,7 +255,7 @@ class Timer:
         began = time.perf_counter()
         try:
             self._callback(event)
-        except BaseException:  # as in incoming/recipient.py
+        except BaseException:  # as in incoming/subscriber_queue.py
             _log.exception("! the timer's callback %r raised; the timer goes on", self._callback)
         return expected, real, time.perf_counter() - began
 

@@ -87,7 +87,7 @@ class Events:
         if self._callback is not None:
             try:
                 self._callback(event)
-            except BaseException as error:  # as in incoming/recipient.py
+            except BaseException as error:  # as in incoming/subscriber_queue.py
                 if is_interrupt(error):
                     raise
                 _log.exception("! %s: on_event raised", self._node_name)

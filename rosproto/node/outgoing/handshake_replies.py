@@ -165,7 +165,7 @@ class Answers:
         for give in more:
             try:
                 fields.update(give())
-            except BaseException as error:  # as in incoming/recipient.py
+            except BaseException as error:  # as in incoming/subscriber_queue.py
                 if is_interrupt(error):
                     raise
                 _log.exception("! %s: header() raised", self._topic)

@@ -261,7 +261,7 @@ class Publication:
     def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
         try:
             callback(caller_id)
-        except BaseException as error:  # as in incoming/recipient.py
+        except BaseException as error:  # as in incoming/subscriber_queue.py
             if is_interrupt(error):
                 raise
             _log.exception("! %s: a callback for the subscriber %s raised", self.name, caller_id)

@@ -301,18 +301,18 @@ def test_what_is_no_velocity_is_no_sign_of_life() -> None:
 
 
 PUBLISHES = {
-    ("write_guard.py", "WriteGuard.publish"): 2,
-    ("write_guard.py", "WriteGuard._send"): 1,  # its own zeros
-    ("publications.py", "_Early.publish"): 1,  # no velocities: see `Publications.open`
-    ("publications.py", "_Early.connected"): 1,
-    ("publications.py", "Publication.publish"): 2,  # to the two above
+    ("velocity_watchdog.py", "WriteGuard.publish"): 2,
+    ("velocity_watchdog.py", "WriteGuard._send"): 1,  # its own zeros
+    ("client_publications.py", "_Early.publish"): 1,  # no velocities: see `Publications.open`
+    ("client_publications.py", "_Early.connected"): 1,
+    ("client_publications.py", "Publication.publish"): 2,  # to the two above
     ("rosbridge/session.py", "RosbridgeSession._publish"): 1,  # a `Publication`
-    ("foxglove/publish.py", "ClientTopics.publish"): 1,  # a `Publication`
-    ("foxglove/publish.py", "Publishing.publish_at_once"): 2,  # to the one below
-    ("foxglove/publish.py", "Publishing.publish"): 1,  # to the one above
+    ("foxglove/client_publish.py", "ClientTopics.publish"): 1,  # a `Publication`
+    ("foxglove/client_publish.py", "Publishing.publish_at_once"): 2,  # to the one below
+    ("foxglove/client_publish.py", "Publishing.publish"): 1,  # to the one above
     ("foxglove/session.py", "Session.received"): 1,  # to the one above
-    ("rosbridge/answers.py", "Answers.cut"): 1,  # the protocol's: text for a client
-    ("rosbridge/requests.py", "Calls._cancel_all"): 1,  # a goal's id
+    ("rosbridge/replies.py", "Answers.cut"): 1,  # the protocol's: text for a client
+    ("rosbridge/calls_and_goals.py", "Calls._cancel_all"): 1,  # a goal's id
     ("rosbridge/tf_republisher.py", "TfRepublisher._serve_topic"): 1,  # transforms
 }
 """Every place below gateway/ that publishes something, and why no client's velocity passes the guard by there."""

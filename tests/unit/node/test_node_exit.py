@@ -11,14 +11,14 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import MasterClient
-from rosproto.node import shutdown as closing_module
+from rosproto.node import shutdown
 from tests.support.proxy import FaultProxy
 
 OPEN = """
 import os, sys, rosproto
-from rosproto.node import closing
+from rosproto.node import shutdown
 if sys.argv[2] != "as it is":
-    closing.EXIT_SECONDS = closing.CLOSE_SECONDS = float(sys.argv[2])
+    shutdown.EXIT_SECONDS = shutdown.CLOSE_SECONDS = float(sys.argv[2])
 node = rosproto.Node("/forgetful", master_uri=sys.argv[1])
 publisher = node.publisher("/chatter", "std_msgs/String", latch=True)
 node.service_server("/serve", "std_srvs/SetBool", lambda request: (True, ""))
@@ -130,7 +130,7 @@ def test_a_master_that_hangs_does_not_hold_the_program_up() -> None:
     with Master() as master, FaultProxy("127.0.0.1", master.port) as proxy:
         with program(f"http://127.0.0.1:{proxy.port}", patience="as it is") as process:
             proxy.stall()
-            _, errors = process.communicate("\n", timeout=closing_module.EXIT_SECONDS + 20)
+            _, errors = process.communicate("\n", timeout=shutdown.EXIT_SECONDS + 20)
             assert process.returncode == 0
             assert "Traceback" not in errors
         proxy.resume()

@@ -1,6 +1,6 @@
 """One viewer: the live connection of one page.
 
-`outgoing` sends frames at the pace at which the page reads, `driving` applies its dead-man switch; here its
+`frame_pacing` sends frames at the pace at which the page reads, `page_driving` applies its dead-man switch; here its
 messages are read, told apart, and stops are begun.
 """
 

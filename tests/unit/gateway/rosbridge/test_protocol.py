@@ -507,8 +507,8 @@ def test_what_is_sent_in_fragments() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        *"rosbridge.actions rosbridge.cbor rosbridge.fragments rosbridge.operations rosbridge.png".split(),
-        *"rosbridge.protocol rosbridge.status json_writer values foxglove.messages strangers".split(),
+        *"rosbridge.action_mapping rosbridge.cbor rosbridge.fragments rosbridge.operations rosbridge.png".split(),
+        *"rosbridge.protocol rosbridge.status_levels json_writer values foxglove.messages admission".split(),
     ],
 )
 def test_the_protocol_knows_no_sockets_threads_or_clocks(name: str) -> None:
