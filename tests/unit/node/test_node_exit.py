@@ -10,8 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from rosproto.master import Master
-from rosproto.node import MasterClient
-from rosproto.node import shutdown
+from rosproto.node import MasterClient, shutdown
 from tests.support.proxy import FaultProxy
 
 OPEN = """
