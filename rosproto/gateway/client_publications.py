@@ -1,7 +1,7 @@
 """What clients publish: one handle for each client and topic, with a publisher of the node behind it.
 
-When a handle is closed, its publisher stays for a while: zeros may have to follow (`velocity_watchdog`), and a
-page that is reloaded advertises again at once.
+When a handle is closed, its publisher stays for a while: zeros may have to follow (`velocity_watchdog`),
+and a page that is reloaded advertises again at once.
 """
 
 from __future__ import annotations

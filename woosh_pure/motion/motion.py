@@ -1,8 +1,9 @@
 """One motion by a goal, from before it is sent until its end is seen: its owner.
 
-It has the state (the table of `motion_states`) and the outcome, sends the goal out of reach of Ctrl-C, asks for
-its end, and is what stopping sees of it. What a kind of motion does in its own way (a task, a goal of an action
-server) it is given as functions; what users hold is `goal.GoalHandle`, which keeps nothing of this.
+It has the state (the table of `motion_states`) and the outcome, sends the goal out of reach of Ctrl-C,
+asks for its end, and is what stopping sees of it. What a kind of motion does in its own way (a task, a
+goal of an action server) it is given as functions; what users hold is `goal.GoalHandle`, which keeps
+nothing of this.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@ A velocity topic passes by the chassis's obstacle avoidance, collision detection
 exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. What is sent is shaped by
 `shaper`; why a drive ends by itself is in `watch`; the thread that sends at a steady rate is here.
 
-What happens when this process is killed: nothing here can run then. The watchdog sends zero, if there is one
-(`stopping/watchdog_client.py`). Without it the chassis's own behaviour remains, which is not documented: assume
-that it drives on with the last velocity until something stops it. The simulated chassis does that
-(`Settings.on_silence`).
+What happens when this process is killed: nothing here can run then. The watchdog sends zero, if there is
+one (`stopping/watchdog_client.py`). Without it the chassis's own behaviour remains, which is not
+documented: assume that it drives on with the last velocity until something stops it. The simulated
+chassis does that (`Settings.on_silence`).
 """
 
 from __future__ import annotations

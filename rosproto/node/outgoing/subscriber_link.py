@@ -1,8 +1,8 @@
 """One connected subscriber over TCPROS, seen from the publisher: a socket, a queue, and when to use which.
 
-Its states are in subscriber_link_state.py. While it sends, messages that come faster than a system call is worth
-are joined and sent together: after `BATCH_BYTES` or `BATCH_SECONDS`, by the next message that comes alone, or by
-the monitor a millisecond later. `send` itself never waits.
+Its states are in subscriber_link_state.py. While it sends, messages that come faster than a system call
+is worth are joined and sent together: after `BATCH_BYTES` or `BATCH_SECONDS`, by the next message that
+comes alone, or by the monitor a millisecond later. `send` itself never waits.
 
 Writing each message alone costs a system call and a wake-up of the reader (177 k/s against 950 k/s,
 measured); leaving it to Nagle's algorithm costs 40 ms now and then. So: TCP_NODELAY, and this.

@@ -1,7 +1,7 @@
 """One viewer: the live connection of one page.
 
-`frame_pacing` sends frames at the pace at which the page reads, `page_driving` applies its dead-man switch; here
-its messages are read, told apart, and stops are begun.
+`frame_pacing` sends frames at the pace at which the page reads, `page_driving` applies its dead-man
+switch; here its messages are read, told apart, and stops are begun.
 """
 
 from __future__ import annotations
