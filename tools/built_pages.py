@@ -65,9 +65,9 @@ def source(text: str) -> tuple[list[int], list[str]]:
 
 def lost(docs: Path, site: Path) -> Iterator[str]:
     """Pages that have not as many headings and blocks of code, in the same order, with the same words."""
-    for page in sorted(docs.glob("*.md")):
+    for page in sorted([*docs.glob("*.md"), *docs.glob("commands/*.md")]):
         headings, blocks = source(page.read_text("utf-8"))
-        built = Counted((site / page.name).with_suffix(".html").read_text("utf-8"))
+        built = Counted((site / page.relative_to(docs)).with_suffix(".html").read_text("utf-8"))
         if built.headings != headings:
             yield f"{page.name} has other headings when it is built"
         if [block.split() for block in built.blocks] != [block.split() for block in blocks]:

@@ -1,6 +1,7 @@
-"""The manual of both commands, made from the parsers that make `--help`.
+"""Make the manual of both commands from the parsers that make `--help`.
 
-It is docs/commands.md, and the table in docs/all-commands.md.
+It is docs/commands.md (what all commands share), a page for each group of commands in docs/commands/, and the
+table in docs/all-commands.md.
 
 python -m tools.manual            writes them in this source tree
 python -m tools.manual --check    exit code 1 when one of them is not current
@@ -10,35 +11,67 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from rosproto.cli.parser import Parser, synopsis, value_names
 
-__all__ = ["glance", "main", "manual", "page", "with_table"]
+__all__ = ["GROUPS", "Group", "main", "manual", "with_table"]
 
-page = Path(__file__).resolve().parents[1] / "docs" / "commands.md"
-"""Where the manual is in a source tree."""
-glance = page.with_name("all-commands.md")
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+ALL_COMMANDS = "all-commands.md"
 """The page with one line for each command."""
+
+
+class Group(NamedTuple):
+    """The commands of one page."""
+
+    prog: str
+    page: str
+    title: str
+    commands: tuple[str, ...]
+
+
+GROUPS = (
+    Group("woosh", "woosh-start", "start, connect, diagnose",
+          ("demo", "sim", "connect", "doctor", "selftest", "learn", "shell", "completion")),
+    Group("woosh", "woosh-state", "state, sensors, lights and voice",
+          ("status", "ready", "watch", "battery", "faults", "imu", "scan", "camera", "cloud", "led", "say")),
+    Group("woosh", "woosh-drive", "driving and stopping",
+          ("goto", "task", "charge", "move", "rotate", "drive", "stop")),
+    Group("woosh", "woosh-maps", "maps, marks and navigation",
+          ("localization", "map", "plan", "costmap", "footprint", "mode", "marks")),
+    Group("woosh", "woosh-servers", "recording and servers",
+          ("record", "web", "foxglove", "vda5050")),
+    Group("rosproto", "rosproto-graph", "topics, nodes, services, parameters",
+          ("topic", "node", "service", "param", "graph")),
+    Group("rosproto", "rosproto-definitions", "message definitions", ("msg", "srv", "action")),
+    Group("rosproto", "rosproto-bags", "bags", ("bag",)),
+    Group("rosproto", "rosproto-diagnosis", "transforms, logs, settings, diagnosis",
+          ("tf", "log", "dynparam", "doctor")),
+    Group("rosproto", "rosproto-servers", "programs and servers",
+          ("run", "bridge", "foxglove", "master", "completion")),
+)  # fmt: skip
+"""The pages in docs/commands/. A new command needs a place here."""
 
 _BEGIN = "<!-- commands: made by `python -m tools.manual` from what `--help` says -->"
 _END = "<!-- end of commands -->"
 
 _HEAD = """# The commands `woosh` and `rosproto`
 
-Made by `python -m tools.manual` from what `--help` says; edit that, not this page.
+This page and the pages it links are made by `python -m tools.manual` from what `--help` says; edit that.
 
 Both commands are installed by `pip install`; `python -m woosh_pure` and `python -m rosproto` are the same.
 Everything works with numpy, lz4 and the standard library. Shell completion:
-`woosh completion bash` and `rosproto completion bash` (or zsh, fish, powershell) print a script whose first
-line says where to put it.
+`woosh completion bash` and `rosproto completion bash` (or zsh, fish, powershell) print a script. Its first
+line says where to put it. [All commands at a glance](all-commands.md) has one line for each.
 """
 _WOOSH = """## woosh
 
 A chassis is chosen by `--chassis HOST`, `--master URI`, `$ROS_MASTER_URI`, or the one remembered by
-`woosh connect HOST`, in this order; `--sim` starts a simulated one for the command. With `--json` facts
-come as one JSON document (`watch` and `imu -n`: one a line), errors too. Colours appear only on a terminal
+`woosh connect HOST`, in this order; `--sim` starts a simulated one for the command. With `--json` facts and
+errors are one JSON document (`watch` and `imu -n`: one per line). Colours appear only on a terminal
 and not when `$NO_COLOR` is set. Ctrl-C stops what the command has started, and says whether the robot
 stands still. This is no emergency stop: keep the red button in reach.
 
@@ -46,21 +79,22 @@ Poses are metres and degrees in the map, counter-clockwise positive.
 """
 _ROSPROTO = """## rosproto
 
-The master is `--master URI`, `$ROS_MASTER_URI`, or this computer. Words and options are those of rostopic,
-rosnode, rosservice, rosparam, rosmsg, rossrv and rosbag, and what they print reads the same. Values are JSON
+The master is `--master URI`, `$ROS_MASTER_URI`, or this computer. Verbs and options are those of rostopic,
+rosnode, rosservice, rosparam, rosmsg, rossrv and rosbag, and the output has the same form. Values are JSON
 or one-line YAML (`'{linear: {x: 0.1}}'`); YAML over several lines needs PyYAML
 (`pip install ".[cli]"`). Facts go to stdout, warnings and errors to stderr.
 """
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the page, or check it; the exit code."""
+    """Write the pages, or check them; the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tools.manual", description="Write the manual.")
-    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when it is old")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when a page is old")
     check = parser.parse_args(arguments).check
     old = 0
-    pages = {page: manual(), glance: with_table(glance.read_text(encoding="utf-8"))}
-    for path, text in pages.items():
+    glance = (DOCS / ALL_COMMANDS).read_text(encoding="utf-8")
+    for name, text in {**manual(), ALL_COMMANDS: with_table(glance)}.items():
+        path = DOCS / name
         current = path.exists() and path.read_text(encoding="utf-8") == text
         if check:
             old += not current
@@ -93,48 +127,87 @@ def _all_commands() -> Iterator[str]:
     rows += [("rosproto", name, command.help) for name, command in ROSPROTO.items()]
     yield from _table(
         ("command", "what it does"),
-        [(f"[`{prog} {name}`](commands.md#{prog}-{name})", text) for prog, name, text in rows],
+        [(f"[`{prog} {name}`]({_section(prog, name)})", text) for prog, name, text in rows],
     )
 
 
-def manual() -> str:
-    """The whole page."""
-    return "\n".join([_HEAD, *_woosh(), "", *_rosproto()]).rstrip() + "\n"
+def _section(prog: str, name: str) -> str:
+    """Where a command is described, from docs/."""
+    page = next(group.page for group in GROUPS if group.prog == prog and name in group.commands)
+    return f"commands/{page}.md#{prog}-{name}"
+
+
+def manual() -> Mapping[str, str]:
+    """The text of each page, by its path in docs/."""
+    pages = {"commands.md": [_HEAD, *_woosh(), "", *_rosproto()]}
+    pages |= {f"commands/{group.page}.md": list(_page(group)) for group in GROUPS}
+    return {name: "\n".join(lines).rstrip() + "\n" for name, lines in pages.items()}
 
 
 def _woosh() -> Iterator[str]:
-    from woosh_pure.cli.commands import COMMANDS, load
     from woosh_pure.cli.entry import EXIT_CODES, parser_for
 
     yield _WOOSH
-    yield from _table(("Command", ""), [(_link("woosh", name), load(name).HELP) for name in COMMANDS])
+    yield from _contents("woosh")
     yield from ("", "Options of every command:", "")
-    top = parser_for(())
-    common = {_identity(action) for action in top._actions}
-    yield from _table(("Option", ""), list(_options(top, set())))
-    yield from ("", "Exit codes:", "")
-    yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in EXIT_CODES.items()])
-    for name in COMMANDS:
-        yield from _section("woosh", name, _sub(parser_for([name]), name), common)
+    yield from _table(("Option", ""), list(_options(parser_for(()), set())))
+    yield from _exit_codes(EXIT_CODES)
 
 
 def _rosproto() -> Iterator[str]:
-    from rosproto.cli.connection import add_graph_options
-    from rosproto.cli.entry import COMMANDS, EXIT_CODES, add_general_options, parser_for
+    from rosproto.cli.entry import EXIT_CODES
 
     yield _ROSPROTO
-    rows = [(_link("rosproto", name), command.help) for name, command in COMMANDS.items()]
-    yield from _table(("Command", ""), rows)
+    yield from _contents("rosproto")
     yield from ("", "Options of every command, and, below them, of every one that talks to a graph:", "")
+    yield from _table(
+        ("Option", ""), [row for parser in _rosproto_shared() for row in _options(parser, set())]
+    )
+    yield from _exit_codes(EXIT_CODES)
+
+
+def _rosproto_shared() -> list[Parser]:
+    """Options of every command, and of every one that talks to a graph."""
+    from rosproto.cli.connection import add_graph_options
+    from rosproto.cli.entry import add_general_options
+
     general, graph = Parser(add_help=False), Parser(add_help=False)
     add_general_options(general, 0, False)
     add_graph_options(graph)
-    yield from _table(("Option", ""), [*_options(general, set()), *_options(graph, set())])
+    return [general, graph]
+
+
+def _contents(prog: str) -> Iterator[str]:
+    """A row for each page of a command's groups."""
+    rows = [
+        (
+            f"[{group.title[:1].upper()}{group.title[1:]}](commands/{group.page}.md)",
+            ", ".join(f"[`{name}`]({_section(prog, name)})" for name in group.commands),
+        )
+        for group in GROUPS
+        if group.prog == prog
+    ]
+    yield from _table(("Page", "Commands"), rows)
+
+
+def _exit_codes(codes: Mapping[int, str]) -> Iterator[str]:
     yield from ("", "Exit codes:", "")
-    yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in EXIT_CODES.items()])
-    common = {_identity(action) for parser in (general, graph) for action in parser._actions}
-    for name in COMMANDS:
-        yield from _section("rosproto", name, _sub(parser_for([name]), name), common)
+    yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in codes.items()])
+
+
+def _page(group: Group) -> Iterator[str]:
+    from rosproto.cli.entry import parser_for as rosproto_parser
+    from woosh_pure.cli.entry import parser_for as woosh_parser
+
+    parser_for = woosh_parser if group.prog == "woosh" else rosproto_parser
+    shared = [woosh_parser(())] if group.prog == "woosh" else _rosproto_shared()
+    known = {_identity(action) for parser in shared for action in parser._actions}
+    yield f"# `{group.prog}`: {group.title}"
+    yield from ("", "Made by `python -m tools.manual` from what `--help` says; edit that, not this page.")
+    yield "Options that every command takes, and exit codes: [The commands](../commands.md)."
+    for name in group.commands:
+        yield from ("", f"## {group.prog} {name}", "")
+        yield from _body(f"{group.prog} {name}", _sub(parser_for([name]), name), known)
 
 
 def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:
@@ -147,21 +220,12 @@ def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:
     raise LookupError(f"{parser.prog} has no commands")
 
 
-def _link(prog: str, name: str) -> str:
-    return f"[`{prog} {name}`](#{prog}-{name})"
-
-
 Known = set[tuple[tuple[str, ...], str]]
 """Options that stand in a table of their own: their names and their help."""
 
 
 def _identity(action: argparse.Action) -> tuple[tuple[str, ...], str]:
     return tuple(action.option_strings), action.help or ""
-
-
-def _section(prog: str, name: str, parser: argparse.ArgumentParser, known: Known) -> Iterator[str]:
-    yield from ("", f"### {prog} {name}", "")
-    yield from _body(f"{prog} {name}", parser, known)
 
 
 def _body(command: str, parser: argparse.ArgumentParser, known: Known) -> Iterator[str]:

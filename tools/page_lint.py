@@ -64,6 +64,18 @@ def menu(root: Path) -> Iterator[str]:
             yield f"mkdocs.yml has no entry for {name}"
 
 
+LONGEST = 400  # lines of one page
+OTHER_LENGTHS = {"architecture.md": 260}
+
+
+def length(root: Path) -> Iterator[str]:
+    """A page can be read in one sitting."""
+    for page in (root / "docs").rglob("*.md"):
+        lines, limit = len(read(page).splitlines()), OTHER_LENGTHS.get(page.name, LONGEST)
+        if lines > limit:
+            yield f"{page.name} has {lines} lines, more than {limit}"
+
+
 LEADS_TO = ("web", "safety", "tour", "comparison", "troubleshooting")
 COMMANDS = ["pip install . && woosh demo", 'pip install -e ".[test]" && pytest']
 """Of README: one line sets up and shows it, one sets up and tests it. CI runs them, word by word."""
@@ -317,7 +329,7 @@ def glossary(root: Path) -> Iterator[str]:
 
 # -- All of it -----------------------------------------------------------------------------------------------
 
-CHECKS = (links, menu, readme, installing, architecture, reference, chinese, paragraphs, glossary)
+CHECKS = (links, menu, length, readme, installing, architecture, reference, chinese, paragraphs, glossary)
 
 
 def findings(root: Path = ROOT) -> list[str]:

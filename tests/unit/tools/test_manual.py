@@ -1,4 +1,4 @@
-"""docs/commands.md is what `--help` says."""
+"""docs/commands.md and the pages in docs/commands/ are what `--help` says."""
 
 from __future__ import annotations
 
@@ -9,38 +9,42 @@ from rosproto.cli.entry import COMMANDS as ROSPROTO
 from tools import manual
 from woosh_pure.cli.commands import COMMANDS as WOOSH
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "commands.md"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
-def test_the_page_is_current() -> None:
-    """After a change of a command: python -m tools.manual."""
-    assert manual.page == PAGE
-    assert PAGE.read_text(encoding="utf-8") == manual.manual(), "run: python -m tools.manual"
+def test_the_pages_are_current() -> None:
+    """After a change of a command: python -m tools.manual. A page of a group that has gone is removed by hand."""
+    assert manual.DOCS == DOCS
+    pages = manual.manual()
+    found = [DOCS / "commands.md", *(DOCS / "commands").iterdir()]
+    written = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in found}
+    assert written == pages, "run: python -m tools.manual"
 
 
-def test_every_command_has_its_section() -> None:
-    text = manual.manual()
+def test_every_command_has_one_section_which_the_index_links() -> None:
+    pages = manual.manual()
     for prog, names in (("woosh", WOOSH), ("rosproto", ROSPROTO)):
         for name in names:
-            assert f"\n### {prog} {name}\n" in text
-            assert f"(#{prog}-{name})" in text
+            [page] = [page for page, text in pages.items() if f"\n## {prog} {name}\n" in text]
+            assert f"({page}#{prog}-{name})" in pages["commands.md"]
+        assert len(names) == sum(len(group.commands) for group in manual.GROUPS if group.prog == prog)
 
 
 def test_the_table_of_all_commands_is_current() -> None:
     """Made from the same help lines; the Chinese page names the same commands in its own words."""
-    text = manual.glance.read_text(encoding="utf-8")
+    text = (DOCS / manual.ALL_COMMANDS).read_text(encoding="utf-8")
     assert text == manual.with_table(text), "run: python -m tools.manual"
-    chinese = PAGE.with_name("all-commands.zh-CN.md").read_text(encoding="utf-8")
+    chinese = (DOCS / "all-commands.zh-CN.md").read_text(encoding="utf-8")
     missing = [
         name for name in (*WOOSH, *ROSPROTO) if not re.search(rf"`((woosh|rosproto) )?{name}[` ]", chinese)
     ]
     assert missing == []
 
 
-def test_check_tells_an_old_page(tmp_path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(manual, "page", tmp_path / "docs" / "commands.md")
-    (tmp_path / "all-commands.md").write_text(manual.glance.read_text(encoding="utf-8"), encoding="utf-8")
-    monkeypatch.setattr(manual, "glance", tmp_path / "all-commands.md")
+def test_check_reports_an_old_page(tmp_path, monkeypatch, capsys) -> None:
+    glance = (manual.DOCS / manual.ALL_COMMANDS).read_text(encoding="utf-8")
+    (tmp_path / manual.ALL_COMMANDS).write_text(glance, encoding="utf-8")
+    monkeypatch.setattr(manual, "DOCS", tmp_path)
     assert manual.main(["--check"]) == 1
     assert manual.main([]) == 0
     assert manual.main(["--check"]) == 0

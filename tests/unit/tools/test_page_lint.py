@@ -30,6 +30,14 @@ def test_every_page_is_in_the_menu(tmp_path: Path) -> None:
     assert list(page_lint.menu(tmp_path)) == ["mkdocs.yml has no entry for api/b.md"]
 
 
+def test_a_page_has_a_limit_of_lines(tmp_path: Path) -> None:
+    tree(tmp_path, docs__a="a\n" * 400, docs__commands__b="b\n" * 401, docs__architecture="c\n" * 261)
+    assert sorted(page_lint.length(tmp_path)) == [
+        "architecture.md has 261 lines, more than 260",
+        "b.md has 401 lines, more than 400",
+    ]
+
+
 def test_the_reference_shows_what_is_there(tmp_path: Path) -> None:
     tree(tmp_path, docs__api__a="::: rosproto.gone\n\n::: rosproto.tf\n\n::: rosproto.node.Node\n")
     found = list(page_lint.reference(tmp_path))

@@ -1,7 +1,8 @@
 """The commands: one file each, named here. To add one, write the file and add its name.
 
 Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`, and imports what is
-heavy inside `run`. After a change run `python -m tools.manual`, which writes docs/commands.md.
+heavy inside `run`. A new one also needs a place in `GROUPS` of tools/manual.py. After a change run
+`python -m tools.manual`, which writes docs/commands.md and docs/commands/.
 """
 
 from __future__ import annotations
