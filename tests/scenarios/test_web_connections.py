@@ -22,7 +22,7 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis
-from woosh_pure.web import middleware
+from woosh_pure.web import middleware, server
 from woosh_pure.web.access import MOST_CONNECTIONS
 
 HALVES = [
@@ -183,3 +183,73 @@ def test_thousands_of_connects_leave_nothing(web: Served, until: Callable[..., N
         assert len(context.clients._known) <= 256
         page.forget()
         page.of("pose")
+
+
+# -- frames that a browser would not send --------------------------------------------------------------------
+
+FIRST, EMPTY, LAST = b"\x01\x82\0\0\0\0{}", b"\x00\x80\0\0\0\0", b"\x80\x80\0\0\0\0"
+"""A text frame that is not the last of its message, a continuation without content, and the last one."""
+
+
+def live_socket(web: Served) -> socket.socket:
+    """The live connection as a bare socket, after a handshake with the token."""
+    one = socket.create_connection(("127.0.0.1", web.port), timeout=10)
+    one.sendall(
+        b"GET /api/v1/live HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+        b"Authorization: Bearer " + (web.token or "").encode() + b"\r\n\r\n"
+    )
+    assert one.recv(12) == b"HTTP/1.1 101"
+    return one
+
+
+def read_in_thread(one: socket.socket) -> bytearray:
+    """What the server sends, read so that it can go on writing."""
+    heard = bytearray()
+
+    def read() -> None:
+        with suppress(OSError):
+            while data := one.recv(65536):
+                heard.extend(data)
+
+    threading.Thread(target=read, daemon=True).start()
+    return heard
+
+
+def ends_within(one: socket.socket, seconds: float) -> bool:
+    """Whether the server ends the connection in that time."""
+    until = time.monotonic() + seconds
+    try:
+        while (left := until - time.monotonic()) > 0:
+            one.settimeout(left)
+            if not one.recv(65536):
+                return True
+    except ConnectionError:
+        return True
+    except TimeoutError:
+        pass
+    return False
+
+
+@pytest.mark.promise("4096 letters in at most 4096 frames")
+def test_a_message_has_4096_frames_at_most(
+    chassis: Chassis, until: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Empty continuation frames take memory that no limit of bytes counts."""
+    monkeypatch.setattr(server, "PONG_SECONDS", 60.0)  # these sockets answer no ping
+    with serving(chassis, token="a-secret-of-the-test") as web:
+        with live_socket(web) as one:
+            heard = read_in_thread(one)
+            one.sendall(FIRST + EMPTY * 4094 + LAST)
+            until(lambda: b"is no message of this connection" in heard, what="an answer to the whole message")
+        with live_socket(web) as one:
+            one.sendall(FIRST + EMPTY * 4096)
+            assert ends_within(one, 8.0)
+        before = resident()
+        with live_socket(web) as one:
+            with suppress(ConnectionError):
+                one.sendall(FIRST + EMPTY * 400_000)
+            assert ends_within(one, 8.0)
+            assert resident() - before < 9e6
+        with PageClient(web.port, additional_headers={"Authorization": f"Bearer {web.token}"}) as page:
+            page.of("hello")

@@ -135,6 +135,8 @@ class WebServer:
         require()
         import uvicorn
 
+        from woosh_pure.web.websocket_protocol import LimitedWebSocketProtocol
+
         self.app = app
         if not is_loopback(bind) and not app.state.context.access.needs_token:
             raise ValueError(
@@ -160,7 +162,7 @@ class WebServer:
         config = uvicorn.Config(
             app,
             http="h11",
-            ws="websockets-sansio",
+            ws=LimitedWebSocketProtocol,
             lifespan="off",
             log_level="warning",
             access_log=False,

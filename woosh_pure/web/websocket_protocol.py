@@ -1,0 +1,38 @@
+"""uvicorn's WebSocket protocol with a limit on the frames of one message.
+
+uvicorn limits the bytes of a message (`ws_max_size`), but it keeps a list of the frames, and empty
+continuation frames have no bytes. This module imports uvicorn; `server` imports it when a server is made.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+if TYPE_CHECKING:
+    from websockets.frames import Frame
+
+__all__ = ["MOST_FRAMES", "LimitedWebSocketProtocol"]
+
+MOST_FRAMES = 4096
+
+
+class LimitedWebSocketProtocol(WebSocketsSansIOProtocol):
+    """Abort the connection when a message has more than `MOST_FRAMES` frames.
+
+    uvicorn takes a protocol class as `ws=`. That this one can be extended by overriding `handle_cont` is not
+    documented; the name is public, and a test sends such frames to a real server.
+    """
+
+    frames_of_message = 1
+
+    def handle_cont(self, event: Frame) -> None:
+        """Count a continuation frame, and pass it on while the message is within the limit."""
+        self.frames_of_message += 1
+        if self.frames_of_message > MOST_FRAMES:
+            self.transport.abort()  # further frames of the same read come here, too
+            return
+        if event.fin:
+            self.frames_of_message = 1
+        super().handle_cont(event)
