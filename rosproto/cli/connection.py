@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # imported when they are used: --help has no use for them
     from rosproto.msg import DefinitionLibrary
     from rosproto.node.graph.master_client import MasterClient
     from rosproto.node.graph.slave_client import NodeClient
-    from rosproto.transport.host_names import HostNames
+    from rosproto.transport.robot_host_names import HostNames
 
 
 CALLER_ID = "/rosproto"
@@ -88,8 +88,8 @@ def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostName
 
     One for each command, so that a name is looked up once.
     """
-    from rosproto.transport.address import parse_uri
-    from rosproto.transport.host_names import HostNames
+    from rosproto.transport.robot_host_names import HostNames
+    from rosproto.transport.uri import parse_uri
 
     if not guess:
         return HostNames(given_names(arguments))
@@ -101,7 +101,7 @@ def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostName
 def given_names(arguments: argparse.Namespace) -> dict[str, str]:
     """Host names given by hand: those of --resolve, then those of the environment."""
     from rosproto.node.options import host_names as of_environment
-    from rosproto.transport.host_names import parse_host_names
+    from rosproto.transport.robot_host_names import parse_host_names
 
     return {**of_environment(), **parse_host_names(arguments.resolve or ())}
 

@@ -18,7 +18,7 @@ from .console import counted
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
-    from rosproto.transport.host_names import HostNames
+    from rosproto.transport.robot_host_names import HostNames
 
 
 PATIENCE = 2.0
@@ -67,7 +67,7 @@ def _all(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 def examine(uri: str, master: MasterClient, hosts: HostNames) -> Iterator[Finding]:
     """All checks, each resting on the one before; ends early where the next would be pointless."""
-    from rosproto.transport.address import parse_uri
+    from rosproto.transport.uri import parse_uri
 
     try:
         host, port = parse_uri(uri)
@@ -92,7 +92,7 @@ def examine(uri: str, master: MasterClient, hosts: HostNames) -> Iterator[Findin
 
 
 def _own_address(host: str, port: int) -> Finding:
-    from rosproto.transport.address import is_loopback, local_address_towards, resolve
+    from rosproto.transport.uri import is_loopback, local_address_towards, resolve
 
     try:
         address = resolve(host)[0]
@@ -123,7 +123,7 @@ def _master_advice(error: RosError, host: str) -> str:
 
 def _named(master: MasterClient, host: str) -> Iterator[Finding]:
     """A master that calls itself by a name which we cannot resolve was started without ROS_IP."""
-    from rosproto.transport.address import is_loopback, parse_uri, resolve
+    from rosproto.transport.uri import is_loopback, parse_uri, resolve
 
     try:
         name, _ = parse_uri(master.get_uri())
@@ -171,7 +171,7 @@ def _nodes(master: MasterClient, state: SystemState, hosts: HostNames) -> Iterat
 
 
 def _host_of(uri: str) -> str:
-    from rosproto.transport.address import parse_uri
+    from rosproto.transport.uri import parse_uri
 
     try:
         return parse_uri(uri)[0]
@@ -181,7 +181,7 @@ def _host_of(uri: str) -> str:
 
 def _unresolved(host: str, found: dict[str, str], hosts: HostNames) -> Finding:
     """Nodes that announce an unknown host name; `found`: why the master's address does not do for each."""
-    from rosproto.transport.host_names import hosts_advice
+    from rosproto.transport.robot_host_names import hosts_advice
 
     address = hosts.resolve(host)[0]
     silent = [node for node, problem in found.items() if problem]

@@ -222,7 +222,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
     """
     hurry()
     from rosproto.gateway import Access
-    from rosproto.transport.address import is_loopback
+    from rosproto.transport.uri import is_loopback
 
     token = token_of(arguments, TOKEN_VARIABLE)
     if token is None and not is_loopback(arguments.bind):

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import make_uri, parse_uri
 from rosproto.transport.os_errors import allow_open_files
+from rosproto.transport.uri import make_uri, parse_uri
 
 from .background_output import hurry
 from .exit_codes import CommandError, cannot_listen

@@ -139,7 +139,7 @@ def _connection(master: MasterClient, state: SystemState, row: BusConnection) ->
 
 
 def _same(master: MasterClient, name: str, uri: str) -> bool:
-    from rosproto.transport.address import parse_uri
+    from rosproto.transport.uri import parse_uri
 
     try:
         return parse_uri(master.lookup_node(name)) == parse_uri(uri)
@@ -298,7 +298,7 @@ def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> 
 
 def _is_elsewhere(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
     """Whether its host name cannot be resolved here, so that its silence proves nothing."""
-    from rosproto.transport.address import parse_uri
+    from rosproto.transport.uri import parse_uri
 
     try:
         return host_names(arguments).is_guess(parse_uri(_uri(master, name))[0])
@@ -324,7 +324,7 @@ def _unregister(master: MasterClient, name: str, state: SystemState) -> None:
 
 
 def _machine(arguments: argparse.Namespace) -> int:
-    from rosproto.transport.address import parse_uri
+    from rosproto.transport.uri import parse_uri
 
     with master_client(arguments) as master:
         hosts: dict[str, list[str]] = {}

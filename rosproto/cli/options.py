@@ -117,7 +117,7 @@ def port(text: str) -> int:
 
 def host(text: str) -> str:
     """A host name or an address of this computer."""
-    from rosproto.transport.address import plain_host
+    from rosproto.transport.uri import plain_host
 
     try:
         return plain_host(text)

@@ -85,8 +85,8 @@ def type_of(arguments: argparse.Namespace, name: str) -> str:
     from rosproto.node.services.link import ServiceLink
     from rosproto.protocol.handshake import service_client_header
     from rosproto.protocol.wire_limits import Limits
-    from rosproto.transport.address import parse_uri
     from rosproto.transport.deadline import Deadline
+    from rosproto.transport.uri import parse_uri
 
     with master_client(arguments) as master:
         address = parse_uri(_look_up(master, name))

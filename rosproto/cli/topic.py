@@ -218,7 +218,7 @@ def _print_side(what: str, side: Side, types: dict[str, str], indent: str) -> No
 
 def _by_host(master: MasterClient, published: Side, subscribed: Side) -> dict[str, tuple[Side, Side]]:
     """Each host's part of both sides; a node that leaves meanwhile is left out."""
-    from rosproto.transport.address import parse_uri
+    from rosproto.transport.uri import parse_uri
 
     host_of: dict[str, str] = {}
     for node in {node for side in (published, subscribed) for nodes in side.values() for node in nodes}:

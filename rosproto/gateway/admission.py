@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
 
-from rosproto.transport.address import is_loopback
+from rosproto.transport.uri import is_loopback
 
 _SHOWN = 200  # characters of a client's text in a sentence
 

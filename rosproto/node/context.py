@@ -18,14 +18,14 @@ from rosproto.logs import PeerLog, get_logger
 from rosproto.node.clock import NodeClock
 from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.events import Event, Events
-from rosproto.node.graph.endpoints import Endpoints
+from rosproto.node.graph.listening import Endpoints
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import is_loopback, parse_uri
-from rosproto.transport.host_names import HostNames
+from rosproto.transport.robot_host_names import HostNames
+from rosproto.transport.uri import is_loopback, parse_uri
 
 _log = get_logger("rosproto.node")
 

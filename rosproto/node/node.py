@@ -25,7 +25,7 @@ from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.definitions.type_argument import ANY, TypeGiven, resolve_type
 from rosproto.node.events import Event
-from rosproto.node.graph.endpoints import open_endpoints
+from rosproto.node.graph.listening import open_endpoints
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.master_monitor import Listen, MasterMonitor, join
 from rosproto.node.graph.slave_api import SlaveApi

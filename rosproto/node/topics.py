@@ -16,7 +16,7 @@ from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.type_argument import TopicType
-from rosproto.node.graph.endpoints import refuse
+from rosproto.node.graph.listening import refuse
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.incoming.subscriber_queue import Recipient
 from rosproto.node.incoming.subscription import Subscription

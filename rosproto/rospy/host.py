@@ -11,8 +11,8 @@ from rosproto.node import Event, EventKind, MasterClient, Node
 from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.options import host_names
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import parse_uri
-from rosproto.transport.host_names import HostNames
+from rosproto.transport.robot_host_names import HostNames
+from rosproto.transport.uri import parse_uri
 
 
 class ProgramNode(Node):

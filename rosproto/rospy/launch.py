@@ -108,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
         before = os.environ.get(MSG_PATH, "")
         os.environ[MSG_PATH] = os.pathsep.join([*given, *([before] if before else [])])
     if arguments.resolve:
-        from rosproto.transport.host_names import VARIABLE, parse_host_names
+        from rosproto.transport.robot_host_names import VARIABLE, parse_host_names
 
         names = {**parse_host_names([os.environ.get(VARIABLE, "")]), **parse_host_names(arguments.resolve)}
         os.environ[VARIABLE] = ",".join(f"{name}={address}" for name, address in names.items())
@@ -131,7 +131,7 @@ def _go_to(host: str) -> None:
     Raises:
         RosError: There is no route to it.
     """
-    from rosproto.transport.address import local_address_towards, make_uri, parse_uri
+    from rosproto.transport.uri import local_address_towards, make_uri, parse_uri
 
     uri = host if "://" in host else make_uri(*parse_uri(f"http://{host}", DEFAULT_PORT))
     os.environ["ROS_MASTER_URI"] = uri

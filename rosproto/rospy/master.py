@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, MasterError, RosError, RosTimeout
 from rosproto.node.options import host_names
-from rosproto.transport.host_names import HostNames
+from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.xmlrpc_client import XmlRpcClient
 
 TIMEOUT = 60.0  # seconds; rospy has no limit, and hangs with a master that hangs

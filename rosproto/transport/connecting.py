@@ -16,12 +16,12 @@ import time
 
 from rosproto.errors import ConnectionLost
 from rosproto.sentence import both, say
-from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent
-from rosproto.transport.host_names import HostNames
 from rosproto.transport.os_errors import translate
+from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.tcp import open_selector, tune
+from rosproto.transport.uri import format_address, resolve
 
 PATIENCE = 1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
 STAGGER = 0.5  # seconds between the others

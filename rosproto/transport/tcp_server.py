@@ -22,11 +22,11 @@ from collections.abc import Callable, Collection
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import format_address
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent
 from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
 from rosproto.transport.tcp import bind_beside, interrupt, listen, open_selector, tune, wake_pair
+from rosproto.transport.uri import format_address
 
 log = get_logger("rosproto.transport")
 

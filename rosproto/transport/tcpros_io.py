@@ -13,9 +13,9 @@ from rosproto.errors import ConnectionLost
 from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.header import decode_header, encode_header
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import closed_by_peer, translate
+from rosproto.transport.uri import format_address
 
 
 class ClosedBeforeHeader(ConnectionLost):

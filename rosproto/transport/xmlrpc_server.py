@@ -23,10 +23,10 @@ from rosproto.protocol.http import (
     error_status,
 )
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import format_address, make_uri
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.tcp_server import Allow, ServerStats, TcpServer
 from rosproto.transport.tcpros_io import write_all
+from rosproto.transport.uri import format_address, make_uri
 
 log = get_logger("rosproto.transport")
 

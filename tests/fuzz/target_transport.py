@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rosproto.transport import address
+from rosproto.transport import uri as address
 
 
 def uri(data: bytes) -> str:

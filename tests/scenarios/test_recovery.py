@@ -17,7 +17,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import EventKind, MasterClient, Node
-from rosproto.node.graph import endpoints
+from rosproto.node.graph import listening
 from rosproto.node.incoming import publisher_link_state
 from rosproto.node.incoming.tcpros_link import FrameReader
 from rosproto.transport import tcp
@@ -303,7 +303,7 @@ def test_the_address_changes_under_way_many_times(monkeypatch: pytest.MonkeyPatc
     except OSError:
         pytest.skip("this computer has only one loopback address")
     address = ["127.0.0.1"]
-    monkeypatch.setattr(endpoints, "local_address_towards", lambda *_: address[0])
+    monkeypatch.setattr(listening, "local_address_towards", lambda *_: address[0])
     with (
         Master() as master,
         Node("/roams", master_uri=master.uri, intraprocess=False) as roams,

@@ -8,7 +8,7 @@ from rosproto.errors import MasterError
 from rosproto.logs import PeerLog
 from rosproto.names import resolve
 from rosproto.node.definitions.md5sum_mismatch import Revisions
-from rosproto.node.graph.endpoints import TcprosServer
+from rosproto.node.graph.listening import TcprosServer
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.parameters import Parameters
 from rosproto.node.services.table import Services

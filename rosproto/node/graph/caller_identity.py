@@ -6,7 +6,7 @@ from typing import Protocol
 
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.host_names import HostNames
+from rosproto.transport.robot_host_names import HostNames
 
 
 class Caller(Protocol):

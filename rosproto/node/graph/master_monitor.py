@@ -26,14 +26,14 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.graph import api_client
-from rosproto.node.graph.endpoints import Endpoints, listening_address
+from rosproto.node.graph.listening import Endpoints, listening_address
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.graph.registrations import Registration
 from rosproto.sentence import say
-from rosproto.transport.address import resolve, same_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline, SleepDetector
 from rosproto.transport.os_errors import no_route
+from rosproto.transport.uri import resolve, same_uri
 
 _log = get_logger("rosproto.node")
 

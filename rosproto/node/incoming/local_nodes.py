@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient
-from rosproto.transport.address import parse_uri
+from rosproto.transport.uri import parse_uri
 
 if TYPE_CHECKING:
     from rosproto.master import Master

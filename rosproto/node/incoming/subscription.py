@@ -32,8 +32,8 @@ from rosproto.node.incoming.tcpros_link import TcprosLink
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import PublisherReply
 from rosproto.sentence import both, say
-from rosproto.transport.address import parse_uri
 from rosproto.transport.deadline import wait_for
+from rosproto.transport.uri import parse_uri
 
 
 def make_link(subscription: LinkOwner, uri: str) -> PublisherLink:

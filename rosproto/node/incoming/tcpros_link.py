@@ -28,11 +28,11 @@ from rosproto.protocol.handshake import (
     check_publisher_header,
     subscriber_header,
 )
-from rosproto.transport.address import format_address
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import expect_data, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.uri import format_address
 
 FIRST_BUFFER = 4 << 10  # bytes; most topics never need more, and a node may have hundreds
 

@@ -23,9 +23,9 @@ from rosproto.node.incoming.tcpros_link import TRY_SECONDS, TcprosLink
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, subscriber_header
 from rosproto.protocol.udpros import DATAGRAM_BYTES, UDPROS, DatagramAnswer, DatagramRequest, Reassembly
-from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.udp import open_receiver
+from rosproto.transport.uri import format_address
 
 QUIET_SECONDS = 3.0  # of silence, after which the publisher is asked
 LATE_SECONDS = 0.5

@@ -24,9 +24,9 @@ from rosproto.node.outgoing.publication import Publication
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent
 from rosproto.protocol.udpros import LAST_NUMBER, UDPROS, DatagramAnswer, DatagramRequest, datagrams
-from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.udp import open_sender
+from rosproto.transport.uri import format_address
 
 _log = get_logger("rosproto.node")
 

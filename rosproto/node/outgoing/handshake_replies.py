@@ -18,7 +18,7 @@ from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import explained, note_differences
 from rosproto.node.definitions.type_argument import TopicType
 from rosproto.node.events import Event, EventKind, is_interrupt, without_frames
-from rosproto.node.graph.endpoints import refuse
+from rosproto.node.graph.listening import refuse
 from rosproto.node.outgoing.frames import LargeFrame, OutgoingLink, small_frame
 from rosproto.protocol.handshake import check_subscriber_header, publisher_header
 

@@ -39,8 +39,8 @@ from rosproto.node.outgoing.reconnect import LostSubscriber
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.header import encode_header
-from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline, wait_for
+from rosproto.transport.uri import format_address
 
 _log = get_logger("rosproto.node")
 

@@ -35,8 +35,8 @@ from rosproto.protocol.handshake import (
     check_service_server_header,
     service_client_header,
 )
-from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.uri import format_address
 
 logger = get_logger("rosproto.node")
 

@@ -20,12 +20,12 @@ from rosproto.node.definitions.md5sum_mismatch import ServiceRevision
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import format_address
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.host_names import HostNames
+from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.tcp import interrupt, limit_waits, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.uri import format_address
 
 ROOM = 4 << 10  # bytes; what most answers fit into
 POST = 0.05  # seconds

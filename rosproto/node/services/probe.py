@@ -13,9 +13,9 @@ from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, S
 from rosproto.node.services.link import ServiceLink
 from rosproto.protocol.handshake import HandshakeRefused, service_client_header
 from rosproto.sentence import say
-from rosproto.transport.address import parse_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.uri import parse_uri
 
 if TYPE_CHECKING:
     from rosproto.node.graph.caller_identity import Caller

@@ -17,7 +17,7 @@ from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError,
 from rosproto.logs import PeerLog, get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import ServiceRevision, note_differences, revised_service
-from rosproto.node.graph.endpoints import refuse
+from rosproto.node.graph.listening import refuse
 from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.handshake import ServiceRequest, check_service_client_header, service_server_header
 from rosproto.protocol.wire_limits import Limits

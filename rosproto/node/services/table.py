@@ -16,14 +16,14 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.graph.caller_identity import Caller
-from rosproto.node.graph.endpoints import refuse
+from rosproto.node.graph.listening import refuse
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
-from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.uri import format_address
 
 ServiceTypeGiven = type | str | None
 """A service class, "package/Type", or None: ask the provider for its type."""

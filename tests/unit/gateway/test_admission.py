@@ -11,7 +11,7 @@ from rosproto.gateway.admission import (
     require_token_off_loopback,
     token_fits,
 )
-from rosproto.transport.address import is_loopback
+from rosproto.transport.uri import is_loopback
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Kind, Refusal
 from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
-from rosproto.transport.address import parse_uri
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.uri import parse_uri
 
 
 class RosapiError(RosError):

@@ -12,7 +12,7 @@ from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.node import context as context_module
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.transport.address import parse_uri
+from rosproto.transport.uri import parse_uri
 from tests.support.proxy import FaultProxy
 from tests.support.victim import eventually
 

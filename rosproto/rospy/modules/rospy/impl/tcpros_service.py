@@ -94,7 +94,7 @@ def _contact(master, resolved, timeout):
     from rosproto.protocol.handshake import service_client_header
     from rosproto.transport.connecting import connect
     from rosproto.transport.deadline import Deadline
-    from rosproto.transport.host_names import HostNames
+    from rosproto.transport.robot_host_names import HostNames
     from rosproto.transport.tcpros_io import write_header
 
     try:

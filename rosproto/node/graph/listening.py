@@ -23,10 +23,10 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout, TooLarge
 from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.handshake import error_header
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.address import is_loopback, local_address_towards, make_uri, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_all, write_header
+from rosproto.transport.uri import is_loopback, local_address_towards, make_uri, resolve
 from rosproto.transport.xmlrpc_server import Dispatch, XmlRpcServer
 
 _log = get_logger("rosproto.node")

@@ -10,7 +10,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.transport import Deadline, HostNames, XmlRpcClient, connect, host_names, parse_host_names
-from rosproto.transport.host_names import hosts_advice, hosts_file
+from rosproto.transport.robot_host_names import hosts_advice, hosts_file
 
 
 @pytest.fixture(autouse=True)

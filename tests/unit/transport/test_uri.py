@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout
-from rosproto.transport import address
+from rosproto.transport import uri as address
 from rosproto.transport.deadline import Deadline
 
 

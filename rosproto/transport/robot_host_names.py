@@ -17,8 +17,8 @@ from collections.abc import Iterable, Mapping
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
-from rosproto.transport.address import is_numeric, resolve
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.uri import is_numeric, resolve
 
 VARIABLE = "ROSPROTO_RESOLVE"
 """Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
@@ -73,7 +73,7 @@ class HostNames:
         return self.meant(host).strip("[]").lower() in self.unknown
 
     def resolve(self, host: str, deadline: Deadline | None = None) -> list[str]:
-        """Numeric addresses of a host, the best first; see `rosproto.transport.address.resolve`.
+        """Numeric addresses of a host, the best first; see `rosproto.transport.uri.resolve`.
 
         Raises:
             ConnectionLost: The name is unknown, and there is no master's host to take for it.
