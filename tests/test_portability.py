@@ -191,7 +191,7 @@ def test_names_of_files_are_legal_everywhere() -> None:
 
 def test_localhost_is_127_0_0_1() -> None:
     """Windows tries ::1 first and waits two seconds for it."""
-    from rosproto.transport.uri import resolve
+    from rosproto.transport.name_lookup import resolve
 
     for spelling in ("localhost", "LOCALHOST"):
         assert resolve(spelling)[0] == "127.0.0.1"

@@ -48,8 +48,9 @@ _ROOMS = (
 ).split()
 _ROSPROTO = (
     "cli/exit_codes cli/options cli/parser selftest/bags selftest/checking selftest/codecs "
-    "selftest/definitions selftest/nodes selftest/real_ros transport/uri transport/connecting "
-    "transport/deadline transport/robot_host_names transport/os_errors"
+    "selftest/definitions selftest/nodes selftest/real_ros transport/uri transport/name_lookup "
+    "transport/own_address transport/connecting transport/deadline transport/robot_host_names "
+    "transport/os_errors"
 ).split()
 OWNERS = [
     *(f"woosh_pure/cli/commands/{name}.py" for name in _COMMANDS),

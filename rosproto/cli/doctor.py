@@ -92,7 +92,9 @@ def examine(uri: str, master: MasterClient, hosts: HostNames) -> Iterator[Findin
 
 
 def _own_address(host: str, port: int) -> Finding:
-    from rosproto.transport.uri import is_loopback, local_address_towards, resolve
+    from rosproto.transport.name_lookup import resolve
+    from rosproto.transport.own_address import local_address_towards
+    from rosproto.transport.uri import is_loopback
 
     try:
         address = resolve(host)[0]
@@ -123,7 +125,8 @@ def _master_advice(error: RosError, host: str) -> str:
 
 def _named(master: MasterClient, host: str) -> Iterator[Finding]:
     """A master that calls itself by a name which we cannot resolve was started without ROS_IP."""
-    from rosproto.transport.uri import is_loopback, parse_uri, resolve
+    from rosproto.transport.name_lookup import resolve
+    from rosproto.transport.uri import is_loopback, parse_uri
 
     try:
         name, _ = parse_uri(master.get_uri())

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 
 from rosproto import names
 from rosproto.msg.user_folder import environment_paths
+from rosproto.transport.own_address import host_from_environment
 from rosproto.transport.robot_host_names import VARIABLE, parse_host_names
-from rosproto.transport.uri import host_from_environment
 
 
 def node_name(name: str, namespace: str, anonymous: bool) -> str:

@@ -131,7 +131,8 @@ def _go_to(host: str) -> None:
     Raises:
         RosError: There is no route to it.
     """
-    from rosproto.transport.uri import local_address_towards, make_uri, parse_uri
+    from rosproto.transport.own_address import local_address_towards
+    from rosproto.transport.uri import make_uri, parse_uri
 
     uri = host if "://" in host else make_uri(*parse_uri(f"http://{host}", DEFAULT_PORT))
     os.environ["ROS_MASTER_URI"] = uri

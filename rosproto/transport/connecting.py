@@ -18,10 +18,11 @@ from rosproto.errors import ConnectionLost
 from rosproto.sentence import both, say
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent
+from rosproto.transport.name_lookup import resolve
 from rosproto.transport.os_errors import translate
 from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.tcp import open_selector, tune
-from rosproto.transport.uri import format_address, resolve
+from rosproto.transport.uri import format_address
 
 PATIENCE = 1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
 STAGGER = 0.5  # seconds between the others

@@ -1,4 +1,4 @@
-"""The host names of one robot: those given by hand, and those that nobody here knows.
+"""Map the host names that a robot announces: given with `--resolve`, or unknown here.
 
 A robot announces its nodes by a host name when its ROS_IP is not set, and a laptop beside it seldom knows
 that name. So a name may be given an address by hand; and one that cannot be resolved is taken for the
@@ -18,7 +18,8 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.uri import is_numeric, resolve
+from rosproto.transport.name_lookup import resolve
+from rosproto.transport.uri import is_numeric
 
 VARIABLE = "ROSPROTO_RESOLVE"
 """Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
@@ -73,7 +74,7 @@ class HostNames:
         return self.meant(host).strip("[]").lower() in self.unknown
 
     def resolve(self, host: str, deadline: Deadline | None = None) -> list[str]:
-        """Numeric addresses of a host, the best first; see `rosproto.transport.uri.resolve`.
+        """Numeric addresses of a host, the best first; see `rosproto.transport.name_lookup.resolve`.
 
         Raises:
             ConnectionLost: The name is unknown, and there is no master's host to take for it.

@@ -15,8 +15,9 @@ import struct
 import sys
 
 from rosproto.errors import ConnectionLost
+from rosproto.transport.name_lookup import resolve
 from rosproto.transport.os_errors import system_errors, translate
-from rosproto.transport.uri import format_address, resolve
+from rosproto.transport.uri import format_address
 
 # A peer that vanished (power, Wi-Fi) is noticed after idle + count * interval = 30 s; the system's own
 # defaults are two hours, and a quarter of an hour when data is on its way. What we send to subscribers is

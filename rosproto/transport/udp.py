@@ -5,8 +5,9 @@ from __future__ import annotations
 import socket
 
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.name_lookup import resolve
 from rosproto.transport.os_errors import system_errors, translate
-from rosproto.transport.uri import format_address, resolve
+from rosproto.transport.uri import format_address
 
 BUFFER_BYTES = 2 << 20  # asked for; systems give what they allow. A picture is a thousand datagrams at once
 

@@ -1,4 +1,4 @@
-"""Where a node listens: its slave API and its TCPROS server, on one address.
+"""Open the listening sockets of a node: its slave API and its TCPROS server, on one address.
 
 The TCPROS server is one listening socket for its publishers and its services; the connection header says
 what the other side wants: `topic` a subscriber, `service` a service client. Each connection's header is
@@ -7,10 +7,8 @@ read in the connection's own thread, off the accept loop and on a deadline, so a
 
 Source: wiki.ros.org/ROS/TCPROS.
 
-The address is the one given, or the one that routes to the master, and nothing else is listened on
-(rospy and roscpp listen on every interface). A host *name* that resolves to loopback, as Debian's
-/etc/hosts has it for the computer's own name, would be unreachable for others: then the address towards the
-master is listened on, and the name announced.
+They listen on the one address that `rosproto/transport/own_address.py` chose; rospy and roscpp listen on
+every interface.
 """
 
 from __future__ import annotations
@@ -24,9 +22,10 @@ from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.handshake import error_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_all, write_header
-from rosproto.transport.uri import is_loopback, local_address_towards, make_uri, resolve
+from rosproto.transport.uri import make_uri
 from rosproto.transport.xmlrpc_server import Dispatch, XmlRpcServer
 
 _log = get_logger("rosproto.node")
@@ -206,26 +205,6 @@ class Endpoints:
         """Stop listening, end what runs; bounded."""
         self.slave.close(timeout)
         self.tcpros.close(timeout)
-
-
-def listening_address(host: str | None, master: tuple[str, int], timeout: float) -> tuple[str, str]:
-    """(host to announce, address to listen on).
-
-    Args:
-        host: As the caller gave it; None: the address that routes to the master.
-        master: The master's host and port.
-        timeout: Seconds for looking up names.
-
-    Raises:
-        ConnectionLost: There is no route to the master, or a name is unknown.
-    """
-    if host is None:
-        address = local_address_towards(*master, timeout)
-        return address, address
-    addresses = resolve(host)
-    if is_loopback(addresses[0]) and not is_loopback(host):
-        return host, local_address_towards(*master, timeout)
-    return host, addresses[0]
 
 
 def open_endpoints(host: str, bind: str, master: tuple[str, int], **options: object) -> Endpoints:

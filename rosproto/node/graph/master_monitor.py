@@ -26,14 +26,16 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.graph import api_client
-from rosproto.node.graph.listening import Endpoints, listening_address
+from rosproto.node.graph.listening import Endpoints
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.graph.registrations import Registration
 from rosproto.sentence import say
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline, SleepDetector
+from rosproto.transport.name_lookup import resolve
 from rosproto.transport.os_errors import no_route
-from rosproto.transport.uri import resolve, same_uri
+from rosproto.transport.own_address import choose_own_address
+from rosproto.transport.uri import same_uri
 
 _log = get_logger("rosproto.node")
 
@@ -371,7 +373,7 @@ def join(context: Context, listen: Listen, deadline: Deadline) -> tuple[Endpoint
     try:
         facts = ask_facts(context.master, deadline.remaining())
         context.master_hosts = frozenset(resolve(context.master_address[0], deadline))
-        announced, bind = listening_address(
+        announced, bind = choose_own_address(
             context.host_given, context.master_address, deadline.remaining() or 0.1
         )
         return listen(announced, bind), facts
@@ -399,7 +401,7 @@ def rebind(context: Context, listen: Listen, moved: Callable[[str], None]) -> bo
     """
     if context.host_given is not None:
         return False
-    announced, bind = listening_address(None, context.master_address, REBIND_SECONDS)
+    announced, bind = choose_own_address(None, context.master_address, REBIND_SECONDS)
     old = context.endpoints
     if announced == old.host:
         return False

@@ -15,8 +15,8 @@ import pytest
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.master import Master
 from rosproto.node import EventKind, MasterClient, Node, shutdown
-from rosproto.node.graph import listening
-from rosproto.transport.uri import local_address_towards
+from rosproto.transport import own_address
+from rosproto.transport.own_address import local_address_towards
 from tests.support.ports import unused_port
 from tests.support.victim import eventually
 
@@ -166,7 +166,7 @@ def test_waiting_to_verify_does_not_spin_while_the_master_is_away() -> None:
 def test_the_node_follows_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another address towards the master: servers and registrations move, links come back."""
     address = ["127.0.0.1"]
-    monkeypatch.setattr(listening, "local_address_towards", lambda *_: address[0])
+    monkeypatch.setattr(own_address, "local_address_towards", lambda *_: address[0])
     events: list[Any] = []
     with (
         Master() as master,

@@ -5,7 +5,8 @@ import socket
 import sys
 
 from rosproto.errors import ProtocolError, RosError
-from rosproto.transport.uri import is_loopback, local_address_towards
+from rosproto.transport.own_address import local_address_towards
+from rosproto.transport.uri import is_loopback
 
 from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
 

@@ -26,7 +26,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
     global node
     from rosproto.node.options import host_names
     from rosproto.rospy.host import ProgramNode
-    from rosproto.transport.uri import host_from_environment
+    from rosproto.transport.own_address import host_from_environment
 
     names.set_caller_id(resolved_name)
     uri = rosgraph.get_master_uri()
