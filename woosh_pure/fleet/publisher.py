@@ -1,90 +1,82 @@
-"""What a vehicle publishes: connection, state, factsheet and visualization, each with its header."""
+"""`MessagePublisher`: builds a vehicle's state, visualization and factsheet, and sends them to the broker.
+
+The connection belongs to `Vehicle`, and sends its connection messages itself.
+"""
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 from rosproto.version import __version__
 from woosh_pure.fleet.action_handlers.log_report import Journal
-from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import Facts
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.messages import schema
-from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.messages.schema import timestamp
-from woosh_pure.fleet.order.action_states import BUILT_IN, Ability
-from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
+from woosh_pure.fleet.published_messages import (
+    MessageHeaders,
+    PhysicalParameters,
+    factsheet_message,
+    state_message,
+    visualization_message,
+)
 from woosh_pure.values import Parameters
 
 
-class Publisher:
-    """The messages of one vehicle.
+class MessagePublisher:
+    """Sends the messages of one vehicle.
 
     Args:
-        config: Who it is.
-        broker: Where the broker is.
-        received: See `BrokerConnection`.
-        changed: Likewise.
-        journal: What was told is noted there; None notes nothing.
+        config: The vehicle.
+        connection: Its connection with the broker.
+        headers: Makes the messages' headers.
+        journal: Each state is noted there; None notes nothing.
 
     Attributes:
-        connection: The vehicle's connection with the broker.
         outline: Corners (x, y) in m in base_link, for the factsheet.
     """
 
     def __init__(
         self,
         config: VehicleConfig,
-        broker: Broker,
-        received: Callable[[str, bytes], object],
-        changed: Callable[[bool], object],
+        connection: BrokerConnection,
+        headers: MessageHeaders,
         journal: Journal | None = None,
     ) -> None:
-        self._config, self._journal = config, journal
-        self._headers = Headers(config.version, config.manufacturer, config.serial)
-        self._lock = threading.Lock()
-        self.connection = BrokerConnection(broker, config.prefix, self._connection_message, received, changed)
+        self._config, self._connection, self._headers, self._journal = config, connection, headers, journal
         self.outline: Sequence[tuple[float, float]] = tuple((float(x), float(y)) for x, y in config.footprint)
 
     def _header(self, topic: str) -> dict[str, Any]:
-        with self._lock:
-            return self._headers.header(topic, time.time())
-
-    def _connection_message(self, state: str) -> dict[str, Any]:
-        return {**self._header("connection"), "connectionState": state}
+        return self._headers.header(topic, time.time())
 
     def send_state(self, order: OrderState, facts: Facts) -> None:
-        """The state as it is now; nothing while there is no broker."""
-        self.connection.revive()
-        if not self.connection.connected.is_set():
+        """Send the state; does nothing while the broker is not connected."""
+        self._connection.revive()
+        if not self._connection.connected.is_set():
             return
         message = state_message(order, facts, self._header("state"), self._config.version)
-        self.connection.send("state", message)
+        self._connection.send("state", message)
         if self._journal is not None:
-            told = [f"{each.action.id} {each.status.value}" for each in order.action_states[-5:]]
-            kinds = [problem.kind for problem in order.problems]
-            self._journal.note(f"> state {message['headerId']}: at {order.last_node}, {told}, {kinds}")
+            actions = [f"{each.action.id} {each.status.value}" for each in order.action_states[-5:]]
+            errors = [problem.kind for problem in order.problems]
+            self._journal.note(f"> state {message['headerId']}: at {order.last_node}, {actions}, {errors}")
 
     def send_visualization(self, facts: Facts) -> None:
-        """Pose and velocity for displays."""
-        self.connection.send("visualization", visualization_message(facts, self._header("visualization")))
+        """Send pose and velocity."""
+        self._connection.send("visualization", visualization_message(facts, self._header("visualization")))
 
     def send_factsheet(self, limits: Capabilities, known: Parameters | None) -> None:
-        """What the vehicle is and can.
+        """Send the factsheet.
 
         Args:
-            limits: What it can do.
-            known: The parameters of its drives; None while the chassis has not told them.
+            limits: The vehicle's capabilities.
+            known: The chassis's driving parameters; None if they are not known yet.
         """
         config = self._config
-        body = Body(
+        body = PhysicalParameters(
             series=config.series,
             speed_max=0.0 if known is None else known.max_linear,
             turn_max=0.0 if known is None else known.max_angular,
@@ -101,278 +93,4 @@ class Publisher:
             visualization=config.visualization,
             software=(("woosh-pure", __version__),),
         )
-        self.connection.send("factsheet", message, retain=True)
-
-
-# -- the header of each message ------------------------------------------------------------------------------
-
-_MOST = 2**32  # headerId is a uint32 and begins anew
-
-
-class Headers:
-    """Makes the headers of one vehicle's messages.
-
-    Args:
-        version: Of the protocol, "2.1.0".
-        manufacturer, serial: Who this vehicle is.
-    """
-
-    def __init__(self, version: str, manufacturer: str, serial: str) -> None:
-        self._fixed = {"version": version, "manufacturer": manufacturer, "serialNumber": serial}
-        self._next: dict[str, int] = {}
-
-    def header(self, topic: str, now: float) -> dict[str, Any]:
-        """The next header of a topic; `now` in seconds since 1970."""
-        number = self._next.get(topic, 0)
-        self._next[topic] = (number + 1) % _MOST
-        return {"headerId": number, "timestamp": timestamp(now), **self._fixed}
-
-
-# -- state and visualization, made of the order and of what the chassis tells --------------------------------
-
-
-def _position(facts: Facts) -> dict[str, Any] | None:
-    if facts.position is None:
-        return None
-    return {
-        "x": facts.position.x, "y": facts.position.y, "theta": facts.position.theta, "mapId": facts.map_id,
-        "positionInitialized": facts.located and not facts.lost,
-    }  # fmt: skip
-
-
-def _velocity(facts: Facts) -> dict[str, Any] | None:
-    if facts.velocity is None:
-        return None
-    return dict(zip(("vx", "vy", "omega"), facts.velocity, strict=True))
-
-
-def _node_state(node: Node) -> dict[str, Any]:
-    found: dict[str, Any] = {"nodeId": node.id, "sequenceId": node.sequence, "released": node.released}
-    if node.description:
-        found["nodeDescription"] = node.description
-    if node.position is not None and node.position.theta is not None:  # the schema of 2.0 wants a theta
-        p = node.position
-        found["nodePosition"] = {"x": p.x, "y": p.y, "theta": p.theta, "mapId": p.map_id}
-    return found
-
-
-def _edge_states(order: OrderState, facts: Facts) -> list[dict[str, Any]]:
-    """The edges ahead; the one that is driven with the path that the chassis has planned (6.10.1), as a NURBS
-    of degree 1, which is a line through its corners."""
-    found: list[dict[str, Any]] = [
-        {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in order.edges
-    ]
-    drive, inner = order.drive, len(facts.path) - 1
-    if drive is not None and drive.edge is not None and facts.has_path_to(drive.node):
-        found[0]["trajectory"] = {
-            "degree": 1,
-            "knotVector": [0.0, *(round(n / inner, 6) for n in range(inner + 1)), 1.0],
-            "controlPoints": [{"x": round(x, 3), "y": round(y, 3)} for x, y in facts.path],
-        }
-    return found
-
-
-def state_message(order: OrderState, facts: Facts, header: dict[str, Any], version: str) -> dict[str, Any]:
-    """The state as it is now, of a version of the standard."""
-    later = not version.startswith("2.0")
-    problems = [*_of_chassis(facts), *order.problems]
-    message: dict[str, Any] = {
-        **header,
-        "orderId": order.order_id,
-        "orderUpdateId": order.update,
-        "lastNodeId": order.last_node,
-        "lastNodeSequenceId": order.last_sequence,
-        "nodeStates": [_node_state(node) for node in order.nodes],
-        "edgeStates": _edge_states(order, facts),
-        "driving": facts.moving or (facts.lost and facts.may_move),
-        "paused": order.paused or order.held,
-        "newBaseRequest": order.wants_base,
-        "actionStates": [record.to_state() for record in order.action_states],
-        "batteryState": _battery(facts),
-        "operatingMode": order.mode,
-        "errors": [problem.to_json(hints=later) for problem in problems],
-        "information": [
-            {"infoType": kind, "infoDescription": text, "infoLevel": "INFO", "infoReferences": []}
-            for kind, text in facts.information
-        ],
-        "safetyState": {
-            "eStop": "MANUAL" if facts.emergency_stop else "NONE", "fieldViolation": facts.bumper,
-        },
-    }  # fmt: skip
-    for key, value in (("agvPosition", _position(facts)), ("velocity", _velocity(facts))):
-        if value is not None:
-            message[key] = value
-    if facts.zone_set:
-        message["zoneSetId"] = facts.zone_set
-    if facts.loads is not None:
-        message["loads"] = [load.to_json() for load in facts.loads]
-    if later and facts.maps:
-        message["maps"] = [entry.to_json() for entry in facts.maps]
-    return message
-
-
-def _battery(facts: Facts) -> dict[str, Any]:
-    found: dict[str, Any] = {"batteryCharge": float(facts.percent or 0.0), "charging": facts.charging}
-    if facts.voltage is not None:
-        found["batteryVoltage"] = facts.voltage
-    return found
-
-
-def _of_chassis(facts: Facts) -> Collection[Problem]:
-    return [
-        Problem(ErrorType.CHASSIS, text, (), Level.FATAL if severe else Level.WARNING)
-        for text, severe in facts.faults
-    ]
-
-
-def visualization_message(facts: Facts, header: dict[str, Any]) -> dict[str, Any]:
-    """Pose and velocity for displays."""
-    message = dict(header)
-    for key, value in (("agvPosition", _position(facts)), ("velocity", _velocity(facts))):
-        if value is not None:
-            message[key] = value
-    return message
-
-
-# -- the factsheet -------------------------------------------------------------------------------------------
-#
-# What a chassis does not tell (its height, what it may carry, how fast it brakes) comes from the
-# configuration; a value that nobody has given is 0, which the standard reads as "no limit is known".
-
-
-@dataclass(frozen=True, slots=True)
-class Body:
-    """What is known of the vehicle's body.
-
-    Attributes:
-        series: `seriesName`.
-        speed_max: m/s.
-        turn_max: rad/s.
-        outline: Corners (x, y) in m in base_link; empty where it is not known.
-        height, load: m and kg; 0 where nobody has said it.
-        acceleration: m/s².
-        omni: Whether it drives sideways.
-    """
-
-    series: str = "Woosh chassis"
-    speed_max: float = 0.0
-    turn_max: float = 0.0
-    outline: Sequence[tuple[float, float]] = ()
-    height: float = 0.0
-    load: float = 0.0
-    acceleration: float = 0.0
-    omni: bool = False
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Length and width in m; 0 where the outline is not known."""
-        if not self.outline:
-            return 0.0, 0.0
-        xs, ys = zip(*self.outline, strict=True)
-        return max(xs) - min(xs), max(ys) - min(ys)
-
-
-_OPTIONAL = {
-    "order.nodes.nodePosition.theta": "the heading on the node",
-    "order.nodes.nodePosition.allowedDeviationXY": "more than 0: the node is passed without a stop",
-    "order.nodes.nodePosition.allowedDeviationTheta": "the heading's range on the node",
-    "order.nodes.nodeDescription": "passed on",
-    "order.edges.length": "not needed",
-    "order.edges.rotationAllowed": "true only: the vehicle plans its own way",
-}
-
-
-def _optional_parameters(limits: Capabilities) -> list[dict[str, Any]]:
-    given = dict(_OPTIONAL)
-    if limits.speed:
-        given["order.edges.maxSpeed"] = "set before the edge is driven"
-    if limits.directions:
-        given["order.edges.orientation"] = "tangential, 0 or pi: forwards or backwards"
-        given["order.edges.orientationType"] = "TANGENTIAL"
-    if limits.zone_set:
-        given["order.zoneSetId"] = limits.zone_set
-    found = [{"parameter": key, "support": "SUPPORTED", "description": text} for key, text in given.items()]
-    position = "SUPPORTED" if limits.marks else "REQUIRED"
-    why = "a node without one is a mark of the chassis" if limits.marks else "where to drive to"
-    return [{"parameter": "order.nodes.nodePosition", "support": position, "description": why}, *found]
-
-
-def _ability(ability: Ability) -> dict[str, Any]:
-    # Without blockingTypes: text and schema of 2.1 contradict each other there, and no value fits both.
-    found: dict[str, Any] = {
-        "actionType": ability.type,
-        "actionScopes": [scope.value for scope in ability.scopes],
-    }
-    if ability.description:
-        found["actionDescription"] = ability.description
-    if ability.parameters:
-        found["actionParameters"] = [
-            {"key": p.key, "valueDataType": p.kind, "isOptional": p.optional, "description": p.description}
-            for p in ability.parameters
-        ]
-    return found
-
-
-def factsheet_message(
-    body: Body,
-    limits: Capabilities,
-    header: Mapping[str, Any],
-    *,
-    version: str,
-    visualization: float = 0.0,
-    software: Sequence[tuple[str, str]] = (),
-    load_positions: Sequence[str] = (),
-) -> dict[str, Any]:
-    """The factsheet of a version of the standard.
-
-    Args:
-        body: The vehicle's body.
-        limits: What it can do.
-        header: The message's header.
-        version: "2.0.0" or "2.1.0".
-        visualization: Seconds between two visualization messages; 0 sends none.
-        software: (name, version) pairs.
-        load_positions: Names of its load handling devices.
-    """
-    later = not version.startswith("2.0")
-    length, width = body.size
-    abilities = {**limits.abilities, **BUILT_IN}
-    timing = {"minOrderInterval": 0.1, "minStateInterval": 0.1, "defaultStateInterval": 30.0}
-    if visualization > 0.0:
-        timing["visualizationInterval"] = visualization
-    message: dict[str, Any] = {
-        **header,
-        "typeSpecification": {
-            "seriesName": body.series, "agvKinematic": "OMNI" if body.omni else "DIFF", "agvClass": "CARRIER",
-            "maxLoadMass": body.load, "localizationTypes": ["NATURAL"], "navigationTypes": ["AUTONOMOUS"],
-        },
-        "physicalParameters": {
-            "speedMin": 0.0, "speedMax": body.speed_max, "accelerationMax": body.acceleration,
-            "decelerationMax": body.acceleration, "heightMin": body.height, "heightMax": body.height,
-            "width": width, "length": length,
-        },
-        "protocolLimits": {
-            "maxStringLens": {"msgLen": schema.MOST_BYTES, "idLen": schema.LONGEST_ID,
-            "idNumericalOnly": False}, "maxArrayLens": {
-                "order.nodes": schema.MOST_NODES, "order.edges": schema.MOST_NODES - 1,
-                "node.actions": schema.MOST_ACTIONS, "edge.actions": schema.MOST_ACTIONS,
-                "actions.actionsParameters": schema.MOST_PARAMETERS, "instantActions":
-                schema.MOST_ACTIONS,
-            },
-            "timing": timing,
-        },
-        "protocolFeatures": {
-            "optionalParameters": _optional_parameters(limits),
-            "agvActions": [_ability(each) for each in abilities.values()],
-        },
-        "agvGeometry": {},
-        "loadSpecification": {"loadPositions": list(load_positions)} if load_positions else {},
-    }  # fmt: skip
-    if later:
-        message["physicalParameters"].update(angularSpeedMin=0.0, angularSpeedMax=body.turn_max)
-        versions = [{"key": key, "value": value} for key, value in software]
-        message["vehicleConfig"] = {"versions": versions} if versions else {}
-    if body.outline:
-        corners = [{"x": x, "y": y} for x, y in body.outline]
-        message["agvGeometry"]["envelopes2d"] = [{"set": "footprint", "polygonPoints": corners}]
-    return message
+        self._connection.send("factsheet", message, retain=True)

@@ -9,7 +9,6 @@ and of the chassis only leave something in the inbox.
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections import Counter
@@ -23,9 +22,11 @@ from rosproto.version import __version__
 from woosh_pure.chassis import Chassis
 from woosh_pure.fleet.action_runner import ActionRunner
 from woosh_pure.fleet.broker_address import Broker
+from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.drive_runner import Driver
 from woosh_pure.fleet.driving_lease import DrivingLease
+from woosh_pure.fleet.edge_speed import EdgeSpeedMonitor, speed_above_limit
 from woosh_pure.fleet.inbox import Inbox, Lane, Left, Message
 from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.elements import Order
@@ -37,7 +38,8 @@ from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
-from woosh_pure.fleet.publisher import Publisher
+from woosh_pure.fleet.published_messages import MessageHeaders, connection_message
+from woosh_pure.fleet.publisher import MessagePublisher
 from woosh_pure.fleet.vehicle_files import Store, StoreInUse
 from woosh_pure.fleet.vehicle_setup import equipment_of, outline_of
 
@@ -51,9 +53,6 @@ _DROPPED_SECONDS = 5.0  # between two looks whether more messages were dropped
 _FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
 _END_SECONDS = 10.0  # for the thread to end
 _REST_SECONDS = 10.0  # without a stand after which it is told that a cancel or a pause waits for it
-_SLOWING_SECONDS = 2.0  # from the beginning of a drive, for the robot to come down to the speed of its edge
-_FAST_SECONDS = 0.3
-_FASTER, _FASTER_BY = 1.1, 0.05  # of the speed allowed, and m/s: what a controller goes beyond it
 _ACTIONS_SECONDS = 3.5  # for actions to end when the vehicle does; a program is killed after 3
 
 
@@ -85,8 +84,11 @@ class Vehicle:
         self._due = self._inbox.due
         self._order = KeptOrder(self.limits, store, config.prefix)
         self._store = store
-        self._publisher = Publisher(config, broker, self._on_message, self._on_connected, self._journal)
-        self._mqtt = self._publisher.connection
+        self._headers = MessageHeaders(config.version, config.manufacturer, config.serial)
+        self._connection = BrokerConnection(
+            broker, config.prefix, self._connection_message, self._on_message, self._on_connected
+        )
+        self._publisher = MessagePublisher(config, self._connection, self._headers, self._journal)
         self._monitor = ChassisMonitor(
             chassis, self.facts, self._on_moved, self._on_told, self._on_described, self._on_planned
         )
@@ -107,9 +109,8 @@ class Vehicle:
         self._end_lease: Callable[[], object] = lambda: None
         self._moving = False
         self._ended = 0.0  # when something that moves the robot ended last
-        self._driven = 0.0  # when the newest drive was given out
+        self._edge_speed = EdgeSpeedMonitor()
         self._planned = 0  # the newest drive whose path was told
-        self._fast_since: float | None = None  # from when on it is faster than its edge allows
         self._was_blocked = ""
         self._told = 0.0
         self._told_dropped: Counter[Lane] = Counter()
@@ -169,7 +170,7 @@ class Vehicle:
         self._end_lease()
         self._lease.release()
         self._monitor.close()
-        self._mqtt.close()
+        self._connection.close()
         if self._store is not None:
             self._store.unlock()
 
@@ -196,7 +197,7 @@ class Vehicle:
     @property
     def connected(self) -> bool:
         """Whether it is connected with the broker."""
-        return self._mqtt.connected.is_set()
+        return self._connection.connected.is_set()
 
     @property
     def dropped(self) -> int:
@@ -216,7 +217,7 @@ class Vehicle:
 
     def wait_connected(self, timeout: float = 10.0) -> bool:
         """Wait for the broker; whether it is there."""
-        return self._mqtt.connected.wait(timeout)
+        return self._connection.connected.wait(timeout)
 
     # -- from other threads ----------------------------------------------------------------------------------
 
@@ -244,7 +245,8 @@ class Vehicle:
         facts, state = self.facts, self._state
         rests = state.standing or state.driving
         news = facts.lost or not facts.located or facts.moving != self._moving or not rests
-        if news or self._at_node() or self._fast_since is not None or self._too_fast():
+        fast = self._edge_speed.above_limit or speed_above_limit(state.drive, facts.velocity)
+        if news or fast or self._at_node():
             self._inbox.flag("moved")
 
     def _at_node(self) -> bool:
@@ -343,13 +345,6 @@ class Vehicle:
     def _position(self) -> AgvPosition | None:
         return self.facts.position if self.facts.located and not self.facts.lost else None
 
-    def _too_fast(self) -> float:
-        """How fast it drives, where that is more than the edge under way allows; or else 0."""
-        drive, velocity = self._state.drive, self.facts.velocity
-        limit = 0.0 if drive is None or drive.edge is None else float(drive.edge.options.get("maxSpeed", 0.0))
-        speed = 0.0 if velocity is None else math.hypot(velocity[0], velocity[1])
-        return speed if limit and speed > _FASTER * limit + _FASTER_BY else 0.0
-
     def _watch(self) -> None:
         """Whether it stands, and whether it is too fast, by the newest velocity."""
         now = time.monotonic()
@@ -357,17 +352,8 @@ class Vehicle:
             standing = not self.facts.lost and self._monitor.stood(self._ended)
             if standing != self._state.standing:
                 self._happens(events.StandingMeasured(standing))
-        speed = self._too_fast()
-        if not speed:
-            self._fast_since = None
-            return
-        if self._fast_since is None:
-            self._fast_since = max(now, self._driven + _SLOWING_SECONDS)
-        drive = self._state.drive
-        if now - self._fast_since >= _FAST_SECONDS and drive is not None:
-            edge = drive.edge
-            name, limit = ("", 0.0) if edge is None else (edge.id, edge.options["maxSpeed"])
-            text = f"it drove at {speed:.2f} m/s, and edge {name} allows {limit:g} m/s; it is halted"
+        text = self._edge_speed.check(self._state.drive, self.facts.velocity, now)
+        if text is not None:
             self._happens(events.DriveTooFast(text))
 
     def _refresh(self, *, full: bool) -> None:
@@ -420,7 +406,7 @@ class Vehicle:
                     self._inbox.flag("told")
             elif name == "connect":
                 del self._due[name]
-                self._mqtt.open()
+                self._connection.open()
             elif name == "silent":
                 self._due[name] = max(self._monitor.heard + SILENT_AFTER, now + 0.2)
                 self._look_for_silence()
@@ -458,7 +444,7 @@ class Vehicle:
         self._publish()
 
     def _drive(self, effect: events.Drive) -> None:
-        self._driven = time.monotonic()
+        self._edge_speed.drive_began(time.monotonic())
         self._driver.drive(effect)
 
     def _retry_after(self, effect: events.Retry) -> None:
@@ -491,6 +477,9 @@ class Vehicle:
         return name
 
     # -- broker ----------------------------------------------------------------------------------------------
+
+    def _connection_message(self, state: str) -> dict[str, Any]:
+        return connection_message(state, self._headers.header("connection", time.time()))
 
     def _publish(self) -> None:
         self._due["state"] = time.monotonic() + STATE_EVERY

@@ -41,7 +41,7 @@ def test_a_vehicle_behind_a_bridge_is_driven_as_one_in_front_of_it(tmp_path: Pat
         master.until(lambda s: s["operatingMode"] == "AUTOMATIC" and s["agvPosition"]["positionInitialized"])
         master.send("order", order_over("one", "n1 n2 n3"))
         master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"])
-        ours._mqtt._client.socket().shutdown(2)
+        ours._connection._client.socket().shutdown(2)
         master.until(lambda _: came_back(master), topic="connection")
         with Master(central.port) as late:
             assert late.until(lambda c: True, topic="connection")["connectionState"] == "ONLINE"

@@ -473,7 +473,7 @@ def test_a_broker_with_tls_and_a_password(tmp_path: Path) -> None:
             ((None, None, files[0]), False),
         ):
             vehicle = Vehicle(Chassis("127.0.0.1:1"), CONFIG, Broker(url, *given))
-            vehicle._mqtt.open()
+            vehicle._connection.open()
             try:
                 assert vehicle.wait_connected(10.0 if comes_in else 1.5) is comes_in
             finally:

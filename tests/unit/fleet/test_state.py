@@ -17,9 +17,15 @@ from woosh_pure.fleet.monitor import ChassisMonitor, operating_mode
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.events import ProblemChanged
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
-from woosh_pure.fleet.publisher import Body, Headers, factsheet_message, state_message, visualization_message
+from woosh_pure.fleet.published_messages import (
+    MessageHeaders,
+    PhysicalParameters,
+    factsheet_message,
+    state_message,
+    visualization_message,
+)
 
-HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)
+HEADER = MessageHeaders("2.1.0", "Woosh", "1").header("state", 0.0)
 
 
 def facts() -> Facts:
@@ -150,7 +156,7 @@ def test_the_operating_mode_tells_who_drives(mode: int, owner: str, told: str) -
 @pytest.mark.parametrize("version", ["2.0.0", "2.1.0"])
 def test_the_factsheet_tells_what_is_obeyed(version: str) -> None:
     """Actions with their scopes and parameters, fields of orders, size and speed."""
-    body = Body(speed_max=1.2, outline=((0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)))
+    body = PhysicalParameters(speed_max=1.2, outline=((0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)))
     found = factsheet_message(body, LIMITS, HEADER, version=version, visualization=0.5)
     actions = {each["actionType"]: each for each in found["protocolFeatures"]["agvActions"]}
     assert {"cancelOrder", "startPause", "beep", "initPosition"} <= set(actions)
@@ -170,7 +176,7 @@ def test_the_factsheet_tells_what_is_obeyed(version: str) -> None:
 
 def test_an_outline_that_nobody_tells_is_not_guessed() -> None:
     """Zero, which the standard reads as not told, and no envelope."""
-    found = factsheet_message(Body(), LIMITS, HEADER, version="2.1.0")
+    found = factsheet_message(PhysicalParameters(), LIMITS, HEADER, version="2.1.0")
     assert (found["physicalParameters"]["length"], found["physicalParameters"]["width"]) == (0.0, 0.0)
     assert found["agvGeometry"] == {}
     assert "order.zoneSetId" not in str(found)
@@ -186,4 +192,4 @@ def test_a_zone_set_is_told_where_there_is_one() -> None:
         assert vehicle.problems == kinds
     known = Facts(zone_set="zones-1")
     assert state_message(PureVehicle().state, known, HEADER, "2.1.0")["zoneSetId"] == "zones-1"
-    assert "order.zoneSetId" in str(factsheet_message(Body(), limits, HEADER, version="2.1.0"))
+    assert "order.zoneSetId" in str(factsheet_message(PhysicalParameters(), limits, HEADER, version="2.1.0"))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.support.fleet import action, instant, order_json
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import MOST_BYTES, Invalid, check_header, timestamp
-from woosh_pure.fleet.publisher import Headers
+from woosh_pure.fleet.published_messages import MessageHeaders
 
 
 def changed(path: str, value: Any) -> dict[str, Any]:
@@ -218,7 +218,7 @@ def test_any_value_at_any_place_is_read_or_invalid(path: str, value: Any) -> Non
 
 def test_header_ids_count_for_each_topic() -> None:
     """By one with each message, and begin anew behind a uint32."""
-    headers = Headers("2.1.0", "Woosh", "A-17")
+    headers = MessageHeaders("2.1.0", "Woosh", "A-17")
     assert [headers.header("state", 0.0)["headerId"] for _ in range(3)] == [0, 1, 2]
     assert headers.header("connection", 0.0) == {
         "headerId": 0, "timestamp": "1970-01-01T00:00:00.00Z", "version": "2.1.0", "manufacturer": "Woosh",
