@@ -1,7 +1,7 @@
 """Beside the original: the same requests to rosbridge_suite (branch ros1) and to ours, the same answers, field by field.
 
 Both serve one graph with a robot of rospy. What differs on purpose is in `DIFFERENT`, which says what each answers;
-docs/gateway.md lists it. The original is run unchanged on Debian's rospy, and on our own layer.
+docs/rosbridge.md lists it. The original is run unchanged on Debian's rospy, and on our own layer.
 """
 
 from __future__ import annotations
@@ -207,13 +207,23 @@ def test_what_differs_on_purpose(
     del beside.world.node.params["/odd"]
 
 
+def test_topics_for_type_names_no_topic_that_is_gone(beside: Beside) -> None:
+    """The master remembers a topic's type after its last publisher has left; the original lists such topics."""
+    asked = {"service": "/rosapi/topics_for_type", "args": {"type": "std_msgs/Empty"}}
+    with beside.world.node.publisher("/passing", "std_msgs/Empty"):
+        for client in (beside.original, beside.ours):
+            assert "/passing" in answer(client, asked)["values"]["topics"]
+    eventually(lambda: "/passing" not in answer(beside.ours, asked)["values"]["topics"], SECONDS)
+    assert "/passing" in answer(beside.original, asked)["values"]["topics"]
+
+
 def test_an_action_with_other_topics_below_its_name(beside: Beside) -> None:
     """move_base is one: the original does not list it."""
     node = beside.world.node
     topics = ("cancel", "feedback", "global_costmap/costmap", "goal", "result", "status")
     with ExitStack() as stack:
         for name in topics:
-            stack.enter_context(node.publisher(f"/navigate/{name}", "std_msgs/String"))
+            stack.enter_context(node.publisher(f"/navigate/{name}", "std_msgs/Empty"))
         found = [
             answer(client, {"service": "/rosapi/action_servers"})["values"]["action_servers"]
             for client in (beside.original, beside.ours)
