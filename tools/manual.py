@@ -145,7 +145,8 @@ def manual() -> Mapping[str, str]:
 
 
 def _woosh() -> Iterator[str]:
-    from woosh_pure.cli.entry import EXIT_CODES, parser_for
+    from woosh_pure.cli.entry import parser_for
+    from woosh_pure.cli.exit_codes import EXIT_CODES
 
     yield _WOOSH
     yield from _contents("woosh")
@@ -155,7 +156,7 @@ def _woosh() -> Iterator[str]:
 
 
 def _rosproto() -> Iterator[str]:
-    from rosproto.cli.entry import EXIT_CODES
+    from rosproto.cli.exit_codes import EXIT_CODES
 
     yield _ROSPROTO
     yield from _contents("rosproto")
@@ -168,8 +169,8 @@ def _rosproto() -> Iterator[str]:
 
 def _rosproto_shared() -> list[Parser]:
     """Options of every command, and of every one that talks to a graph."""
-    from rosproto.cli.connection import add_graph_options
     from rosproto.cli.entry import add_general_options
+    from rosproto.cli.graph_options import add_graph_options
 
     general, graph = Parser(add_help=False), Parser(add_help=False)
     add_general_options(general, 0, False)

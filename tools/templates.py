@@ -38,7 +38,7 @@ __all__ = [
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
 _COMMANDS = "doctor status ready goto move rotate drive stop faults selftest connect".split()
-_CLI = "config connection drive_line entry readiness arguments".split()
+_CLI = "config connection drive_line entry follow_goal readiness arguments".split()
 _ROOMS = (
     "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
     "feed/feed feed/feeds motion/action_goal motion/goal_handle motion/motion motion/steps motion/task "

@@ -6,7 +6,7 @@ import argparse
 import importlib
 
 from . import topic
-from .connection import Verb, verbs
+from .verbs import Verb, add_verbs
 
 VERBS = {
     "info": ("bag_info", "info", "tell what is in bags, without reading the messages"),
@@ -28,7 +28,7 @@ VERBS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(parser, {name: _verb(*row) for name, row in VERBS.items()}, graph=False)
+    add_verbs(parser, {name: _verb(*row) for name, row in VERBS.items()}, graph=False)
 
 
 def _verb(module: str, name: str, text: str) -> Verb:

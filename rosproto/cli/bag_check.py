@@ -13,8 +13,7 @@ from rosproto.text import printable
 
 from .bag_opening import reader_of
 from .bag_progress import Progress
-from .connection import print_json
-from .console import counted
+from .console import counted, print_json
 from .options import add_json
 
 

@@ -18,7 +18,7 @@ from rosproto.text import printable
 
 from .bag_opening import reader_of
 from .bag_progress import Progress
-from .connection import print_json
+from .console import print_json
 from .exit_codes import CommandError
 
 CURVE = 24  # characters

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.text import human_bytes
 
-from .connection import add_graph_options, open_node
 from .console import counted, own
 from .exit_codes import CommandError
+from .graph_clients import open_node
+from .graph_options import add_graph_options
 from .options import add_compression, finite, whole
 from .signals import interrupt_on_signals
 

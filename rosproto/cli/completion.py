@@ -285,7 +285,7 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
 
 
 def _uri(words: Sequence[str]) -> str:
-    from .connection import master_uri
+    from .graph_options import master_uri
 
     given = [word for option, word in itertools.pairwise(words) if option == "--master"]
     return master_uri(argparse.Namespace(master=given[-1] if given else None))
@@ -348,7 +348,8 @@ def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> lis
     """
     from rosproto.codec import message_class, service_class
 
-    from .connection import absolute, add_graph_options, library_for
+    from .graph_names import absolute
+    from .graph_options import add_graph_options, library_for
     from .service import type_of
 
     parser = argparse.ArgumentParser(add_help=False)

@@ -213,6 +213,16 @@ def _escaped(found: re.Match[str]) -> str:
     return "".join(c if c.isprintable() or c == "\u3000" else json.dumps(c)[1:-1] for c in found[0])
 
 
+def warn(text: str) -> None:
+    """A line on stderr that does not end the command."""
+    print(printable(f"WARNING: {text}"), file=sys.stderr, flush=True)
+
+
+def print_json(value: object) -> None:
+    """Print one line of JSON."""
+    print(json_text(value, ascii_only=not shows_unicode(sys.stdout), default=str))
+
+
 def counted(number: int, thing: str, things: str | None = None) -> str:
     """The number and what it counts, in the singular or plural.
 

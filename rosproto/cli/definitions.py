@@ -6,10 +6,13 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING
 
-from .connection import Verb, library_for, print_json, unknown, verbs
+from .console import print_json
 from .exit_codes import CommandError
+from .graph_names import unknown
+from .graph_options import library_for
 from .options import add_allow_damaged, add_json
 from .parser import near
+from .verbs import Verb, add_verbs
 
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary, MessageSpec
@@ -26,7 +29,7 @@ def _add_arguments(kind: str, parser: argparse.ArgumentParser) -> None:
     }
     if kind == "action":
         del table["md5"]
-    verbs(parser, table, graph=False)
+    add_verbs(parser, table, graph=False)
     parser.set_defaults(kind=kind)
 
 

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.text import printable
 
-from .connection import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
-from .console import counted
+from .console import counted, print_json
+from .graph_clients import CALLER_ID, master_client
+from .graph_options import add_graph_options, host_names, master_uri
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState

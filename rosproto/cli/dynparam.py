@@ -14,9 +14,12 @@ from rosproto.errors import RosTimeout
 from rosproto.files import read_text, write_file
 from rosproto.text import printable
 
-from .connection import absolute, master_client, open_node, print_json, unknown, verbs
+from .console import print_json
 from .exit_codes import CommandError
+from .graph_clients import master_client, open_node
+from .graph_names import absolute, unknown
 from .options import folder_exists, positive
+from .verbs import add_verbs
 from .yaml_values import load_text, to_text, value_of
 
 SERVICE = "/set_parameters"
@@ -29,7 +32,7 @@ TRUE, FALSE = ("true", "yes", "on", "1", "t"), ("false", "no", "off", "0", "f")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(
+    add_verbs(
         parser,
         {
             "list": (None, _list, "list the nodes that can be reconfigured"),

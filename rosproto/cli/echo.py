@@ -20,11 +20,21 @@ from rosproto.errors import RosTimeout
 from rosproto.text import printable
 from rosproto.time import Time
 
-from .connection import absolute, below, master_client, open_node, print_json, warn
-from .console import clear, counted, enable_escapes, is_terminal, shows_unicode, terminal_size
+from .console import (
+    clear,
+    counted,
+    enable_escapes,
+    is_terminal,
+    print_json,
+    shows_unicode,
+    terminal_size,
+    warn,
+)
 from .exit_codes import CommandError
 from .expression import Expression
 from .fields import header, parse_field_path, row, split_topic
+from .graph_clients import master_client, open_node
+from .graph_names import absolute, below
 from .parser import near
 
 REDRAW = 0.1

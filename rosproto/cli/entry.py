@@ -5,7 +5,7 @@ A command module has
     def add_arguments(parser: argparse.ArgumentParser) -> None: ...
     def run(arguments: argparse.Namespace) -> int: ...        # exit code
 
-and a line in `COMMANDS`. One with verbs hands them to `connection.verbs` and has no `run`. Only the module of
+and a line in `COMMANDS`. One with verbs passes them to `verbs.add_verbs` and has no `run`. Only the module of
 the command that is run gets imported, so `rosproto master` starts without what `rosproto topic` needs.
 """
 
@@ -19,19 +19,10 @@ from typing import NamedTuple
 
 from rosproto.version import __version__
 
-from .exit_codes import DONE, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, WRONG_USE, say
+from .exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, say
 from .parser import Parser, give_examples, leaves, options_of
 from .process import Task, exit_codes_line, run_command, words_of
 
-EXIT_CODES = {
-    DONE: "done",
-    FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
-    WRONG_USE: "wrong use: an argument is missing, unknown or out of range",
-    UNREACHABLE: "the master or a node cannot be reached, or the connection was lost",
-    INTERRUPTED: "interrupted by Ctrl-C before it was done",
-    TERMINATED: "ended by SIGTERM, a hang-up or a closed console",
-}
-"""What the exit codes mean."""
 MEANT = {
     **{verb: f"rosproto topic {verb}" for verb in ("echo", "hz", "bw", "pub", "list", "delay")},
     **{verb: f"rosproto bag {verb}" for verb in ("record", "play", "convert", "export", "info")},

@@ -1,6 +1,6 @@
 """How a command ends: exit codes, and one sentence for an error.
 
-`rosproto` and `woosh` use the same codes; 3, a refusal of the chassis, and 5, "not known", are woosh's alone.
+`woosh` uses the same codes and adds two: `woosh_pure/cli/exit_codes.py`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,15 @@ from .console import OutputError
 
 DONE, FAILED, WRONG_USE, UNREACHABLE = 0, 1, 2, 4
 INTERRUPTED, TERMINATED = 130, 143
+EXIT_CODES = {
+    DONE: "done",
+    FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
+    WRONG_USE: "wrong use: an argument is missing, unknown or out of range",
+    UNREACHABLE: "the master or a node cannot be reached, or the connection was lost",
+    INTERRUPTED: "interrupted by Ctrl-C before it was done",
+    TERMINATED: "ended by SIGTERM, a hang-up or a closed console",
+}
+"""What the exit codes of `rosproto` mean."""
 
 
 class CommandError(RosError):

@@ -18,8 +18,9 @@ from urllib.parse import quote
 from rosproto.errors import ConnectionLost, LocalProtocolError
 
 from .background_output import hurry
-from .connection import add_graph_options, open_node
 from .exit_codes import CommandError, cannot_listen
+from .graph_clients import open_node
+from .graph_options import add_graph_options
 from .options import count, host, port, seconds
 from .signals import interrupt_on_signals
 from .token import add_token, token_of

@@ -11,10 +11,12 @@ from typing import Any
 from rosproto.errors import RosTimeout, ServiceError
 from rosproto.text import printable
 
-from .connection import absolute, below, master_client, open_node, print_json, unknown, verbs, warn
-from .console import enable_escapes
+from .console import enable_escapes, print_json, warn
 from .exit_codes import CommandError
+from .graph_clients import master_client, open_node
+from .graph_names import absolute, below, unknown
 from .options import argument, count, positive
+from .verbs import add_verbs
 
 LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 """rosgraph_msgs/Log, as its definition numbers them."""
@@ -26,7 +28,7 @@ STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(
+    add_verbs(
         parser,
         {
             "echo": (_echo_arguments, _echo, "print what nodes log, as it comes"),

@@ -9,20 +9,13 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
-from .connection import (
-    absolute,
-    below,
-    host_names,
-    master_client,
-    node_client,
-    print_json,
-    unknown,
-    verbs,
-    warn,
-    warn_if_none,
-)
+from .console import print_json, warn
 from .exit_codes import CommandError
+from .graph_clients import master_client, node_client
+from .graph_names import absolute, below, unknown, warn_if_none
+from .graph_options import host_names
 from .options import argument, count, positive
+from .verbs import add_verbs
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
@@ -35,7 +28,7 @@ GONE = (ConnectionLost, RosTimeout)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(
+    add_verbs(
         parser,
         {
             "list": (_list_arguments, _list, "list the nodes of the graph"),

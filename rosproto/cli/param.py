@@ -11,16 +11,18 @@ from rosproto.errors import MasterError
 from rosproto.files import read_file, read_stream, read_text, write_file
 from rosproto.text import printable
 
-from .connection import absolute, below, master_client, print_json, unknown, verbs, warn_if_none
-from .console import json_text
+from .console import json_text, print_json
 from .exit_codes import CommandError
+from .graph_clients import master_client
+from .graph_names import absolute, below, unknown, warn_if_none
 from .options import argument
+from .verbs import add_verbs
 from .yaml_values import load_text, to_text, value_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(
+    add_verbs(
         parser,
         {
             "get": (_get_arguments, _get, "print a parameter or a whole namespace"),

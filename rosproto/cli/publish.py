@@ -16,9 +16,11 @@ from rosproto.files import read_text
 from rosproto.time import Time
 
 from .background_output import hurry
-from .connection import absolute, library_for, master_client, open_node, print_json, warn
-from .console import is_terminal
+from .console import is_terminal, print_json, warn
 from .exit_codes import CommandError
+from .graph_clients import master_client, open_node
+from .graph_names import absolute
+from .graph_options import library_for
 from .yaml_values import load_documents, value_of
 
 LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that are still connecting

@@ -9,25 +9,14 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
-from .connection import (
-    CALLER_ID,
-    TIMEOUT,
-    absolute,
-    below,
-    host_names,
-    library_for,
-    master_client,
-    open_node,
-    print_json,
-    unknown,
-    verbs,
-    warn,
-    warn_if_none,
-)
-from .console import is_terminal
+from .console import is_terminal, print_json, warn
 from .exit_codes import CommandError
+from .graph_clients import CALLER_ID, TIMEOUT, master_client, open_node
+from .graph_names import absolute, below, unknown, warn_if_none
+from .graph_options import host_names, library_for
 from .options import argument, positive
 from .parser import near
+from .verbs import add_verbs
 from .yaml_values import load_documents, to_flow, value_of
 
 if TYPE_CHECKING:
@@ -36,7 +25,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(
+    add_verbs(
         parser,
         {
             "list": (_list_arguments, _list, "list the services of the graph"),

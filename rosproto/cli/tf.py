@@ -17,16 +17,18 @@ from typing import Any
 from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
 
-from .connection import open_node, print_json, verbs, warn
+from .console import print_json, warn
 from .exit_codes import CommandError
+from .graph_clients import open_node
 from .options import count, folder_exists, positive, seconds
 from .parser import near
 from .pictures import form_of, quoted, svg_page, write_picture
+from .verbs import add_verbs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(
+    add_verbs(
         parser,
         {
             "tree": (_tree_arguments, _tree, "listen for a moment and print the tree of frames"),

@@ -13,21 +13,15 @@ from rosproto.errors import MasterError
 from rosproto.text import printable
 
 from . import topic_rates
-from .connection import (
-    absolute,
-    below,
-    library_for,
-    master_client,
-    print_json,
-    unknown,
-    verbs,
-    warn,
-    warn_if_none,
-)
+from .console import print_json, warn
 from .exit_codes import CommandError
 from .fields import split_topic
+from .graph_clients import master_client
+from .graph_names import absolute, below, unknown, warn_if_none
+from .graph_options import library_for
 from .options import add_allow_damaged, argument, count, positive
 from .parser import near
+from .verbs import add_verbs
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
@@ -36,7 +30,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
-    verbs(
+    add_verbs(
         parser,
         {
             "list": (_add_list_arguments, _list, "list the topics of the graph, or of a bag"),

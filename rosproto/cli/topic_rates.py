@@ -10,9 +10,11 @@ from typing import Any
 
 from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_text, hz_table, hz_text
 
-from .connection import absolute, below, master_client, open_node, print_json, warn
+from .console import print_json, warn
 from .exit_codes import CommandError
 from .expression import Expression
+from .graph_clients import master_client, open_node
+from .graph_names import absolute, below
 from .options import count
 from .parser import near
 

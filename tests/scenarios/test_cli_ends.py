@@ -118,7 +118,7 @@ def test_a_master_that_keeps_silent_cannot_be_reached(
     """The same exit code as one that is not there."""
     from rosproto.cli import main
 
-    monkeypatch.setattr("rosproto.cli.connection.TIMEOUT", 0.3)
+    monkeypatch.setattr("rosproto.cli.graph_clients.TIMEOUT", 0.3)
     assert main(["topic", "list", "--master", silent.uri]) == 4
     assert "no answer within" in capsys.readouterr().err
 

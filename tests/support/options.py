@@ -19,10 +19,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from rosproto.cli.connection import add_graph_options
 from rosproto.cli.entry import COMMANDS as ROSPROTO
 from rosproto.cli.entry import add_general_options
 from rosproto.cli.entry import parser_for as rosproto_parser
+from rosproto.cli.graph_options import add_graph_options
 from rosproto.cli.parser import Parser, sub_parsers
 from woosh_pure.cli.commands import COMMANDS as WOOSH
 from woosh_pure.cli.entry import _common, parser_for

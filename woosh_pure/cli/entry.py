@@ -8,11 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from rosproto.cli import (
-    DONE,
-    FAILED,
     INTERRUPTED,
     TERMINATED,
-    UNREACHABLE,
     WRONG_USE,
     Parser,
     Task,
@@ -29,6 +26,7 @@ from rosproto.sentence import Sentence
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.commands import COMMANDS, load
+from woosh_pure.cli.exit_codes import EXIT_CODES
 from woosh_pure.cli.output import Output, spoken
 from woosh_pure.language import LANGUAGES, language_of
 
@@ -59,18 +57,6 @@ MEANT = {
     "help": "woosh --help",
 }
 """What is meant by words that are no command. None of them is carried out: a guess moves no robot."""
-REFUSED, NOT_KNOWN = 3, 5
-EXIT_CODES = {
-    DONE: "done",
-    FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
-    WRONG_USE: "wrong use: an argument is missing, unknown or out of range; nothing was sent",
-    REFUSED: "the chassis is not ready, or refused to move",
-    UNREACHABLE: "the chassis cannot be reached, or the connection was lost",
-    NOT_KNOWN: "the answer is not known: the chassis has not told it (`ready`, `faults`)",
-    INTERRUPTED: "interrupted by Ctrl-C; a motion of this command was stopped",
-    TERMINATED: "ended by SIGTERM, a hang-up or a closed console; a motion of this command was stopped",
-}
-"""What the exit codes mean."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
     "look at chassis.readiness() and chassis.faults": "see `woosh ready` and `woosh faults`",

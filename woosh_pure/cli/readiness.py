@@ -37,8 +37,6 @@ def nobody_there(chassis: Chassis) -> str:
     )
 
 
-EXIT_CODES = {"yes": 0, "no": 3, "not known": 5}
-"""Of `woosh ready`, by the answer."""
 _WORDS = {
     "yes": ("ready", "yes", "green"),
     "no": ("NOT READY", "NO", "red"),

@@ -7,8 +7,9 @@ import time
 from argparse import ArgumentParser, Namespace
 
 from rosproto.sentence import say
-from woosh_pure.cli.connection import connect, follow
+from woosh_pure.cli.connection import connect
 from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.follow_goal import follow
 from woosh_pure.cli.output import Output
 
 HELP = "start a simulated chassis and drive it: the first thing to try"

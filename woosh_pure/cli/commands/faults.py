@@ -6,10 +6,11 @@ import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 
-from rosproto.cli import to_int, whole
+from rosproto.cli import DONE, FAILED, to_int, whole
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
+from woosh_pure.cli.exit_codes import NOT_KNOWN
 from woosh_pure.cli.output import Output
 from woosh_pure.cli.readiness import is_there, nobody_there
 from woosh_pure.enums import RobotState, TaskState
@@ -83,7 +84,7 @@ def run(args: Namespace, out: Output) -> int:
         out.line(faults.sentence())
     _print_codes(faults, args, out)
     out.result({"known": faults.known, "present": faults.present, "faults": list(faults)})
-    return {True: 1, False: 0, None: 5}[faults.present]
+    return {True: FAILED, False: DONE, None: NOT_KNOWN}[faults.present]
 
 
 def _print(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:

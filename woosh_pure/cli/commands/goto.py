@@ -8,8 +8,9 @@ from rosproto.cli import to_float
 from rosproto.sentence import say
 from woosh_pure.cli import config
 from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, number, pose
-from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.connection import connect
 from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.follow_goal import follow, report
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import MarkFile

@@ -6,8 +6,9 @@ from argparse import ArgumentParser, Namespace
 
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import number, positive
-from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.connection import connect
 from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.follow_goal import follow, report
 from woosh_pure.cli.output import Output
 
 HELP = "move straight by metres (negative: backward), or sideways"

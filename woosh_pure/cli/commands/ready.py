@@ -10,8 +10,9 @@ from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
+from woosh_pure.cli.exit_codes import READY
 from woosh_pure.cli.output import Output
-from woosh_pure.cli.readiness import EXIT_CODES, as_json, is_there, readiness_of, verdict
+from woosh_pure.cli.readiness import as_json, is_there, readiness_of, verdict
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -43,7 +44,7 @@ def run(args: Namespace, out: Output) -> int:
     answer = readiness.answer.value
     out.line(say("{head}: {tail}", head=verdict(readiness, out), tail=readiness.sentence()))
     out.result({"ready": as_json(readiness), "answer": answer, "reasons": list(readiness.reasons)})
-    return EXIT_CODES[answer]
+    return READY[answer]
 
 
 def _wait(chassis: Chassis, longest: float) -> None:

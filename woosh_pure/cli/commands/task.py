@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from rosproto.cli import whole
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, natural, number, pose, word_of
-from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.connection import connect
 from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.follow_goal import follow, report
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import Direction, TaskCommand, TaskType
 from woosh_pure.errors import ChassisError

@@ -1,0 +1,61 @@
+"""Connections of a command: a client of the master, a client of a node, a node."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
+
+from .graph_options import given_names, host_names, master_uri, msg_path
+
+if TYPE_CHECKING:  # imported when they are used: --help has no use for them
+    from rosproto.node.graph.master_client import MasterClient
+    from rosproto.node.graph.slave_client import NodeClient
+
+CALLER_ID = "/rosproto"
+TIMEOUT = 5.0
+
+
+@contextmanager
+def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
+    """Typed calls to the master, without being a node: nothing is registered.
+
+    Raises:
+        ConnectionLost: It is not there, keeps silent, or is no master: the same to a script.
+    """
+    from .escaped_api import ShownMaster
+
+    hosts = host_names(arguments)
+    with ShownMaster(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
+        try:
+            yield master
+        except (RosTimeout, RemoteProtocolError) as error:
+            raise ConnectionLost(str(error), peer=error.peer, why=error.why) from error
+
+
+def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
+    """Typed calls to a node's slave API; without `guess` never at the master's host for an unknown one."""
+    from .escaped_api import ShownNode
+
+    return ShownNode(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
+
+
+def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
+    """A node with a name of its own, for commands that publish, subscribe or call.
+
+    ROS_IP, ROS_HOSTNAME and ROS_NAMESPACE are honoured: this is a program of its own.
+    """
+    from rosproto.node import Node
+
+    return Node(
+        name,
+        master_uri=master_uri(arguments),
+        anonymous=True,
+        use_environment=True,
+        rosout=False,
+        msg_path=msg_path(arguments),
+        resolve=given_names(arguments),
+    )

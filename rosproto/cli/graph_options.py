@@ -1,0 +1,82 @@
+"""The options --master, --msg-path, --no-learned and --resolve, and the values they stand for."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import TYPE_CHECKING, Any, cast
+
+from .options import add_json
+
+if TYPE_CHECKING:  # imported when they are used: --help has no use for them
+    from rosproto.msg import DefinitionLibrary
+    from rosproto.transport.robot_host_names import HostNames
+
+
+def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) -> None:
+    """--master, --msg-path, --no-learned, --resolve, --json: understood by every verb."""
+    parser.add_argument(
+        "--master",
+        metavar="URI",
+        help="the ROS master (default: $ROS_MASTER_URI, else http://localhost:11311)",
+    )
+    parser.add_argument(
+        "--msg-path",
+        action="append",
+        metavar="FOLDER",
+        help="definitions of your own or another firmware",
+    )
+    parser.add_argument(
+        "--no-learned", action="store_true", help="do without what `woosh learn` has kept for you"
+    )
+    parser.add_argument(
+        "--resolve",
+        action="append",
+        metavar="NAME=IP",
+        help="the address of a host name that this computer does not know (also $ROSPROTO_RESOLVE)",
+    )
+    if as_json:
+        add_json(parser)
+
+
+def master_uri(arguments: argparse.Namespace) -> str:
+    """--master, else the environment, else this computer."""
+    return arguments.master or os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
+
+
+def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostNames:
+    """--resolve, then $ROSPROTO_RESOLVE, then the master's host for what nobody knows.
+
+    One for each command, so that a name is looked up once.
+    """
+    from rosproto.transport.robot_host_names import HostNames
+    from rosproto.transport.uri import parse_uri
+
+    if not guess:
+        return HostNames(given_names(arguments))
+    if getattr(arguments, "hosts", None) is None:
+        arguments.hosts = HostNames(given_names(arguments), master=parse_uri(master_uri(arguments))[0])
+    return cast("HostNames", arguments.hosts)
+
+
+def given_names(arguments: argparse.Namespace) -> dict[str, str]:
+    """Host names given by hand: those of --resolve, then those of the environment."""
+    from rosproto.node.options import host_names as of_environment
+    from rosproto.transport.robot_host_names import parse_host_names
+
+    return {**of_environment(), **parse_host_names(arguments.resolve or ())}
+
+
+def msg_path(arguments: argparse.Namespace) -> list[Any]:
+    """The user's own folders (--msg-path, the environment), then what `woosh learn` has kept."""
+    from rosproto.msg.user_folder import own_and_learned
+
+    return own_and_learned(arguments.msg_path or (), learned=not arguments.no_learned)
+
+
+def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> DefinitionLibrary | None:
+    """Where a type's definition is; None for the bundled ones. The user's own go first, learned ones last."""
+    from rosproto.msg.user_folder import library_of
+
+    learned = not getattr(arguments, "no_learned", False)
+    return library_of(name, kind, arguments.msg_path or (), learned=learned)
