@@ -12,6 +12,8 @@ import math
 from collections.abc import Sequence
 
 __all__ = [
+    "Quaternion",
+    "Vector",
     "conjugate",
     "from_matrix",
     "from_yaw",
