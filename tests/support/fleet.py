@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from woosh_pure.fleet.action_handlers.predefined_actions import PARAMETERS, SCOPES
-from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.order.action_states import Ability, Parameter, Scope
 from woosh_pure.fleet.order.events import (
@@ -29,6 +28,7 @@ from woosh_pure.fleet.order.events import (
 )
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities
+from woosh_pure.fleet.persistent_order import PersistentOrder
 
 __all__ = ["LIMITS", "MemoryFile", "PureVehicle", "action", "instant", "order_json"]
 
@@ -170,7 +170,7 @@ class PureVehicle:
     ) -> None:
         self.obeys, self.stops = obeys, 0
         self.disk = MemoryFile(kept)
-        self.order_machine = KeptOrder(limits, self.disk, "test")
+        self.order_machine = PersistentOrder(limits, self.disk, "test")
         self.drives: list[str] = []
         self.begun: list[str] = []
         self.ended: list[str] = []

@@ -28,7 +28,6 @@ from woosh_pure.fleet.drive_runner import Driver
 from woosh_pure.fleet.driving_lease import DrivingLease
 from woosh_pure.fleet.edge_speed import EdgeSpeedMonitor, speed_above_limit
 from woosh_pure.fleet.inbox import Inbox, Lane, Left, Message
-from woosh_pure.fleet.kept_order import KeptOrder
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid, check_header
@@ -38,9 +37,10 @@ from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
+from woosh_pure.fleet.persistent_order import PersistentOrder
 from woosh_pure.fleet.published_messages import MessageHeaders, connection_message
 from woosh_pure.fleet.publisher import MessagePublisher
-from woosh_pure.fleet.vehicle_files import Store, StoreInUse
+from woosh_pure.fleet.state_file import Store, StoreInUse
 from woosh_pure.fleet.vehicle_setup import equipment_of, outline_of
 
 _log = get_logger("woosh_pure.fleet.vehicle")
@@ -82,7 +82,7 @@ class Vehicle:
         self.limits, self.facts = equipment.limits, equipment.facts
         self._inbox = Inbox()
         self._due = self._inbox.due
-        self._order = KeptOrder(self.limits, store, config.prefix)
+        self._order = PersistentOrder(self.limits, store, config.prefix)
         self._store = store
         self._headers = MessageHeaders(config.version, config.manufacturer, config.serial)
         self._connection = BrokerConnection(
@@ -213,7 +213,7 @@ class Vehicle:
         Returns:
             How many have waited.
         """
-        return self._triggers.pull(name)
+        return self._triggers.fire(name)
 
     def wait_connected(self, timeout: float = 10.0) -> bool:
         """Wait for the broker; whether it is there."""

@@ -12,11 +12,12 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.action_handlers.map_store import MapStore
 from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
-from woosh_pure.fleet.action_handlers.running_action import Handler, Triggers
+from woosh_pure.fleet.action_handlers.running_action import Handler
+from woosh_pure.fleet.action_handlers.triggers import Triggers
 from woosh_pure.fleet.chassis_facts import Facts, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
-from woosh_pure.fleet.vehicle_files import Store
+from woosh_pure.fleet.state_file import Store
 from woosh_pure.geometry import Footprint
 
 

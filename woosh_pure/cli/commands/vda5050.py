@@ -85,7 +85,7 @@ def run(args: Namespace, out: Output) -> int:
     from woosh_pure.chassis import Chassis
     from woosh_pure.fleet import Store, Vehicle
     from woosh_pure.fleet.broker_connection import paho
-    from woosh_pure.fleet.vehicle_files import default_folder
+    from woosh_pure.fleet.state_file import default_folder
 
     try:
         paho()

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.action_handlers.custom_actions import handler_of
 from woosh_pure.fleet.action_handlers.map_archive import fetch, unpack
 from woosh_pure.fleet.action_handlers.map_store import MapStore
-from woosh_pure.fleet.action_handlers.running_action import Handler, Task, Triggers, handler_of
+from woosh_pure.fleet.action_handlers.running_action import Handler, Task
+from woosh_pure.fleet.action_handlers.triggers import Triggers, wait_for_trigger
 from woosh_pure.fleet.chassis_facts import Load, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.order.action_states import BUILT_IN, Ability, Parameter, Scope
@@ -36,7 +38,7 @@ def abilities_of(
         config: Of the vehicle.
         maps: Those on it, where the fleet manager may change them.
         report: Stores a report for a reason, and gives its name; None where nothing is kept.
-        triggers: What `Vehicle.trigger` pulls.
+        triggers: The triggers that `Vehicle.trigger` fires.
 
     Raises:
         ValueError: An action of the user's cannot be loaded, or has a name that is taken.
@@ -56,7 +58,7 @@ def abilities_of(
             lambda task: report(str(task.parameters["reason"])),
         )
     if config.triggers:
-        found["waitForTrigger"] = waiting_for(config.triggers, triggers or Triggers())
+        found["waitForTrigger"] = wait_for_trigger(config.triggers, triggers or Triggers())
     if config.undock:
         found["stopCharging"] = (
             predefined(
@@ -272,24 +274,3 @@ def map_actions(maps: MapStore) -> dict[str, tuple[Ability, Handler]]:
         "enableMap": (predefined("enableMap", still=True, description="Uses this version of a map."), enable),
         "deleteMap": (predefined("deleteMap", description="Deletes a map that is DISABLED."), delete),
     }
-
-
-# -- waitForTrigger ------------------------------------------------------------------------------------------
-
-
-def waiting_for(given: Mapping[str, str], triggers: Triggers) -> tuple[Ability, Handler]:
-    """The ability, for types of triggers and what each waits for; "" waits for `Vehicle.trigger`."""
-    loaded = {name: handler_of(name, target) if target else None for name, target in given.items()}
-    kinds = Parameter("triggerType", choices=tuple(loaded))
-    text = f"waits for one of: {', '.join(loaded)}"
-    ability = Ability("waitForTrigger", SCOPES["waitForTrigger"], (kinds,), description=text)
-
-    def wait(task: Task) -> str | None:
-        name = str(task.parameters["triggerType"])
-        handler = loaded[name]
-        if handler is not None:
-            return handler(task)
-        triggers.wait(name, task)
-        return None
-
-    return ability, wait

@@ -17,7 +17,8 @@ import pytest
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
-from woosh_pure.fleet.action_handlers.running_action import Task, Triggers
+from woosh_pure.fleet.action_handlers.running_action import Task
+from woosh_pure.fleet.action_handlers.triggers import Triggers
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.action_states import Scope, objection
@@ -123,11 +124,11 @@ def wait_for(kind: str, triggers: Triggers, **given: str) -> tuple[Any, Task]:
 def test_a_trigger_lets_go_what_waits_for_it() -> None:
     """And nothing else; one that was pulled before does not count."""
     triggers = Triggers()
-    assert triggers.pull("button") == 0
+    assert triggers.fire("button") == 0
     future, _ = wait_for("button", triggers, button="", door="")
-    assert triggers.pull("door") == 0
+    assert triggers.fire("door") == 0
     deadline = time.monotonic() + 5.0
-    while not triggers.pull("button"):
+    while not triggers.fire("button"):
         assert time.monotonic() < deadline
     assert future.result(5.0) is None
 

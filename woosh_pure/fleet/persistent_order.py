@@ -28,7 +28,7 @@ from woosh_pure.fleet.order.machine import step
 from woosh_pure.fleet.order.state import OrderState, first_state, read_state
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
 
-_log = get_logger("woosh_pure.fleet.kept_order")
+_log = get_logger("woosh_pure.fleet.persistent_order")
 
 
 class StateFile(Protocol):
@@ -44,7 +44,7 @@ class StateFile(Protocol):
         """Keep an unusable file under another name."""
 
 
-class KeptOrder:
+class PersistentOrder:
     """The state of one vehicle's order, which every event passes. Not for several threads at a time.
 
     Args:

@@ -16,7 +16,7 @@ from typing import Any
 from rosproto.logs import get_logger
 from woosh_pure.errors import ChassisError
 
-_log = get_logger("woosh_pure.fleet.vehicle_files")
+_log = get_logger("woosh_pure.fleet.state_file")
 _WRITE = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 
 _LOCK = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from woosh_pure.fleet.vehicle_files import Store, StoreInUse
+from woosh_pure.fleet.state_file import Store, StoreInUse
 
 
 def test_what_was_saved_is_loaded(tmp_path: Path) -> None:
@@ -73,7 +73,7 @@ def test_one_file_belongs_to_one_vehicle(tmp_path: Path) -> None:
 HOLDER = """
 import sys
 from pathlib import Path
-from woosh_pure.fleet.vehicle_files import Store
+from woosh_pure.fleet.state_file import Store
 store = Store(Path(sys.argv[1]), "Woosh", "1")
 store.lock()
 print("locked", flush=True)

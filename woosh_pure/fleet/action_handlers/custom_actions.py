@@ -1,0 +1,107 @@
+"""Actions and triggers that the user configures: a Python function, or a program of this computer."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import shlex
+import subprocess
+import sys
+import threading
+
+from rosproto.sentence import say
+from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.action_handlers.running_action import Handler, Task
+
+_LONGEST_RESULT = 1000
+_ENDS_SECONDS = 3.0  # for a program to end when it is asked to
+
+
+def handler_of(name: str, target: str) -> Handler:
+    """The function that a target names.
+
+    Raises:
+        ValueError: It cannot be loaded.
+    """
+    return _program(target[1:]) if target.startswith("!") else _function(name, target)
+
+
+def _function(name: str, target: str) -> Handler:
+    module, colon, attribute = target.partition(":")
+    if not colon:
+        raise ValueError(
+            say(
+                "action {name}={target}: expected python.module:function, or !program argument ...",
+                name=name,
+                target=target,
+            )
+        )
+    try:
+        found = getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(
+            say("action {name}={target} cannot be loaded: {error}", name=name, target=target, error=error)
+        ) from error
+    if not callable(found):
+        raise ValueError(
+            say(
+                "action {name}={target}: {attribute} is no function",
+                name=name,
+                target=target,
+                attribute=attribute,
+            )
+        )
+    handler: Handler = found
+    return handler
+
+
+def _program(command: str) -> Handler:
+    line = _command_line(command)
+    if not line:
+        raise ValueError("an action has an empty command")
+    name = command.split(maxsplit=1)[0]
+
+    def run(task: Task) -> str:
+        """Runs a program of this computer."""
+        given = json.dumps({"actionId": task.action.id, "parameters": dict(task.parameters)}) + "\n"
+        with subprocess.Popen(
+            line,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            errors="replace",
+        ) as process:
+            reader = threading.Thread(target=_watch, args=(process, task), daemon=True)
+            reader.start()
+            output, _ = process.communicate(given)
+        output = output.strip()[-_LONGEST_RESULT:]
+        if process.returncode:
+            raise ChassisError(
+                say(
+                    "{name} ended with {returncode}: {output}",
+                    name=name,
+                    returncode=process.returncode,
+                    output=output,
+                )
+            )
+        return output
+
+    return run
+
+
+def _command_line(command: str) -> str | list[str]:
+    """Program and arguments; on Windows the line as it is, because there each program splits its own."""
+    return command.strip() if sys.platform == "win32" else shlex.split(command)
+
+
+def _watch(process: subprocess.Popen[str], task: Task) -> None:
+    """Terminate the program when its action is cancelled."""
+    while process.poll() is None:
+        if task.cancelled.wait(0.1):
+            process.terminate()
+            try:
+                process.wait(_ENDS_SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+            return
