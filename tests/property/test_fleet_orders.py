@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from tests.support.fleet import PureVehicle, action, order_json
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.order.events import (
-    Begin,
+    BeginAction,
+    ContactChanged,
     Drive,
     Effect,
-    End,
+    EndAction,
     Event,
     Halt,
-    Heard,
     ModeChanged,
     PositionMeasured,
     RetryDue,
@@ -69,7 +69,7 @@ class Watched(PureVehicle):
         before = self.drive
         super().take(effect)
         state, kept = self.state, self.disk.kept
-        if isinstance(effect, Begin):
+        if isinstance(effect, BeginAction):
             name = effect.action.id
             assert name not in self.ever, f"{name} began twice"
             self.ever.add(name)
@@ -100,7 +100,7 @@ class Watched(PureVehicle):
             assert state.position is not None
             assert state.motion is Motion.DRIVING
             self.measured = False
-        elif isinstance(effect, End):
+        elif isinstance(effect, EndAction):
             self.to_end.add(effect.action_id)
         elif isinstance(effect, Halt):
             assert before is not None, "nothing to halt"
@@ -266,11 +266,11 @@ class World:
             self.instant("beep", self.random.choice(BLOCKING))
         elif kind == "lost":
             vehicle.measured = False
-            vehicle.happens(Heard(False))
+            vehicle.happens(ContactChanged(False))
             vehicle.happens(PositionMeasured(None))
         elif kind == "back":
             vehicle.measured = False
-            vehicle.happens(Heard(True))
+            vehicle.happens(ContactChanged(True))
         elif kind == "stand" and vehicle.state.heard:
             vehicle.stand()
         elif kind == "moves":  # somebody pushes it
@@ -307,7 +307,7 @@ class World:
                 vehicle.place(0.0)
             vehicle.happens(RetryDue())
             if not vehicle.state.heard:
-                vehicle.happens(Heard(True))
+                vehicle.happens(ContactChanged(True))
             vehicle.stand()
             if vehicle.running:
                 name = sorted(vehicle.to_end or vehicle.running)[0]

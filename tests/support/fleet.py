@@ -8,23 +8,23 @@ from typing import Any
 
 from woosh_pure.fleet.action_handlers.predefined_actions import PARAMETERS, SCOPES
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
-from woosh_pure.fleet.order.action_states import Ability, Parameter, Scope
+from woosh_pure.fleet.order.action_states import Parameter, Scope, SupportedAction
 from woosh_pure.fleet.order.events import (
     ActionEnded,
-    Begin,
+    BeginAction,
     Drive,
     DriveEnded,
     Effect,
-    End,
+    EndAction,
     Event,
     Halt,
     ModeChanged,
     PositionMeasured,
-    Retry,
+    PublishState,
+    ScheduleRetry,
     StandingMeasured,
     StopAll,
     StopEnded,
-    Tell,
 )
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities
@@ -34,15 +34,15 @@ __all__ = ["LIMITS", "MemoryFile", "PureVehicle", "action", "instant", "order_js
 
 EVERYWHERE = (Scope.NODE, Scope.EDGE, Scope.INSTANT)
 LIMITS = Capabilities(
-    abilities={
+    actions={
         each.type: each
         for each in (
-            Ability("beep", EVERYWHERE, (Parameter("times", "INTEGER", optional=True),)),
-            Ability("weld", EVERYWHERE, interruptible=False),
-            Ability("dock", EVERYWHERE, moves=True),
-            Ability("park", EVERYWHERE, still=True),
-            Ability("enableMap", SCOPES["enableMap"], PARAMETERS["enableMap"], still=True),
-            Ability("initPosition", (Scope.INSTANT,), any_parameters=True),
+            SupportedAction("beep", EVERYWHERE, (Parameter("times", "INTEGER", optional=True),)),
+            SupportedAction("weld", EVERYWHERE, interruptible=False),
+            SupportedAction("dock", EVERYWHERE, moves=True),
+            SupportedAction("park", EVERYWHERE, still=True),
+            SupportedAction("enableMap", SCOPES["enableMap"], PARAMETERS["enableMap"], still=True),
+            SupportedAction("initPosition", (Scope.INSTANT,), any_parameters=True),
         )
     },
     maps=("hall",),
@@ -215,7 +215,7 @@ class PureVehicle:
 
     def take(self, effect: Effect) -> None:
         """Note what was asked."""
-        if isinstance(effect, Tell):
+        if isinstance(effect, PublishState):
             self.told += 1
         elif isinstance(effect, Drive):
             self.drive, self.halting = effect, False
@@ -224,11 +224,11 @@ class PureVehicle:
             assert self.drive is not None
             assert effect.token == self.drive.token
             self.halting, self.halts = True, self.halts + 1
-        elif isinstance(effect, Begin):
+        elif isinstance(effect, BeginAction):
             self.begun.append(effect.action.id)
-        elif isinstance(effect, End):
+        elif isinstance(effect, EndAction):
             self.ended.append(effect.action_id)
-        elif isinstance(effect, Retry):
+        elif isinstance(effect, ScheduleRetry):
             self.retries.append(effect.after)
         elif isinstance(effect, StopAll):
             self.stops += 1

@@ -74,7 +74,7 @@ EVENTS_OF: dict[str, Callable[..., events.Event]] = {
         None if x is None else AgvPosition(x, 0.0, 0.0, used)
     ),
     "standing": events.StandingMeasured,
-    "heard": events.Heard,
+    "heard": events.ContactChanged,
     "stopped": events.StopEnded,
     "too fast": lambda: events.DriveTooFast("it was too fast"),
     "drive ended": lambda token, arrived, known: events.DriveEnded(token, arrived, "", known),
@@ -94,7 +94,7 @@ def words(effect: Any) -> list[Any]:
     name = type(effect).__name__
     if name == "Drive":
         return [name, effect.token, effect.node.id, "" if effect.edge is None else effect.edge.id]
-    if name == "Begin":
+    if name == "BeginAction":
         return [name, effect.action.id]
     return [name, *(getattr(effect, each) for each in effect.__slots__)]
 
@@ -143,7 +143,7 @@ class Player:
                 self.halting = True
             elif name == "StopAll":
                 self.stopping = True
-            elif name == "Begin":
+            elif name == "BeginAction":
                 self.running.append(given[0])
 
     def _drawn(self) -> Event | None:

@@ -12,7 +12,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.errors import GoalFailed
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task, end_is_known
 from woosh_pure.fleet.chassis_facts import Load
-from woosh_pure.fleet.order.events import ActionEnded, Begin
+from woosh_pure.fleet.order.events import ActionEnded, BeginAction
 
 _log = get_logger("woosh_pure.fleet.action_runner")
 
@@ -40,7 +40,7 @@ class ActionRunner:
         self._tasks: dict[str, Task] = {}
         self._workers: set[threading.Thread] = set()
 
-    def begin(self, effect: Begin) -> None:
+    def begin(self, effect: BeginAction) -> None:
         """Begin an action."""
         action = effect.action
         task = Task(action, self._chassis, self.loads)

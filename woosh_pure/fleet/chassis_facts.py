@@ -41,7 +41,7 @@ class MapEntry:
 
 
 @dataclass(slots=True)
-class Facts:
+class ChassisFacts:
     """What is known of the chassis.
 
     Attributes:

@@ -39,7 +39,7 @@ class _NotSent(RosError):
     """The drive was not sent, because what its edge asks for was not set."""
 
 
-class Driver:
+class DriveRunner:
     """Drives one chassis.
 
     Args:

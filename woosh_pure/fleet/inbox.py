@@ -25,7 +25,7 @@ from woosh_pure.fleet.messages.elements import InstantActions, Order
 from woosh_pure.fleet.order.events import Event, MalformedMessage
 
 
-class Lane(Enum):
+class MessageKind(Enum):
     """Where a message waits; the value says in words what waits there."""
 
     STOP = "cancelOrder or startPause"
@@ -34,22 +34,22 @@ class Lane(Enum):
     MALFORMED = "messages that do not fit"
 
 
-ROOM = {Lane.STOP: 64, Lane.INSTANT: 32, Lane.ORDER: 8, Lane.MALFORMED: 8}
+CAPACITY = {MessageKind.STOP: 64, MessageKind.INSTANT: 32, MessageKind.ORDER: 8, MessageKind.MALFORMED: 8}
 """Messages that wait in each lane."""
-MOST_MESSAGES = sum(ROOM.values())
+MOST_MESSAGES = sum(CAPACITY.values())
 """Messages of a fleet manager that wait."""
 
 
 Message = Order | InstantActions | MalformedMessage
 
 
-def lane_of(message: Message) -> Lane:
+def message_kind(message: Message) -> MessageKind:
     """The lane of a message."""
     if isinstance(message, MalformedMessage):
-        return Lane.MALFORMED
+        return MessageKind.MALFORMED
     if isinstance(message, Order):
-        return Lane.ORDER
-    return Lane.STOP if _stops(message) else Lane.INSTANT
+        return MessageKind.ORDER
+    return MessageKind.STOP if _stops(message) else MessageKind.INSTANT
 
 
 def _stops(message: Message) -> set[str]:
@@ -58,7 +58,7 @@ def _stops(message: Message) -> set[str]:
     return {action.type for action in actions} & {"cancelOrder", "startPause"}
 
 
-class Left(NamedTuple):
+class InboxContents(NamedTuple):
     """What has been left since the last look.
 
     Attributes:
@@ -83,13 +83,13 @@ class Inbox:
 
     def __init__(self) -> None:
         self.due: dict[str, float] = {}
-        self.dropped: Counter[Lane] = Counter()
+        self.dropped: Counter[MessageKind] = Counter()
         self.closed = False
         self._wake = threading.Condition()
         self._flags: set[str] = set()
         self._events: list[Event] = []
-        self._waiting: list[tuple[Lane, Message]] = []  # in the order in which they came
-        self._count: Counter[Lane] = Counter()
+        self._waiting: list[tuple[MessageKind, Message]] = []  # in the order in which they came
+        self._count: Counter[MessageKind] = Counter()
 
     def flag(self, name: str) -> None:
         """Say that something has changed."""
@@ -105,15 +105,15 @@ class Inbox:
 
     def add_message(self, message: Message) -> bool:
         """Leave a message; False when another one of its kind or it itself is dropped for want of room."""
-        lane = lane_of(message)
+        lane = message_kind(message)
         with self._wake:
-            room = self._count[lane] < ROOM[lane]
+            room = self._count[lane] < CAPACITY[lane]
             if not room:
                 self.dropped[lane] += 1
                 self._flags.add("dropped")
-                if lane is Lane.STOP:
+                if lane is MessageKind.STOP:
                     self._make_room_for_stop(message)
-            if room or lane is Lane.STOP:
+            if room or lane is MessageKind.STOP:
                 self._waiting.append((lane, message))
                 self._count[lane] += 1
             self._wake.notify_all()
@@ -124,12 +124,12 @@ class Inbox:
         behind, oldest = _stops(message), -1
         for n in reversed(range(len(self._waiting))):
             lane, each = self._waiting[n]
-            if lane is Lane.STOP:
+            if lane is MessageKind.STOP:
                 if _stops(each) <= behind:
                     oldest = n
                 behind |= _stops(each)
         del self._waiting[oldest]
-        self._count[Lane.STOP] -= 1
+        self._count[MessageKind.STOP] -= 1
 
     @property
     def waiting_messages(self) -> int:
@@ -139,7 +139,7 @@ class Inbox:
     @property
     def stop_waits(self) -> bool:
         """Whether a message that stops the vehicle has not been read."""
-        return self._count[Lane.STOP] > 0
+        return self._count[MessageKind.STOP] > 0
 
     def close(self) -> bool:
         """Wake the reader up for the last time; False when that was done before."""
@@ -148,7 +148,7 @@ class Inbox:
             self._wake.notify_all()
             return first
 
-    def wait(self) -> Left | None:
+    def wait(self) -> InboxContents | None:
         """Wait until something is left or due, and take it; None when the inbox is closed."""
         with self._wake:
             while not (self.closed or self._flags or self._events or self._waiting):
@@ -162,6 +162,6 @@ class Inbox:
             if self._waiting:
                 lane, message = self._waiting.pop(0)
                 self._count[lane] -= 1
-            left = Left(self._flags, self._events, message)
+            left = InboxContents(self._flags, self._events, message)
             self._flags, self._events = set(), []
             return left

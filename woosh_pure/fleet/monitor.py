@@ -1,4 +1,4 @@
-"""What the chassis tells, gathered as `Facts`: every feed calls back, nothing is polled."""
+"""What the chassis tells, gathered as `ChassisFacts`: every feed calls back, nothing is polled."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from rosproto.errors import RosError
 from woosh_pure.chassis import Chassis
 from woosh_pure.enums import RobotMode
-from woosh_pure.fleet.chassis_facts import Facts
+from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.geometry import Pose2D, Velocity
@@ -48,7 +48,7 @@ class ChassisMonitor:
     def __init__(
         self,
         chassis: Chassis,
-        facts: Facts,
+        facts: ChassisFacts,
         moved: Callable[[], object],
         told: Callable[[], object],
         described: Callable[[], object],

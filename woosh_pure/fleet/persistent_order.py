@@ -19,9 +19,9 @@ from woosh_pure.fleet.order.events import (
     DiskRecovered,
     Effect,
     Event,
+    PublishState,
     Restarted,
-    Tell,
-    Write,
+    SaveState,
     stops,
 )
 from woosh_pure.fleet.order.machine import step
@@ -86,30 +86,36 @@ class PersistentOrder:
         after, effects = step(before, event)
         done = [effect for effect in effects if stops(effect)]
         yield from done  # what stops waits for no disk
-        begins = [effect for effect in effects if not (stops(effect) or isinstance(effect, (Write, Tell)))]
+        begins = [
+            effect
+            for effect in effects
+            if not (stops(effect) or isinstance(effect, (SaveState, PublishState)))
+        ]
         if later and not begins:
             self.state, self.owed = after, self.owed or len(effects) > len(done)
             return
-        tells = self.owed or Tell() in effects
-        if (self.owed or Write() in effects) and not self.failing:
+        tells = self.owed or PublishState() in effects
+        if (self.owed or SaveState() in effects) and not self.failing:
             problem = self._save(after)
             if problem is not None:
                 self.failing = tells = True
                 without, _ = step(before, DiskFailed(problem))
                 after, effects = step(without, event)
                 begins = [
-                    each for each in effects if each not in done and not isinstance(each, (Write, Tell))
+                    each
+                    for each in effects
+                    if each not in done and not isinstance(each, (SaveState, PublishState))
                 ]
         self.state, self.owed = after, False
         if tells:
-            yield Tell()
+            yield PublishState()
         yield from begins
 
     def write(self) -> list[Effect]:
         """Write the state as it is, with what was put off, or once more on a disk that took nothing; the
         effects."""
         problem = self._save(self.state)
-        told: list[Effect] = [Tell()] if self.owed else []
+        told: list[Effect] = [PublishState()] if self.owed else []
         failed, self.failing, self.owed = self.failing, problem is not None, False
         if problem is not None and not failed:
             return [*self.happens(DiskFailed(problem))]

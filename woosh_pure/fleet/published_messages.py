@@ -9,11 +9,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from woosh_pure.fleet.chassis_facts import Facts
+from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.messages import schema
 from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.messages.schema import timestamp
-from woosh_pure.fleet.order.action_states import BUILT_IN, Ability
+from woosh_pure.fleet.order.action_states import BUILT_IN, SupportedAction
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
@@ -52,7 +52,7 @@ def connection_message(state: str, header: dict[str, Any]) -> dict[str, Any]:
 # -- state and visualization: from the order and the data of the chassis -------------------------------------
 
 
-def _position(facts: Facts) -> dict[str, Any] | None:
+def _position(facts: ChassisFacts) -> dict[str, Any] | None:
     if facts.position is None:
         return None
     return {
@@ -61,7 +61,7 @@ def _position(facts: Facts) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def _velocity(facts: Facts) -> dict[str, Any] | None:
+def _velocity(facts: ChassisFacts) -> dict[str, Any] | None:
     if facts.velocity is None:
         return None
     return dict(zip(("vx", "vy", "omega"), facts.velocity, strict=True))
@@ -77,7 +77,7 @@ def _node_state(node: Node) -> dict[str, Any]:
     return found
 
 
-def _edge_states(order: OrderState, facts: Facts) -> list[dict[str, Any]]:
+def _edge_states(order: OrderState, facts: ChassisFacts) -> list[dict[str, Any]]:
     """The edges ahead; the one that is driven with the path that the chassis has planned (6.10.1), as a NURBS
     of degree 1, which is a line through its corners."""
     found: list[dict[str, Any]] = [
@@ -93,7 +93,9 @@ def _edge_states(order: OrderState, facts: Facts) -> list[dict[str, Any]]:
     return found
 
 
-def state_message(order: OrderState, facts: Facts, header: dict[str, Any], version: str) -> dict[str, Any]:
+def state_message(
+    order: OrderState, facts: ChassisFacts, header: dict[str, Any], version: str
+) -> dict[str, Any]:
     """The state as it is now, of a version of the standard."""
     later = not version.startswith("2.0")
     problems = [*_of_chassis(facts), *order.problems]
@@ -132,21 +134,21 @@ def state_message(order: OrderState, facts: Facts, header: dict[str, Any], versi
     return message
 
 
-def _battery(facts: Facts) -> dict[str, Any]:
+def _battery(facts: ChassisFacts) -> dict[str, Any]:
     found: dict[str, Any] = {"batteryCharge": float(facts.percent or 0.0), "charging": facts.charging}
     if facts.voltage is not None:
         found["batteryVoltage"] = facts.voltage
     return found
 
 
-def _of_chassis(facts: Facts) -> Collection[Problem]:
+def _of_chassis(facts: ChassisFacts) -> Collection[Problem]:
     return [
         Problem(ErrorType.CHASSIS, text, (), Level.FATAL if severe else Level.WARNING)
         for text, severe in facts.faults
     ]
 
 
-def visualization_message(facts: Facts, header: dict[str, Any]) -> dict[str, Any]:
+def visualization_message(facts: ChassisFacts, header: dict[str, Any]) -> dict[str, Any]:
     """Pose and velocity for displays."""
     message = dict(header)
     for key, value in (("agvPosition", _position(facts)), ("velocity", _velocity(facts))):
@@ -218,18 +220,18 @@ def _optional_parameters(limits: Capabilities) -> list[dict[str, Any]]:
     return [{"parameter": "order.nodes.nodePosition", "support": position, "description": why}, *found]
 
 
-def _ability(ability: Ability) -> dict[str, Any]:
+def _agv_action(supported: SupportedAction) -> dict[str, Any]:
     # Without blockingTypes: text and schema of 2.1 contradict each other there, and no value fits both.
     found: dict[str, Any] = {
-        "actionType": ability.type,
-        "actionScopes": [scope.value for scope in ability.scopes],
+        "actionType": supported.type,
+        "actionScopes": [scope.value for scope in supported.scopes],
     }
-    if ability.description:
-        found["actionDescription"] = ability.description
-    if ability.parameters:
+    if supported.description:
+        found["actionDescription"] = supported.description
+    if supported.parameters:
         found["actionParameters"] = [
             {"key": p.key, "valueDataType": p.kind, "isOptional": p.optional, "description": p.description}
-            for p in ability.parameters
+            for p in supported.parameters
         ]
     return found
 
@@ -257,7 +259,7 @@ def factsheet_message(
     """
     later = not version.startswith("2.0")
     length, width = body.size
-    abilities = {**limits.abilities, **BUILT_IN}
+    actions = {**limits.actions, **BUILT_IN}
     timing = {"minOrderInterval": 0.1, "minStateInterval": 0.1, "defaultStateInterval": 30.0}
     if visualization > 0.0:
         timing["visualizationInterval"] = visualization
@@ -284,7 +286,7 @@ def factsheet_message(
         },
         "protocolFeatures": {
             "optionalParameters": _optional_parameters(limits),
-            "agvActions": [_ability(each) for each in abilities.values()],
+            "agvActions": [_agv_action(each) for each in actions.values()],
         },
         "agvGeometry": {},
         "loadSpecification": {"loadPositions": list(load_positions)} if load_positions else {},

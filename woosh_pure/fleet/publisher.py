@@ -12,7 +12,7 @@ from typing import Any
 from rosproto.version import __version__
 from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.broker_connection import BrokerConnection
-from woosh_pure.fleet.chassis_facts import Facts
+from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
@@ -52,7 +52,7 @@ class MessagePublisher:
     def _header(self, topic: str) -> dict[str, Any]:
         return self._headers.header(topic, time.time())
 
-    def send_state(self, order: OrderState, facts: Facts) -> None:
+    def send_state(self, order: OrderState, facts: ChassisFacts) -> None:
         """Send the state; does nothing while the broker is not connected."""
         self._connection.revive()
         if not self._connection.connected.is_set():
@@ -64,7 +64,7 @@ class MessagePublisher:
             errors = [problem.kind for problem in order.problems]
             self._journal.note(f"> state {message['headerId']}: at {order.last_node}, {actions}, {errors}")
 
-    def send_visualization(self, facts: Facts) -> None:
+    def send_visualization(self, facts: ChassisFacts) -> None:
         """Send pose and velocity."""
         self._connection.send("visualization", visualization_message(facts, self._header("visualization")))
 

@@ -24,10 +24,10 @@ from woosh_pure.fleet.action_runner import ActionRunner
 from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.drive_runner import Driver
+from woosh_pure.fleet.drive_runner import DriveRunner
 from woosh_pure.fleet.driving_lease import DrivingLease
 from woosh_pure.fleet.edge_speed import EdgeSpeedMonitor, speed_above_limit
-from woosh_pure.fleet.inbox import Inbox, Lane, Left, Message
+from woosh_pure.fleet.inbox import Inbox, InboxContents, Message, MessageKind
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid, check_header
@@ -41,7 +41,7 @@ from woosh_pure.fleet.persistent_order import PersistentOrder
 from woosh_pure.fleet.published_messages import MessageHeaders, connection_message
 from woosh_pure.fleet.publisher import MessagePublisher
 from woosh_pure.fleet.state_file import Store, StoreInUse
-from woosh_pure.fleet.vehicle_setup import equipment_of, outline_of
+from woosh_pure.fleet.vehicle_setup import navigation_footprint, set_up_vehicle
 
 _log = get_logger("woosh_pure.fleet.vehicle")
 STATE_EVERY = 25.0
@@ -77,7 +77,7 @@ class Vehicle:
         self, chassis: Chassis, config: VehicleConfig, broker: Broker, store: Store | None = None
     ) -> None:
         self.chassis, self.config = chassis, config
-        equipment = equipment_of(config, store, self._report)
+        equipment = set_up_vehicle(config, store, self._report)
         self._journal, self._maps, self._triggers = equipment.journal, equipment.maps, equipment.triggers
         self.limits, self.facts = equipment.limits, equipment.facts
         self._inbox = Inbox()
@@ -92,18 +92,20 @@ class Vehicle:
         self._monitor = ChassisMonitor(
             chassis, self.facts, self._on_moved, self._on_told, self._on_described, self._on_planned
         )
-        self._driver = Driver(chassis, self._inbox.report, lambda: self.facts.position, marks=config.marks)
+        self._driver = DriveRunner(
+            chassis, self._inbox.report, lambda: self.facts.position, marks=config.marks
+        )
         self._actions = ActionRunner(chassis, equipment.handlers, self._inbox.report)
         self._lease = DrivingLease(chassis, config.serial, self._due)
         self._do: dict[type, Callable[[Any], object]] = {
             events.Halt: lambda effect: self._driver.halt(effect.token),
             events.StopAll: lambda effect: self._driver.stop_all(effect.after),
-            events.End: lambda effect: self._actions.end(effect.action_id),
-            events.Tell: lambda effect: self._tell(),
+            events.EndAction: lambda effect: self._actions.end(effect.action_id),
+            events.PublishState: lambda effect: self._tell(),
             events.Drive: self._drive,
-            events.Begin: self._actions.begin,
-            events.Retry: self._retry_after,
-            events.Factsheet: lambda effect: self._factsheet(),
+            events.BeginAction: self._actions.begin,
+            events.ScheduleRetry: self._retry_after,
+            events.PublishFactsheet: lambda effect: self._factsheet(),
         }
         self._thread: threading.Thread | None = None
         self._end_lease: Callable[[], object] = lambda: None
@@ -113,7 +115,7 @@ class Vehicle:
         self._planned = 0  # the newest drive whose path was told
         self._was_blocked = ""
         self._told = 0.0
-        self._told_dropped: Counter[Lane] = Counter()
+        self._told_dropped: Counter[MessageKind] = Counter()
 
     # -- life ------------------------------------------------------------------------------------------------
 
@@ -277,7 +279,7 @@ class Vehicle:
             except Exception:
                 _log.exception("! %s: a failure of our own; the vehicle goes on", self.config.prefix)
 
-    def _handle(self, left: Left) -> None:
+    def _handle(self, left: InboxContents) -> None:
         flags, reported, message = left
         if "lease" in flags:
             self._lease.hand_over()
@@ -360,7 +362,7 @@ class Vehicle:
         if self.facts.lost and not self._monitor.silent:
             self.facts.lost, full = False, True
             self._ended = time.monotonic()  # what was measured before is no news
-            self._happens(events.Heard(True))
+            self._happens(events.ContactChanged(True))
             self._happens(events.ProblemChanged("lost", None))
         if full:
             before = self.facts.alarms
@@ -416,7 +418,7 @@ class Vehicle:
             return
         self.facts.may_move = self.facts.moving or not self._state.at_rest
         self.facts.lost, self.facts.velocity = True, None
-        self._happens(events.Heard(False))
+        self._happens(events.ContactChanged(False))
         self._happens(events.ProblemChanged("lost", self._monitor.silence()))
         self._happens(events.PositionMeasured(None))
 
@@ -447,7 +449,7 @@ class Vehicle:
         self._edge_speed.drive_began(time.monotonic())
         self._driver.drive(effect)
 
-    def _retry_after(self, effect: events.Retry) -> None:
+    def _retry_after(self, effect: events.ScheduleRetry) -> None:
         self._due["retry"] = time.monotonic() + effect.after
 
     def _busy(self) -> bool:
@@ -490,7 +492,7 @@ class Vehicle:
 
     def _learn_outline(self) -> None:
         """What the navigation takes for the robot's outline goes before what the configuration says."""
-        found = outline_of(self.chassis)
+        found = navigation_footprint(self.chassis)
         if found:
             self._publisher.outline = found
             self._inbox.flag("described")

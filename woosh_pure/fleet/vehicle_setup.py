@@ -11,10 +11,10 @@ from rosproto.errors import RosError
 from woosh_pure.chassis import Chassis
 from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.action_handlers.map_store import MapStore
-from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import Handler
 from woosh_pure.fleet.action_handlers.triggers import Triggers
-from woosh_pure.fleet.chassis_facts import Facts, MapEntry
+from woosh_pure.fleet.chassis_facts import ChassisFacts, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
 from woosh_pure.fleet.state_file import Store
@@ -22,7 +22,7 @@ from woosh_pure.geometry import Footprint
 
 
 @dataclass(frozen=True, slots=True)
-class Equipment:
+class VehicleSetup:
     """What is there before a chassis was heard.
 
     Attributes:
@@ -36,13 +36,13 @@ class Equipment:
 
     limits: Capabilities
     handlers: Mapping[str, Handler]
-    facts: Facts
+    facts: ChassisFacts
     triggers: Triggers
     journal: Journal | None
     maps: MapStore | None
 
 
-def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[str], str]) -> Equipment:
+def set_up_vehicle(config: VehicleConfig, store: Store | None, report: Callable[[str], str]) -> VehicleSetup:
     """Make it.
 
     Args:
@@ -60,19 +60,19 @@ def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[s
         if config.map_actions:
             maps = MapStore(store.path.parent / "maps" / store.path.stem, own)
     triggers = Triggers()
-    found = abilities_of(config, maps=maps, report=None if store is None else report, triggers=triggers)
+    found = supported_actions(config, maps=maps, report=None if store is None else report, triggers=triggers)
     limits = Capabilities(
-        abilities={name: ability for name, (ability, _) in found.items()},
+        actions={name: supported for name, (supported, _) in found.items()},
         maps=(config.map_id,) if maps is None else maps.enabled_ids,
         tolerance=config.tolerance,
         turn_tolerance=config.turn_tolerance,
         marks=config.marks,
         zone_set=config.zone_set,
     )
-    facts = Facts(
+    facts = ChassisFacts(
         map_id=config.map_id, maps=(own,), zone_set=config.zone_set, loads=() if config.marks else None
     )
-    return Equipment(
+    return VehicleSetup(
         limits, {name: handler for name, (_, handler) in found.items()}, facts, triggers, journal, maps
     )
 
@@ -80,7 +80,7 @@ def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[s
 _OUTLINES = ("/move_base/global_costmap", "/move_base/local_costmap")
 
 
-def outline_of(chassis: Chassis) -> tuple[tuple[float, float], ...]:
+def navigation_footprint(chassis: Chassis) -> tuple[tuple[float, float], ...]:
     """The outline that the navigation of a chassis has as its parameter, in m in base_link.
 
     By costmap_2d's own names: `footprint`, a list of corners or its text, or `robot_radius`; empty where

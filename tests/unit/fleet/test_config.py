@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from woosh_pure import Chassis
-from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config, secrets
 from woosh_pure.fleet.vehicle import Vehicle
@@ -178,7 +178,7 @@ def test_a_value_of_any_type_at_any_field_is_taken_or_refused_by_name(field: str
     for value in (3, True, "x", [3], {"a": 3}, math.nan, None):
         said = ""
         try:
-            abilities_of(VehicleConfig(**{"manufacturer": "W", "serial": "1", field: value}))
+            supported_actions(VehicleConfig(**{"manufacturer": "W", "serial": "1", field: value}))
         except ValueError as error:
             said = str(error)
         assert not said or said.startswith((field, "a footprint", "footprint")), (value, said)

@@ -11,7 +11,7 @@ import pytest
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from woosh_pure.enums import NavDirection
 from woosh_pure.errors import MotionRefused
-from woosh_pure.fleet.drive_runner import Driver
+from woosh_pure.fleet.drive_runner import DriveRunner
 from woosh_pure.fleet.messages.elements import Edge, Node, NodePosition
 from woosh_pure.fleet.order.events import Drive, DriveEnded
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
@@ -72,7 +72,7 @@ class Hands:
     def __init__(self) -> None:
         self.robot = Robot()
         self.ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self.driver = Driver(self.robot, self.ended.put, lambda: None)  # type: ignore[arg-type]
+        self.driver = DriveRunner(self.robot, self.ended.put, lambda: None)  # type: ignore[arg-type]
         self.token = 0
 
     def drive(self, **options: Any) -> Goal:

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from tests.support.fleet import action, instant, order_json
-from woosh_pure.fleet.inbox import MOST_MESSAGES, ROOM, Inbox, Lane, Message, lane_of
+from woosh_pure.fleet.inbox import CAPACITY, MOST_MESSAGES, Inbox, Message, MessageKind, message_kind
 from woosh_pure.fleet.messages.elements import InstantActions
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
@@ -35,27 +35,27 @@ def read(inbox: Inbox) -> list[Message]:
 @pytest.mark.parametrize(
     ("message", "lane"),
     [
-        (ORDER, Lane.ORDER),
-        (MALFORMED, Lane.MALFORMED),
-        (told("stateRequest"), Lane.INSTANT),
-        (told("stopPause"), Lane.INSTANT),
-        (told("startPause"), Lane.STOP),
-        (told("beep", "cancelOrder"), Lane.STOP),
+        (ORDER, MessageKind.ORDER),
+        (MALFORMED, MessageKind.MALFORMED),
+        (told("stateRequest"), MessageKind.INSTANT),
+        (told("stopPause"), MessageKind.INSTANT),
+        (told("startPause"), MessageKind.STOP),
+        (told("beep", "cancelOrder"), MessageKind.STOP),
     ],
 )
-def test_each_message_has_its_lane(message: Message, lane: Lane) -> None:
+def test_each_message_has_its_lane(message: Message, lane: MessageKind) -> None:
     """One that stops among others makes all of the message a stop."""
-    assert lane_of(message) is lane
+    assert message_kind(message) is lane
 
 
 @pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 @pytest.mark.parametrize("message", [ORDER, MALFORMED, told("stateRequest")])
 def test_a_full_lane_drops_what_comes_and_counts_it(message: Message) -> None:
     """And takes nothing from another lane."""
-    inbox, lane = Inbox(), lane_of(message)
+    inbox, lane = Inbox(), message_kind(message)
     taken = [inbox.add_message(message) for _ in range(500)]
-    assert taken.count(True) == inbox.waiting_messages == ROOM[lane]
-    assert inbox.dropped == {lane: 500 - ROOM[lane]}
+    assert taken.count(True) == inbox.waiting_messages == CAPACITY[lane]
+    assert inbox.dropped == {lane: 500 - CAPACITY[lane]}
     left = inbox.wait()
     assert left is not None
     assert left.flags == {"dropped"}

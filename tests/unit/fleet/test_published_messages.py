@@ -11,7 +11,7 @@ import pytest
 from rosproto.codec import message_class
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from tests.support.light_chassis import LightChassis
-from woosh_pure.fleet.chassis_facts import Facts, Load, MapEntry
+from woosh_pure.fleet.chassis_facts import ChassisFacts, Load, MapEntry
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.monitor import ChassisMonitor, operating_mode
 from woosh_pure.fleet.order.errors import Problem
@@ -28,8 +28,8 @@ from woosh_pure.fleet.published_messages import (
 HEADER = MessageHeaders("2.1.0", "Woosh", "1").header("state", 0.0)
 
 
-def facts() -> Facts:
-    return Facts(
+def facts() -> ChassisFacts:
+    return ChassisFacts(
         position=AgvPosition(1.0, 2.0, 0.5), located=True, velocity=(0.3, 0.0, 0.0), percent=80.0, voltage=25.0,
         map_id="hall", maps=(MapEntry("hall"),), loads=(Load("l1"),), faults=(("a fault", True),),
         emergency_stop=True,
@@ -92,7 +92,7 @@ def test_the_planned_path_is_the_trajectory_of_the_edge_that_is_driven(version: 
 
 def test_a_long_path_is_thinned_and_one_of_another_frame_left_out() -> None:
     """Its first and last points stay."""
-    chassis, known = LightChassis(), Facts()
+    chassis, known = LightChassis(), ChassisFacts()
     told: list[Any] = []
     nothing = [lambda: None] * 3
     ChassisMonitor(cast(Any, chassis), known, *nothing, lambda: told.append(known.path)).open()
@@ -133,9 +133,9 @@ def test_a_lost_robot_is_not_said_to_stand_where_it_was(may_move: bool) -> None:
 def test_what_is_not_known_is_left_out() -> None:
     """A pose that nobody has told is no pose of zeros."""
     vehicle = PureVehicle()
-    found = state_message(vehicle.state, Facts(), HEADER, "2.1.0")
+    found = state_message(vehicle.state, ChassisFacts(), HEADER, "2.1.0")
     assert not {"agvPosition", "velocity", "loads"} & set(found)
-    assert visualization_message(Facts(), HEADER) == HEADER
+    assert visualization_message(ChassisFacts(), HEADER) == HEADER
 
 
 @pytest.mark.parametrize(
@@ -190,6 +190,6 @@ def test_a_zone_set_is_told_where_there_is_one() -> None:
         order = {**order_json(), "zoneSetId": name}
         vehicle.happens(read_order(order))
         assert vehicle.problems == kinds
-    known = Facts(zone_set="zones-1")
+    known = ChassisFacts(zone_set="zones-1")
     assert state_message(PureVehicle().state, known, HEADER, "2.1.0")["zoneSetId"] == "zones-1"
     assert "order.zoneSetId" in str(factsheet_message(PhysicalParameters(), limits, HEADER, version="2.1.0"))

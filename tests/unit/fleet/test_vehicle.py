@@ -19,15 +19,15 @@ pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 @pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 def test_a_flood_of_messages_is_bounded() -> None:
     """Beyond the room of their lane they are dropped, and counted."""
-    from woosh_pure.fleet.inbox import ROOM, Lane
+    from woosh_pure.fleet.inbox import CAPACITY, MessageKind
     from woosh_pure.fleet.vehicle import Vehicle
 
     config = VehicleConfig(manufacturer="W", serial="1")
     vehicle = Vehicle(Chassis("127.0.0.1:1"), config, Broker("mqtt://127.0.0.1:1"))
     for _ in range(100):
         vehicle._on_message("order", b"{}")
-    assert vehicle._inbox.waiting_messages == ROOM[Lane.MALFORMED]
-    assert vehicle.dropped == 100 - ROOM[Lane.MALFORMED]
+    assert vehicle._inbox.waiting_messages == CAPACITY[MessageKind.MALFORMED]
+    assert vehicle.dropped == 100 - CAPACITY[MessageKind.MALFORMED]
 
 
 def test_a_pose_that_changes_nothing_wakes_nobody() -> None:

@@ -17,7 +17,7 @@ from woosh_pure.fleet.action_handlers.running_action import Handler, Task
 from woosh_pure.fleet.action_handlers.triggers import Triggers, wait_for_trigger
 from woosh_pure.fleet.chassis_facts import Load, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.order.action_states import BUILT_IN, Ability, Parameter, Scope
+from woosh_pure.fleet.order.action_states import BUILT_IN, Parameter, Scope, SupportedAction
 from woosh_pure.geometry import Pose2D
 
 _EVERYWHERE = (Scope.INSTANT, Scope.NODE, Scope.EDGE)
@@ -25,13 +25,13 @@ _CHARGE_SECONDS = 600.0
 _LOCATE_SECONDS = 10.0
 
 
-def abilities_of(
+def supported_actions(
     config: VehicleConfig,
     *,
     maps: MapStore | None = None,
     report: Callable[[str], str] | None = None,
     triggers: Triggers | None = None,
-) -> dict[str, tuple[Ability, Handler]]:
+) -> dict[str, tuple[SupportedAction, Handler]]:
     """What a vehicle of this configuration can do, beside what the order machine does itself.
 
     Args:
@@ -44,7 +44,7 @@ def abilities_of(
         ValueError: An action of the user's cannot be loaded, or has a name that is taken.
     """
     own = MapEntry(config.map_id, config.map_version)
-    found: dict[str, tuple[Ability, Handler]] = {
+    found: dict[str, tuple[SupportedAction, Handler]] = {
         "initPosition": (
             predefined("initPosition", still=True, description="Tells the robot where it stands."),
             lambda task: _init_position(task, maps, own),
@@ -69,21 +69,23 @@ def abilities_of(
     if config.charger:
         places = (Scope.INSTANT, Scope.NODE)
         text = f"drives to the charger {config.charger} and charges"
-        ability = Ability("startCharging", places, moves=True, any_parameters=True, description=text)
-        found["startCharging"] = (ability, lambda task: _charge(task, config.charger))
+        supported = SupportedAction(
+            "startCharging", places, moves=True, any_parameters=True, description=text
+        )
+        found["startCharging"] = (supported, lambda task: _charge(task, config.charger))
     if config.marks:
         for name, direction in (("pick", Direction.LOAD), ("drop", Direction.UNLOAD)):
-            ability = Ability(
+            supported = SupportedAction(
                 name, (Scope.NODE,), _CARRYING, moves=True, description="at the mark that stationName names"
             )
-            found[name] = (ability, _carrying(direction))
+            found[name] = (supported, _carrying(direction))
     for name, target in config.actions.items():
         if name in BUILT_IN:
             raise ValueError(
                 say("the action {name} is the standard's own, and cannot be replaced", name=name)
             )
         handler = handler_of(name, target)
-        ability = Ability(
+        supported = SupportedAction(
             name,
             tuple(getattr(handler, "scopes", SCOPES.get(name, _EVERYWHERE))),
             PARAMETERS.get(name, ()),
@@ -92,7 +94,7 @@ def abilities_of(
             description=(getattr(handler, "__doc__", None) or "").strip().partition("\n")[0],
             any_parameters=True,
         )
-        found[name] = (ability, handler)
+        found[name] = (supported, handler)
     return found
 
 
@@ -218,9 +220,9 @@ MOVING = frozenset(("startCharging", "stopCharging", "pick", "drop", "finePositi
 """Those that move the robot, unless a function says otherwise."""
 
 
-def predefined(name: str, **given: Any) -> Ability:
+def predefined(name: str, **given: Any) -> SupportedAction:
     """An ability of the standard's, with the scopes and parameters that it has there."""
-    return Ability(name, SCOPES[name], PARAMETERS.get(name, ()), moves=name in MOVING, **given)
+    return SupportedAction(name, SCOPES[name], PARAMETERS.get(name, ()), moves=name in MOVING, **given)
 
 
 # -- downloadMap, enableMap, deleteMap (6.7, 6.8.1) ----------------------------------------------------------
@@ -228,7 +230,7 @@ def predefined(name: str, **given: Any) -> Ability:
 _POSE_SECONDS = 10.0
 
 
-def map_actions(maps: MapStore) -> dict[str, tuple[Ability, Handler]]:
+def map_actions(maps: MapStore) -> dict[str, tuple[SupportedAction, Handler]]:
     """The three actions, on a vehicle's maps."""
 
     def download(task: Task) -> str:

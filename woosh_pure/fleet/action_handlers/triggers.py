@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.custom_actions import handler_of
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
-from woosh_pure.fleet.order.action_states import Ability, Parameter, Scope
+from woosh_pure.fleet.order.action_states import Parameter, Scope, SupportedAction
 
 
 class Triggers:
@@ -40,12 +40,12 @@ class Triggers:
                 self._waiting.remove(entry)
 
 
-def wait_for_trigger(given: Mapping[str, str], triggers: Triggers) -> tuple[Ability, Handler]:
+def wait_for_trigger(given: Mapping[str, str], triggers: Triggers) -> tuple[SupportedAction, Handler]:
     """The ability, for types of triggers and what each waits for; "" waits for `Vehicle.trigger`."""
     loaded = {name: handler_of(name, target) if target else None for name, target in given.items()}
     kinds = Parameter("triggerType", choices=tuple(loaded))
     text = f"waits for one of: {', '.join(loaded)}"
-    ability = Ability("waitForTrigger", (Scope.NODE,), (kinds,), description=text)
+    supported = SupportedAction("waitForTrigger", (Scope.NODE,), (kinds,), description=text)
 
     def wait(task: Task) -> str | None:
         name = str(task.parameters["triggerType"])
@@ -55,4 +55,4 @@ def wait_for_trigger(given: Mapping[str, str], triggers: Triggers) -> tuple[Abil
         triggers.wait(name, task)
         return None
 
-    return ability, wait
+    return supported, wait

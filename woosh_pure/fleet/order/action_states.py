@@ -61,7 +61,7 @@ _TYPES: dict[str, tuple[type, ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Ability:
+class SupportedAction:
     """A type of action that this vehicle can do.
 
     Attributes:
@@ -88,23 +88,23 @@ class Ability:
 
 
 BUILT_IN = {
-    ability.type: ability
-    for ability in (
-        Ability(
+    supported.type: supported
+    for supported in (
+        SupportedAction(
             "cancelOrder",
             (Scope.INSTANT,),
             any_parameters=True,
             description="Stops, ends the order's actions, forgets the order.",
         ),
-        Ability(
+        SupportedAction(
             "startPause",
             (Scope.INSTANT,),
             any_parameters=True,
             description="Stops driving until stopPause; actions go on.",
         ),
-        Ability("stopPause", (Scope.INSTANT,), any_parameters=True, description="Drives on."),
-        Ability("stateRequest", (Scope.INSTANT,), any_parameters=True, description="Sends a state."),
-        Ability(
+        SupportedAction("stopPause", (Scope.INSTANT,), any_parameters=True, description="Drives on."),
+        SupportedAction("stateRequest", (Scope.INSTANT,), any_parameters=True, description="Sends a state."),
+        SupportedAction(
             "factsheetRequest", (Scope.INSTANT,), any_parameters=True, description="Sends the factsheet."
         ),
     )
@@ -224,21 +224,21 @@ def holds_driving(group: Iterable[ActionState]) -> bool:
     )
 
 
-def objection(action: Action, scope: Scope, ability: Ability | None) -> tuple[str, str] | None:
+def objection(action: Action, scope: Scope, supported: SupportedAction | None) -> tuple[str, str] | None:
     """Why an action cannot be done by this vehicle: what of it is wrong, and a sentence; None when it can."""
-    if ability is None:
+    if supported is None:
         return "actionType", f"this vehicle knows no action {action.type}; its factsheet lists what it can do"
-    if scope not in ability.scopes:
-        places = ", ".join(each.value for each in ability.scopes)
+    if scope not in supported.scopes:
+        places = ", ".join(each.value for each in supported.scopes)
         return "actionType", f"{action.type} cannot be of scope {scope.value}; expected {places}"
-    if scope is not Scope.INSTANT and action.blocking not in ability.blocking:
-        allowed = ", ".join(ability.blocking)
+    if scope is not Scope.INSTANT and action.blocking not in supported.blocking:
+        allowed = ", ".join(supported.blocking)
         return "blockingType", f"{action.type} with blockingType {action.blocking}; expected {allowed}"
-    known = {parameter.key: parameter for parameter in ability.parameters}
+    known = {parameter.key: parameter for parameter in supported.parameters}
     for key, value in action.parameters.items():
         parameter = known.get(key)
         if parameter is None:
-            if ability.any_parameters:
+            if supported.any_parameters:
                 continue
             listed = ", ".join(known) or "none"
             return f"actionParameters.{key}", f"{action.type} takes no parameter {key}; it knows {listed}"
@@ -248,12 +248,12 @@ def objection(action: Action, scope: Scope, ability: Ability | None) -> tuple[st
         if parameter.choices and value not in parameter.choices:
             listed = ", ".join(parameter.choices)
             return f"actionParameters.{key}", f"{action.type}: {key} {str(value)[:80]!r}; expected {listed}"
-    missing = [p.key for p in ability.parameters if not p.optional and p.key not in action.parameters]
+    missing = [p.key for p in supported.parameters if not p.optional and p.key not in action.parameters]
     if missing:
         return f"actionParameters.{missing[0]}", f"{action.type} needs the parameter {missing[0]}"
     return None
 
 
-def effective_blocking(action: Action, ability: Ability | None) -> str:
+def effective_blocking(action: Action, supported: SupportedAction | None) -> str:
     """The blocking type that holds."""
-    return "HARD" if ability is not None and (ability.moves or ability.still) else action.blocking
+    return "HARD" if supported is not None and (supported.moves or supported.still) else action.blocking

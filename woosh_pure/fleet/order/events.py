@@ -1,9 +1,8 @@
-"""What happens to the order machine, and what it asks the vehicle to do. Frozen values.
+"""The input of the order machine (events) and its output (effects), as frozen values.
 
-Of the effects of an event, those that stop something come first, then `Write`, then `Tell`, then what begins
-something. Whoever carries them out does so in this order. What follows `Write` must not be done when the
-state cannot be written: then `DiskFailed` happens to the state of before, and the event to the state after
-that.
+The effects of an event are carried out in their order: those that stop something, `SaveState`,
+`PublishState`, those that begin something. If the state cannot be saved, the effects after `SaveState` are
+discarded: `DiskFailed` is applied to the old state, then the event to the result.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 @dataclass(frozen=True, slots=True)
 class MalformedMessage:
-    """A message does not fit (6.6.4.1); `data` is whatever of it can be read."""
+    """A message is malformed (6.6.4.1); `data` is its JSON object, empty if it has none."""
 
     data: Mapping[str, Any]
     error: Invalid
@@ -33,35 +32,34 @@ class MalformedMessage:
 
 @dataclass(frozen=True, slots=True)
 class PositionMeasured:
-    """The measured position; None while the vehicle does not know where it is."""
+    """The measured position; None if the vehicle is not localised."""
 
     position: AgvPosition | None
 
 
 @dataclass(frozen=True, slots=True)
 class StandingMeasured:
-    """Whether the vehicle is measured standing; True only by what was measured after the last end of a drive,
-    of a moving action or of a stop."""
+    """Whether the vehicle was measured standing after the last end of a drive, a moving action or a stop."""
 
     standing: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """Whether the robot is heard. While it is not, nobody knows whether it stands."""
+class ContactChanged:
+    """Contact with the robot was lost or regained. Without contact it is not known whether it stands."""
 
     heard: bool
 
 
 @dataclass(frozen=True, slots=True)
 class DriveEnded:
-    """A drive is over, which does not say that the vehicle stands.
+    """A drive has ended; the vehicle may still be moving.
 
     Attributes:
-        token: Of the drive; the end of one that was replaced changes nothing.
-        arrived: Whether the chassis says that it arrived.
-        text: Why it did not.
-        known: False where the chassis may go on with it: the link was lost, or it has confirmed no end.
+        token: The drive's token; the end of a replaced drive changes nothing.
+        arrived: Whether the chassis reports an arrival.
+        text: Why it did not arrive.
+        known: False if the chassis may still be driving: the link was lost, or the end was not confirmed.
     """
 
     token: int
@@ -72,21 +70,21 @@ class DriveEnded:
 
 @dataclass(frozen=True, slots=True)
 class DriveTooFast:
-    """The drive under way is faster than its edge allows."""
+    """The current drive is faster than its edge allows."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class StopEnded:
-    """A `StopAll` is over; whether the robot stands."""
+    """A `StopAll` has ended; whether the robot stands."""
 
     standing: bool
 
 
 @dataclass(frozen=True, slots=True)
 class ActionProgress:
-    """An action has come from its preparation to its work, pauses, or goes on."""
+    """A running action has changed its status."""
 
     action_id: str
     status: ActionStatus = ActionStatus.RUNNING
@@ -94,7 +92,7 @@ class ActionProgress:
 
 @dataclass(frozen=True, slots=True)
 class ActionEnded:
-    """An action is over; `known` as with `DriveEnded`."""
+    """An action has ended; `known` as in `DriveEnded`."""
 
     action_id: str
     ok: bool
@@ -104,7 +102,7 @@ class ActionEnded:
 
 @dataclass(frozen=True, slots=True)
 class ModeChanged:
-    """The operating mode, as the chassis tells it."""
+    """The operating mode that the chassis reports."""
 
     mode: str
 
@@ -118,24 +116,24 @@ class MapsChanged:
 
 @dataclass(frozen=True, slots=True)
 class RetryDue:
-    """The time of a `Retry` is over, or what stood in the way is."""
+    """The time of a `ScheduleRetry` is over, or the obstacle is gone."""
 
 
 @dataclass(frozen=True, slots=True)
 class DiskFailed:
-    """The state cannot be written: nothing begins until it can."""
+    """The state cannot be saved: nothing is started until it can."""
 
     problem: Problem
 
 
 @dataclass(frozen=True, slots=True)
 class DiskRecovered:
-    """The state was written again."""
+    """The state can be saved again."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProblemChanged:
-    """A problem of the vehicle itself is told, or taken back with None."""
+    """A problem of the vehicle itself has come, or has gone (None)."""
 
     key: str
     problem: Problem | None
@@ -143,20 +141,20 @@ class ProblemChanged:
 
 @dataclass(frozen=True, slots=True)
 class Restarted:
-    """The state was read from disk, after an end that was not in order."""
+    """The state was read from disk after an unclean end of the program."""
 
 
 @dataclass(frozen=True, slots=True)
 class ShutDown:
-    """This program ends in order; the vehicle was halted."""
+    """The program ends cleanly; the vehicle was halted."""
 
     text: str
 
 
 Event = (
-    Order | InstantActions | MalformedMessage | PositionMeasured | StandingMeasured | Heard | DriveEnded
-    | DriveTooFast | StopEnded | ActionProgress | ActionEnded | ModeChanged | MapsChanged | RetryDue
-    | DiskFailed | DiskRecovered | ProblemChanged | Restarted | ShutDown
+    Order | InstantActions | MalformedMessage | PositionMeasured | StandingMeasured | ContactChanged
+    | DriveEnded | DriveTooFast | StopEnded | ActionProgress | ActionEnded | ModeChanged | MapsChanged
+    | RetryDue | DiskFailed | DiskRecovered | ProblemChanged | Restarted | ShutDown
 )  # fmt: skip
 
 
@@ -164,18 +162,18 @@ Event = (
 
 
 @dataclass(frozen=True, slots=True)
-class Write:
-    """Put the state on disk; what follows must not be done without it."""
+class SaveState:
+    """Save the state on disk before any effect that follows."""
 
 
 @dataclass(frozen=True, slots=True)
-class Tell:
-    """Publish a state."""
+class PublishState:
+    """Publish a state message."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Drive to a node, replacing a drive under way; its end is a `DriveEnded`."""
+    """Drive to a node and replace the current drive; ends with a `DriveEnded`."""
 
     token: int
     node: Node
@@ -184,32 +182,32 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Halt:
-    """Cancel the drive; its end is reported."""
+    """Cancel the drive; ends with a `DriveEnded`."""
 
     token: int
 
 
 @dataclass(frozen=True, slots=True)
 class StopAll:
-    """Stop the chassis whatever it does, after so many seconds; its end is a `StopEnded`."""
+    """Stop every motion of the chassis after `after` seconds; ends with a `StopEnded`."""
 
     after: float
 
 
 @dataclass(frozen=True, slots=True)
-class Begin:
-    """Begin an action; its end is an `ActionEnded`."""
+class BeginAction:
+    """Begin an action; ends with an `ActionEnded`."""
 
     action: Action
     scope: Scope = field(default=Scope.INSTANT)
 
 
 @dataclass(frozen=True, slots=True)
-class End:
-    """End a running action; its end is reported.
+class EndAction:
+    """End a running action; ends with an `ActionEnded`.
 
     Attributes:
-        failed: False when its edge was left: that is its right end.
+        failed: False if the vehicle has left the action's edge, which is its regular end.
     """
 
     action_id: str
@@ -217,20 +215,30 @@ class End:
 
 
 @dataclass(frozen=True, slots=True)
-class Retry:
-    """`RetryDue` is to happen after so many seconds, or as soon as the vehicle can drive again."""
+class ScheduleRetry:
+    """Send `RetryDue` after `after` seconds, or as soon as the vehicle can drive again."""
 
     after: float
 
 
 @dataclass(frozen=True, slots=True)
-class Factsheet:
+class PublishFactsheet:
     """Publish the factsheet."""
 
 
-Effect = Write | Tell | Drive | Halt | StopAll | Begin | End | Retry | Factsheet
+Effect = (
+    SaveState
+    | PublishState
+    | Drive
+    | Halt
+    | StopAll
+    | BeginAction
+    | EndAction
+    | ScheduleRetry
+    | PublishFactsheet
+)
 
 
 def stops(effect: Effect) -> bool:
-    """Whether an effect ends something that was given up: it waits for no disk and no broker."""
-    return isinstance(effect, (Halt, StopAll)) or (isinstance(effect, End) and effect.failed)
+    """Whether an effect stops a drive or action. Such effects are carried out before the state is saved."""
+    return isinstance(effect, (Halt, StopAll)) or (isinstance(effect, EndAction) and effect.failed)

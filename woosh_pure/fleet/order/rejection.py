@@ -209,7 +209,7 @@ def _of_actions(
         if action.id in taken:
             text = f"the actionId {action.id} is in use already; give each action an id of its own"
             return order_problem(order, ErrorType.ORDER, text, *about)
-        found = objection(action, scope, limits.abilities.get(action.type))
+        found = objection(action, scope, limits.actions.get(action.type))
         if found:
             return order_problem(order, ErrorType.ORDER, found[1], *about, ("field", found[0]))
     return None
@@ -218,21 +218,21 @@ def _of_actions(
 def instant_action_problem(action: Action, state: OrderState, header: int) -> Problem | None:
     """Why an instant action cannot be done: the vehicle is not able to, it contradicts the order (6.9), or it
     moves the vehicle in a mode that is somebody else's."""
-    ability = state.limits.abilities.get(action.type)
-    found = objection(action, Scope.INSTANT, ability)
-    if found is not None or ability is None:
+    supported = state.limits.actions.get(action.type)
+    found = objection(action, Scope.INSTANT, supported)
+    if found is not None or supported is None:
         field, text = found or ("actionType", "")
         where = (("topic", "instantActions"), ("headerId", str(header)))
         more = (("actionId", action.id), ("actionType", action.type), ("field", field))
         return Problem(ErrorType.INSTANT_ACTION, text, (*where, *more))
     of_map = action.type == "enableMap" and action.parameters.get("mapId") in state.maps
-    if not (ability.moves or action.type == "initPosition" or of_map):
+    if not (supported.moves or action.type == "initPosition" or of_map):
         return None
     about = (("topic", "instantActions"), ("actionId", action.id), ("actionType", action.type))
     if state.executing:
         text = f"{action.type} contradicts order {state.order_id}, which is carried out; cancel it first"
         return Problem(ErrorType.INSTANT_ACTION, text, about)
-    if ability.moves and not state.in_control:
+    if supported.moves and not state.in_control:
         text = f"{action.type} moves the robot, and the operating mode is {state.mode}"
         return Problem(ErrorType.INSTANT_ACTION, text, about)
     return None

@@ -28,72 +28,74 @@ from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, may_begi
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.state import OrderState
-from woosh_pure.fleet.order.tables import ActionStatus, Barred, Motion
+from woosh_pure.fleet.order.tables import ActionStatus, Activity, Motion
 from woosh_pure.fleet.order.transition import Transition
 from woosh_pure.fleet.order.vehicle_limits import on_other_map, within_deviation
 
 
-def follow(now: Transition) -> None:
+def follow(change: Transition) -> None:
     """Go through the table until nothing follows any more."""
-    while _one_row(now):
+    while _one_row(change):
         pass
-    now.set_problem("map", _wrong_map(now.state))
+    change.set_problem("map", _wrong_map(change.state))
 
 
-def _one_row(now: Transition) -> bool:
+def _one_row(change: Transition) -> bool:
     """One row of the table; True when something was done that lets another follow."""
-    if now.state.at_rest:
-        end_pauses(now, ActionStatus.FINISHED)
-    if now.state.motion is Motion.UNKNOWN and now.state.heard:
-        now.stop_all()
-    if now.state.ending:
-        return _end_order(now)
-    state = now.state
-    if state.drive is not None and state.motion is Motion.DRIVING and _passes_by(now, state.drive):
+    if change.state.at_rest:
+        end_pauses(change, ActionStatus.FINISHED)
+    if change.state.motion is Motion.UNKNOWN and change.state.heard:
+        change.stop_all()
+    if change.state.ending:
+        return _end_order(change)
+    state = change.state
+    if state.drive is not None and state.motion is Motion.DRIVING and _passes_by(change, state.drive):
         return True
-    if _begin_actions(now):
+    if _begin_actions(change):
         return True
-    state = now.state
+    state = change.state
     if state.drive is not None:
-        if state.motion is Motion.DRIVING and (state.bars(Barred.GOING_ON) or state.waits_for_actions):
-            now.halt()
+        if state.motion is Motion.DRIVING and (
+            state.prevents(Activity.CONTINUE_DRIVE) or state.waits_for_actions
+        ):
+            change.halt()
             return True
         return False
     if not (state.nodes and state.nodes[0].released and _may_drive(state)):
         return False
     if not state.on_edge:
-        now.enter_edge()
+        change.enter_edge()
         return True
     node = state.nodes[0]
     if within_deviation(state.position, node, state.limits) and not state.has_edge_to(node):
-        now.traverse()  # the first node of an order, or one that another drive came by
+        change.traverse()  # the first node of an order, or one that another drive came by
         return True
-    now.drive_to(node)
+    change.drive_to(node)
     return False
 
 
-def _end_order(now: Transition) -> bool:
+def _end_order(change: Transition) -> bool:
     """An order that was given up. One that the operating mode has cleared does not wait for a measured stand:
     a person may be driving. Whether it was forgotten."""
-    state = now.state
+    state = change.state
     if state.drive is not None:
         if state.motion is Motion.DRIVING:
-            now.halt()
+            change.halt()
         return False
     known = state.motion not in (Motion.UNKNOWN, Motion.STOPPING)
     if not (state.at_rest or (known and not state.cancels and not state.in_control)):
         return False
     if any(each.of_order and not each.status.final for each in state.action_states):
         return False
-    now.forget(ActionStatus.FINISHED)
+    change.forget(ActionStatus.FINISHED)
     return True
 
 
-def end_pauses(now: Transition, status: ActionStatus) -> None:
+def end_pauses(change: Transition, status: ActionStatus) -> None:
     """The startPause actions that run end: FINISHED with a measured stand, FAILED when one was taken back."""
-    for each in now.state.action_states:
+    for each in change.state.action_states:
         if each.action.type == "startPause" and each.status.begun:
-            now.set_action(each.action.id, status)
+            change.set_action(each.action.id, status)
 
 
 # -- driving -------------------------------------------------------------------------------------------------
@@ -107,26 +109,26 @@ def reached(state: OrderState, node: Node) -> bool:
 
 
 def _may_drive(state: OrderState) -> bool:
-    return not (state.bars(Barred.DRIVING) or state.waits_for_actions)
+    return not (state.prevents(Activity.START_DRIVE) or state.waits_for_actions)
 
 
-def _passes_by(now: Transition, drive: Drive) -> bool:
+def _passes_by(change: Transition, drive: Drive) -> bool:
     """Traverse the node under way where the vehicle is near enough and goes on; whether it did."""
-    state, node = now.state, drive.node
-    if now.drive_is_new or state.bars(Barred.DRIVING):
+    state, node = change.state, drive.node
+    if change.drive_is_new or state.prevents(Activity.START_DRIVE):
         return False
     if not (_goes_on_from(state, node) and reached(state, node)):
         return False
-    now.traverse()
-    while _begin_actions(now):
+    change.traverse()
+    while _begin_actions(change):
         pass
-    now.enter_edge()
-    while _begin_actions(now):
+    change.enter_edge()
+    while _begin_actions(change):
         pass
-    if _may_drive(now.state):
-        now.drive_to(now.state.nodes[0])
+    if _may_drive(change.state):
+        change.drive_to(change.state.nodes[0])
     else:
-        now.halt()
+        change.halt()
     return True
 
 
@@ -163,23 +165,26 @@ def _wrong_map(state: OrderState) -> Problem | None:
 # -- actions -------------------------------------------------------------------------------------------------
 
 
-def _begin_actions(now: Transition) -> bool:
+def _begin_actions(change: Transition) -> bool:
     """Begin the first action that may; whether there was one."""
-    state = now.state
-    return _begin_one(now, state.instant_actions()) or _begin_one(now, state.actions_here())
+    state = change.state
+    return _begin_one(change, state.instant_actions()) or _begin_one(change, state.actions_here())
 
 
-def _begin_one(now: Transition, group: Sequence[ActionState]) -> bool:
+def _begin_one(change: Transition, group: Sequence[ActionState]) -> bool:
     if not group:
         return False
-    state, own = now.state, {id(each) for each in group}
+    state, own = change.state, {id(each) for each in group}
     others = [a for a in state.action_states if id(a) not in own and a.action.type not in BUILT_IN]
     ready = may_begin(group, others, standing=state.at_rest)
     if not ready:
         return False
     each = ready[0]
-    barred = [Barred.ORDER if each.of_order else Barred.INSTANT, *[Barred.MOVING] * state.moves(each)]
-    if any(state.bars(what) for what in barred):
+    needed = [
+        Activity.START_ORDER_ACTION if each.of_order else Activity.START_INSTANT_ACTION,
+        *[Activity.START_MOVING_ACTION] * state.moves(each),
+    ]
+    if any(state.prevents(what) for what in needed):
         return False
-    now.begin(each)
+    change.begin(each)
     return True

@@ -16,7 +16,7 @@ from woosh_pure.fleet.messages.parsing import read_edge, read_node
 from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, Scope, holds_driving
 from woosh_pure.fleet.order.errors import Problem, Problems
 from woosh_pure.fleet.order.events import Drive
-from woosh_pure.fleet.order.tables import BARS, Barred, Hold, Motion, OrderPhase
+from woosh_pure.fleet.order.tables import PREVENTED_ACTIVITIES, Activity, Hold, Motion, OrderPhase
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities, on_other_map
 
 DRIVING_MODES = ("AUTOMATIC", "SEMIAUTOMATIC")
@@ -160,8 +160,8 @@ class OrderState(NamedTuple):
 
     def moves(self, state: ActionState) -> bool:
         """Whether an action moves the robot by itself."""
-        ability = self.limits.abilities.get(state.action.type)
-        return ability is not None and ability.moves
+        supported = self.limits.actions.get(state.action.type)
+        return supported is not None and supported.moves
 
     # -- whether it may drive --------------------------------------------------------------------------------
 
@@ -174,16 +174,16 @@ class OrderState(NamedTuple):
         if not self.in_control:
             found.add(Hold.MODE)
         if self.position is None and self.nodes and self.nodes[0].position is not None:
-            found.add(Hold.PLACE)
+            found.add(Hold.NO_POSITION)
         if self.is_on_other_map:
-            found.add(Hold.MAP)
+            found.add(Hold.OTHER_MAP)
         if self.motion in (Motion.UNKNOWN, Motion.STOPPING):
-            found.add(Hold.NOT_KNOWN)
+            found.add(Hold.UNKNOWN_MOTION)
         return found
 
-    def bars(self, what: Barred) -> bool:
+    def prevents(self, what: Activity) -> bool:
         """Whether a hold keeps the vehicle from something."""
-        return any(what in BARS[hold] for hold in self.holds)
+        return any(what in PREVENTED_ACTIVITIES[hold] for hold in self.holds)
 
     def has_edge_to(self, node: Node) -> bool:
         """Whether an edge leads to the next node: then it is driven to, even when the vehicle is there."""
@@ -256,7 +256,7 @@ def first_state(limits: Capabilities) -> OrderState:
     Args:
         limits: What it is able to obey; its abilities need not include the built-in actions.
     """
-    return OrderState(replace(limits, abilities={**limits.abilities, **BUILT_IN}))
+    return OrderState(replace(limits, actions={**limits.actions, **BUILT_IN}))
 
 
 def read_state(data: Mapping[str, Any], limits: Capabilities) -> OrderState:

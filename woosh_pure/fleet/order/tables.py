@@ -1,24 +1,24 @@
-"""The states of an order, of the vehicle's motion and of an action, and what holds a vehicle back: as tables.
+"""Tables: the states of an order, of the vehicle's motion and of an action; the holds and what they prevent.
 
-The end of a drive never says that the vehicle stands. STANDING is entered only from SETTLING, by a
-measurement that is younger than the last end of a drive, of a moving action or of a stop. From UNKNOWN
-nothing leads on but a stop that the robot has answered.
+The end of a drive does not mean that the vehicle stands. STANDING is entered only from SETTLING, by a
+measurement that is newer than the last end of a drive, of a moving action or of a stop. UNKNOWN is left only
+by a stop that the robot has confirmed.
 
-A hold is what keeps the vehicle from something until it is taken away; several may be set.
+A hold prevents activities of the vehicle until it is released; several may be set.
 
-    hold         set by                          taken away by
-    ----------------------------------------------------------------------------------------------
-    PAUSED       startPause                      stopPause
-    RESTARTED    a restart of our program        stopPause, a new order, the end of the order
-    FAILED       a drive that failed             time, stopPause, a new order, the end of the order
-    DISK         a write that failed             a write that succeeded
-    TOO_FAST     an edge's maxSpeed, exceeded    the end of that drive
-    MODE         the operating mode              the operating mode
-    PLACE        no position                     a position
-    MAP          the next node's map             a position on that map
-    NOT_KNOWN    motion UNKNOWN or STOPPING      the stop
+    hold            set by                          released by
+    -------------------------------------------------------------------------------------------------
+    PAUSED          startPause                      stopPause
+    RESTARTED       a restart of our program        stopPause, a new order, the end of the order
+    FAILED          a drive that failed             time, stopPause, a new order, the end of the order
+    DISK            a write that failed             a write that succeeded
+    TOO_FAST        an edge's maxSpeed, exceeded    the end of that drive
+    MODE            the operating mode              the operating mode
+    NO_POSITION     no position                     a position
+    OTHER_MAP       the next node's map             a position on that map
+    UNKNOWN_MOTION  motion UNKNOWN or STOPPING      the stop
 
-Pure. `transition.py` is the only one that changes a state, and asks these tables.
+Pure. Only `transition.py` changes a state, by these tables.
 """
 
 from __future__ import annotations
@@ -27,44 +27,44 @@ from enum import Enum
 
 
 class OrderPhase(Enum):
-    """What becomes of the order."""
+    """The phase of the order."""
 
-    OPEN = "carried out, or finished: an update continues it"
-    ENDING = "given up: what is under way is being ended"
-    CLOSED = "over before its end: only a new order is taken"
+    OPEN = "running or finished: an update continues it"
+    ENDING = "cancelled: its drive and actions are being ended"
+    CLOSED = "ended early: only a new order is accepted"
 
 
 class OrderEvent(Enum):
-    """What happened to it."""
+    """Changes the phase of the order."""
 
-    TAKEN = "an order was taken"
-    GIVEN_UP = "cancelOrder, an operating mode of others, or the end of the program"
-    OVER = "all of it has ended"
+    TAKEN = "an order was accepted"
+    GIVEN_UP = "cancelOrder, another operating mode, or the end of the program"
+    OVER = "its drive and all its actions have ended"
 
 
 class Motion(Enum):
-    """Whether the vehicle moves because of us."""
+    """Whether this program moves the vehicle."""
 
     STANDING = "measured standing"
-    SETTLING = "nothing of ours drives it, and it was not measured standing since"
+    SETTLING = "no drive is under way, and the vehicle was not measured standing yet"
     DRIVING = "a drive is under way"
-    HALTING = "the drive under way was asked to end"
-    UNKNOWN = "how something that moves it has ended is not known"
-    STOPPING = "it is being stopped because of that"
+    HALTING = "the drive under way is being cancelled"
+    UNKNOWN = "it is not known whether a drive or a moving action has ended"
+    STOPPING = "the vehicle is being stopped because of that"
 
 
 class MotionEvent(Enum):
-    """What happened to it."""
+    """Changes the motion."""
 
-    DRIVE = "a drive was given out"
-    HALT = "the drive was asked to end"
+    DRIVE = "a drive was started"
+    HALT = "the drive is to be cancelled"
     ENDED = "the drive has ended"
-    NOT_KNOWN = "how a drive or a moving action ended is not known"
-    MOVED = "measured moving, not heard, or moved by an action"
+    NOT_KNOWN = "it is not known whether a drive or a moving action has ended"
+    MOVED = "measured moving, contact lost or regained, or moved by an action"
     STOOD = "measured standing"
-    STOP = "everything was told to stop"
-    STOPPED = "and the robot stands"
-    NOT_STOPPED = "and nobody knows whether it does"
+    STOP = "a stop of everything was sent"
+    STOPPED = "the stop has ended, and the robot stands"
+    NOT_STOPPED = "the stop has ended, and it is not known whether the robot stands"
 
 
 class ActionStatus(str, Enum):
@@ -79,37 +79,37 @@ class ActionStatus(str, Enum):
 
     @property
     def final(self) -> bool:
-        """True when it has ended, well or badly."""
+        """True after it has ended, FINISHED or FAILED."""
         return self in (ActionStatus.FINISHED, ActionStatus.FAILED)
 
     @property
     def begun(self) -> bool:
-        """True from its beginning to its end."""
+        """True while it runs."""
         return not self.final and self is not ActionStatus.WAITING
 
 
 class Hold(Enum):
-    """What keeps the vehicle from something."""
+    """A reason that prevents activities of the vehicle."""
 
     PAUSED = "startPause"
-    RESTARTED = "our program was restarted while it carried the order out"
+    RESTARTED = "this program was restarted during the order"
     FAILED = "a drive has failed"
-    DISK = "nothing can be written on disk"
-    TOO_FAST = "it is faster than its edge allows"
+    DISK = "the state cannot be written on disk"
+    TOO_FAST = "the vehicle is faster than its edge allows"
     MODE = "the fleet manager is not in control"
-    PLACE = "it does not know where it is"
-    MAP = "the next node is on another map"
-    NOT_KNOWN = "how something that moves it has ended is not known"
+    NO_POSITION = "the vehicle does not know its position"
+    OTHER_MAP = "the next node is on another map"
+    UNKNOWN_MOTION = "it is not known whether a drive or a moving action has ended"
 
 
-class Barred(Enum):
-    """What a hold keeps it from."""
+class Activity(Enum):
+    """An activity that a hold may prevent."""
 
-    GOING_ON = "a drive under way is halted"
-    DRIVING = "no drive begins, and no node is passed by"
-    ORDER = "no action of the order begins"
-    MOVING = "no action begins that moves the vehicle"
-    INSTANT = "no instant action begins"
+    CONTINUE_DRIVE = "going on with a drive under way"
+    START_DRIVE = "starting a drive, and passing a node without a stop"
+    START_ORDER_ACTION = "starting an action of the order"
+    START_MOVING_ACTION = "starting an action that moves the vehicle"
+    START_INSTANT_ACTION = "starting an instant action"
 
 
 _ORDER = """
@@ -119,7 +119,7 @@ ENDING  !      .         CLOSED
 CLOSED  OPEN   !         !
 """
 
-# What is measured while a drive is open, or while its end is not known, says nothing of how it ends.
+# Measurements during a drive, or while its end is not known, do not change the motion.
 _MOTION = """
           DRIVE    HALT     ENDED     NOT_KNOWN  MOVED     STOOD     STOP      STOPPED   NOT_STOPPED
 STANDING  DRIVING  !        !         UNKNOWN    SETTLING  .         !         !         !
@@ -138,23 +138,28 @@ RUNNING       +             +        +       +         +
 PAUSED        +             +        +       +         +
 """
 
-BARS = {
-    Hold.PAUSED: {Barred.GOING_ON, Barred.DRIVING, Barred.MOVING},
-    Hold.RESTARTED: {Barred.GOING_ON, Barred.DRIVING, Barred.ORDER},
-    Hold.FAILED: {Barred.DRIVING},
-    Hold.DISK: {Barred.DRIVING, Barred.ORDER, Barred.MOVING, Barred.INSTANT},
-    Hold.TOO_FAST: {Barred.GOING_ON, Barred.DRIVING},
-    Hold.MODE: {Barred.GOING_ON, Barred.DRIVING, Barred.ORDER},
-    Hold.PLACE: {Barred.GOING_ON, Barred.DRIVING},
-    Hold.MAP: {Barred.GOING_ON, Barred.DRIVING},
-    Hold.NOT_KNOWN: {Barred.DRIVING},
+PREVENTED_ACTIVITIES = {
+    Hold.PAUSED: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE, Activity.START_MOVING_ACTION},
+    Hold.RESTARTED: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE, Activity.START_ORDER_ACTION},
+    Hold.FAILED: {Activity.START_DRIVE},
+    Hold.DISK: {
+        Activity.START_DRIVE,
+        Activity.START_ORDER_ACTION,
+        Activity.START_MOVING_ACTION,
+        Activity.START_INSTANT_ACTION,
+    },
+    Hold.TOO_FAST: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE},
+    Hold.MODE: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE, Activity.START_ORDER_ACTION},
+    Hold.NO_POSITION: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE},
+    Hold.OTHER_MAP: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE},
+    Hold.UNKNOWN_MOTION: {Activity.START_DRIVE},
 }
-"""What each hold keeps the vehicle from."""
+"""The activities that each hold prevents."""
 
 
 def _read(table: str) -> dict[tuple[str, str], str]:
-    """The cells of a table, by row and column. A cell is the state after the event; "." stays, "!" cannot
-    be."""
+    """The cells of a table, by row and column: the state after the event. "." keeps the state, "!" is
+    impossible."""
     head, *rows = (line.split() for line in table.strip().splitlines())
     return {
         (row, event): row if cell == "." else cell
@@ -168,10 +173,10 @@ _NEXT_PHASE, _NEXT_MOTION, _NEXT_STATUS = _read(_ORDER), _read(_MOTION), _read(_
 
 
 def next_phase(phase: OrderPhase, event: OrderEvent) -> OrderPhase:
-    """What becomes of an order.
+    """The phase after an event.
 
     Raises:
-        AssertionError: The event cannot happen in this phase: a bug here.
+        AssertionError: The event is impossible in this phase: a bug in this package.
     """
     following = _NEXT_PHASE.get((phase.name, event.name))
     assert following is not None, f"{event} in {phase}"
@@ -179,10 +184,10 @@ def next_phase(phase: OrderPhase, event: OrderEvent) -> OrderPhase:
 
 
 def next_motion(motion: Motion, event: MotionEvent) -> Motion:
-    """What becomes of the motion.
+    """The motion after an event.
 
     Raises:
-        AssertionError: The event cannot happen in this state: a bug here.
+        AssertionError: The event is impossible in this state: a bug in this package.
     """
     following = _NEXT_MOTION.get((motion.name, event.name))
     assert following is not None, f"{event} in {motion}"
@@ -190,5 +195,5 @@ def next_motion(motion: Motion, event: MotionEvent) -> Motion:
 
 
 def may_become(status: ActionStatus, new: ActionStatus) -> bool:
-    """Whether an action may come from one status to another one; nothing leads on from an end."""
+    """Whether an action may change from one status to another; none changes after its end."""
     return (status.name, new.name) in _NEXT_STATUS

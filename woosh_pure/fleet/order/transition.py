@@ -13,7 +13,18 @@ from typing import Any
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.action_states import ActionState, Scope, effective_blocking
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.events import Begin, Drive, Effect, End, Halt, Retry, StopAll, Tell, Write, stops
+from woosh_pure.fleet.order.events import (
+    BeginAction,
+    Drive,
+    Effect,
+    EndAction,
+    Halt,
+    PublishState,
+    SaveState,
+    ScheduleRetry,
+    StopAll,
+    stops,
+)
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import (
     ActionStatus,
@@ -55,15 +66,14 @@ class Transition:
         self._told = False
 
     def result(self) -> tuple[OrderState, list[Effect]]:
-        """The state after the event, and its effects in their order: what stops, `Write`, `Tell`, the
-        rest."""
+        """The state after the event, and its effects in the order that `events.py` defines."""
         before, state = self._before, self.state
         effects: list[Effect] = [each for each in self._asked if stops(each)]
         writes = state is not before and state.kept != before.kept
         if writes:
-            effects.append(Write())
+            effects.append(SaveState())
         if writes or self._told or (state is not before and state.shown != before.shown):
-            effects.append(Tell())
+            effects.append(PublishState())
         return state, effects + [each for each in self._asked if not stops(each)]
 
     def ask(self, effect: Effect) -> None:
@@ -274,7 +284,7 @@ class Transition:
         )
         self.set_problem("drive", problem)
         if not last:
-            self.ask(Retry(RETRIES[tries]))
+            self.ask(ScheduleRetry(RETRIES[tries]))
 
     def forget_failures(self) -> None:
         """A drive that failed is tried again as if for the first time."""
@@ -285,8 +295,8 @@ class Transition:
 
     def add_instant_action(self, action: Action) -> ActionState:
         """An instant action is here, and waits."""
-        ability = self.state.limits.abilities.get(action.type)
-        added = ActionState(action, Scope.INSTANT, 0, effective_blocking(action, ability))
+        supported = self.state.limits.actions.get(action.type)
+        added = ActionState(action, Scope.INSTANT, 0, effective_blocking(action, supported))
         self._change(action_states=(*self.state.action_states, added))
         self._forget_old_actions()
         return added
@@ -300,7 +310,7 @@ class Transition:
         self.set_action(waiting.action.id, ActionStatus.RUNNING)
         if self.state.moves(waiting):
             self.moved(MotionEvent.MOVED)
-        self.ask(Begin(waiting.action, waiting.scope))
+        self.ask(BeginAction(waiting.action, waiting.scope))
 
     def set_action(self, action_id: str, status: ActionStatus, result: str = "") -> None:
         """An action is in another status; its result stays where none is given."""
@@ -316,10 +326,10 @@ class Transition:
         if action.status is ActionStatus.WAITING:
             self.set_action(action.action.id, ActionStatus.FAILED, "the order was cancelled before it began")
             return
-        ability = self.state.limits.abilities.get(action.action.type)
-        if not action.ending and (not failed or ability is None or ability.interruptible):
+        supported = self.state.limits.actions.get(action.action.type)
+        if not action.ending and (not failed or supported is None or supported.interruptible):
             self._replace_action(replace(action, ending=True))
-            self.ask(End(action.action.id, failed))
+            self.ask(EndAction(action.action.id, failed))
 
     def _replace_action(self, new: ActionState) -> None:
         states = self.state.action_states
@@ -332,7 +342,7 @@ class Transition:
         for element in sorted(elements, key=lambda each: each.sequence):
             scope = Scope.NODE if isinstance(element, Node) else Scope.EDGE
             for action in element.actions:
-                blocking = effective_blocking(action, self.state.limits.abilities.get(action.type))
+                blocking = effective_blocking(action, self.state.limits.actions.get(action.type))
                 added.append(ActionState(action, scope, element.sequence, blocking))
         self._change(action_states=(*self.state.action_states, *added))
         self._forget_old_actions()

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.order.action_states import Ability
+from woosh_pure.fleet.order.action_states import SupportedAction
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Capabilities:
         directions: Whether the direction of travel of an edge is obeyed (orientation 0 or pi, tangential).
     """
 
-    abilities: Mapping[str, Ability] = field(default_factory=dict)
+    actions: Mapping[str, SupportedAction] = field(default_factory=dict)
     maps: Collection[str] = ()
     tolerance: float = 0.2
     turn_tolerance: float = 0.2

@@ -21,7 +21,7 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers import map_archive
 from woosh_pure.fleet.action_handlers.map_archive import fetch, unpack
 from woosh_pure.fleet.action_handlers.map_store import MapStore
-from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
 from woosh_pure.fleet.chassis_facts import MapEntry
 from woosh_pure.fleet.config import VehicleConfig
@@ -98,7 +98,7 @@ def served(tmp_path: Path) -> Iterator[str]:
 
 def handlers(shelf: MapStore | None) -> dict[str, Handler]:
     config = VehicleConfig(manufacturer="W", serial="1", map_id="hall")
-    return {name: handler for name, (_, handler) in abilities_of(config, maps=shelf).items()}
+    return {name: handler for name, (_, handler) in supported_actions(config, maps=shelf).items()}
 
 
 def task(robot: Robot, **parameters: Any) -> Task:

@@ -16,7 +16,7 @@ import pytest
 
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.log_report import Journal
-from woosh_pure.fleet.action_handlers.predefined_actions import abilities_of
+from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import Task
 from woosh_pure.fleet.action_handlers.triggers import Triggers
 from woosh_pure.fleet.config import VehicleConfig
@@ -42,8 +42,8 @@ turn.moves, turn.scopes = True, (Scope.NODE,)  # type: ignore[attr-defined]
 
 def test_a_function_says_what_it_is_like() -> None:
     """By attributes, and its first line."""
-    ability, doing = abilities_of(config(turn=f"{__name__}:turn"))["turn"]
-    assert (ability.moves, ability.scopes, ability.description) == (True, (Scope.NODE,), "Turn it.")
+    supported, doing = supported_actions(config(turn=f"{__name__}:turn"))["turn"]
+    assert (supported.moves, supported.scopes, supported.description) == (True, (Scope.NODE,), "Turn it.")
     assert doing(task(by=3)) == "turned 3"
 
 
@@ -51,13 +51,13 @@ def test_a_function_says_what_it_is_like() -> None:
 def test_what_is_no_function_is_said_at_the_start(target: str) -> None:
     """And not when the fleet manager asks for it."""
     with pytest.raises(ValueError, match="action"):
-        abilities_of(config(x=target))
+        supported_actions(config(x=target))
 
 
 def test_the_standards_own_are_not_replaced() -> None:
     """cancelOrder stays what it is."""
     with pytest.raises(ValueError, match="cancelOrder"):
-        abilities_of(config(cancelOrder="!true"))
+        supported_actions(config(cancelOrder="!true"))
 
 
 def program(script: str) -> str:
@@ -70,27 +70,27 @@ def program(script: str) -> str:
 def test_a_program_gets_the_parameters_and_gives_the_result() -> None:
     """As JSON on its standard input; no shell looks at anything."""
     script = 'import json, sys; print(json.load(sys.stdin)["parameters"]["by"] * 2)'
-    _, doing = abilities_of(config(x=program(script)))["x"]
+    _, doing = supported_actions(config(x=program(script)))["x"]
     assert doing(task(by="$(id);")) == "$(id);$(id);"
 
 
 def test_a_program_speaks_utf8() -> None:
     """Whatever the locale is; a byte that is none is shown, not raised."""
     script = 'import sys; sys.stdout.buffer.write("\\u5230\\u8fbe".encode() + bytes([0xFF]))'
-    _, doing = abilities_of(config(x=program(script)))["x"]
+    _, doing = supported_actions(config(x=program(script)))["x"]
     assert doing(task()) == "\u5230\u8fbe\ufffd"
 
 
 def test_a_program_that_fails_says_why() -> None:
     """Its exit code and its last words."""
-    _, doing = abilities_of(config(x=program('import sys; sys.exit("no load")')))["x"]
+    _, doing = supported_actions(config(x=program('import sys; sys.exit("no load")')))["x"]
     with pytest.raises(ChassisError, match="ended with 1: no load"):
         doing(task())
 
 
 def test_a_program_is_ended_with_its_action() -> None:
     """It is asked to end, and FAILED."""
-    _, doing = abilities_of(config(x=program("import time; time.sleep(60)")))["x"]
+    _, doing = supported_actions(config(x=program("import time; time.sleep(60)")))["x"]
     given = task()
     given.cancelled.set()
     with pytest.raises(ChassisError, match=f"ended with {1 if sys.platform == 'win32' else -15}"):
@@ -99,25 +99,25 @@ def test_a_program_is_ended_with_its_action() -> None:
 
 def test_what_is_not_configured_is_not_offered() -> None:
     """Charging wants a charger, pick and drop want marks."""
-    assert set(abilities_of(config())) == {"initPosition"}
+    assert set(supported_actions(config())) == {"initPosition"}
     full = VehicleConfig(manufacturer="W", serial="1", marks=True, charger="C1")
-    assert set(abilities_of(full)) == {"initPosition", "startCharging", "pick", "drop"}
+    assert set(supported_actions(full)) == {"initPosition", "startCharging", "pick", "drop"}
 
 
 def test_actions_of_the_standard_have_its_scopes_and_parameters() -> None:
     """Where a user maps one of its names to a function or program of theirs."""
-    ability, _ = abilities_of(config(finePositioning="!true"))["finePositioning"]
-    assert (ability.scopes, ability.moves) == ((Scope.NODE, Scope.EDGE), True)
-    assert [parameter.key for parameter in ability.parameters] == ["stationType", "stationName"]
-    ability, _ = abilities_of(config(detectObject="!true"))["detectObject"]
-    assert (ability.scopes, ability.moves) == ((Scope.NODE, Scope.EDGE), False)
+    supported, _ = supported_actions(config(finePositioning="!true"))["finePositioning"]
+    assert (supported.scopes, supported.moves) == ((Scope.NODE, Scope.EDGE), True)
+    assert [parameter.key for parameter in supported.parameters] == ["stationType", "stationName"]
+    supported, _ = supported_actions(config(detectObject="!true"))["detectObject"]
+    assert (supported.scopes, supported.moves) == ((Scope.NODE, Scope.EDGE), False)
 
 
 def wait_for(kind: str, triggers: Triggers, **given: str) -> tuple[Any, Task]:
     """waitForTrigger of that type, in a thread of its own."""
     full = VehicleConfig(manufacturer="W", serial="1", triggers=given)
     waiting = task(triggerType=kind)
-    _, doing = abilities_of(full, triggers=triggers)["waitForTrigger"]
+    _, doing = supported_actions(full, triggers=triggers)["waitForTrigger"]
     return ThreadPoolExecutor(1).submit(doing, waiting), waiting
 
 
@@ -150,8 +150,8 @@ def test_a_program_is_a_trigger_when_it_ends() -> None:
 def test_a_trigger_that_is_not_known_is_rejected_with_the_order() -> None:
     """Nobody would ever pull it."""
     full = VehicleConfig(manufacturer="W", serial="1", triggers={"button": ""})
-    ability, _ = abilities_of(full)["waitForTrigger"]
-    found = objection(Action("a", "waitForTrigger", "HARD", {"triggerType": "bell"}), Scope.NODE, ability)
+    supported, _ = supported_actions(full)["waitForTrigger"]
+    found = objection(Action("a", "waitForTrigger", "HARD", {"triggerType": "bell"}), Scope.NODE, supported)
     assert found == ("actionParameters.triggerType", "waitForTrigger: triggerType 'bell'; expected button")
 
 
@@ -181,8 +181,8 @@ class Docked:
 def test_charging_is_stopped_by_driving_off() -> None:
     """As far as was said; where nothing charges, nothing moves."""
     full = VehicleConfig(manufacturer="W", serial="1", undock=-0.5)
-    ability, doing = abilities_of(full)["stopCharging"]
-    assert (ability.moves, ability.scopes) == (True, (Scope.INSTANT, Scope.NODE))
+    supported, doing = supported_actions(full)["stopCharging"]
+    assert (supported.moves, supported.scopes) == (True, (Scope.INSTANT, Scope.NODE))
     robot: Any = Docked(True)
     given = Task(Action("a", "stopCharging"), robot, [])
     assert doing(given) == "off the charger"

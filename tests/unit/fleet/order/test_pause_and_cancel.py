@@ -8,8 +8,8 @@ from tests.support.fleet import LIMITS, PureVehicle, action
 from tests.support.fleet_orders import finish_order, kinds
 from woosh_pure.fleet.order.events import (
     ActionEnded,
+    ContactChanged,
     DriveTooFast,
-    Heard,
     ModeChanged,
     PositionMeasured,
     RetryDue,
@@ -185,13 +185,13 @@ def test_what_stops_runs_until_a_lost_robot_was_heard_to_stand(kind: str) -> Non
     is back, until it stands."""
     vehicle = PureVehicle(obeys=False)
     vehicle.order(nodes="abc")
-    vehicle.happens(Heard(False))
+    vehicle.happens(ContactChanged(False))
     vehicle.happens(PositionMeasured(None))
     vehicle.instant(action("x", kind))
     assert vehicle.halting
     vehicle.stop(known=False)
     assert (vehicle.status("x"), vehicle.stops) == ("RUNNING", 0)
-    vehicle.happens(Heard(True))
+    vehicle.happens(ContactChanged(True))
     vehicle.place(0.5)
     assert vehicle.stops == 1
     vehicle.happens(StandingMeasured(True))

@@ -11,12 +11,12 @@ from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from tests.support.fleet_orders import kinds, restart
 from woosh_pure.fleet.action_handlers.predefined_actions import PARAMETERS, SCOPES
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.action_states import Ability
+from woosh_pure.fleet.order.action_states import SupportedAction
 from woosh_pure.fleet.order.events import DriveEnded, PositionMeasured
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
-TO_ANOTHER = Ability("initPosition", SCOPES["initPosition"], PARAMETERS["initPosition"], still=True)
-BOTH = replace(LIMITS, maps=("hall", "up"), abilities={**LIMITS.abilities, "initPosition": TO_ANOTHER})
+TO_ANOTHER = SupportedAction("initPosition", SCOPES["initPosition"], PARAMETERS["initPosition"], still=True)
+BOTH = replace(LIMITS, maps=("hall", "up"), actions={**LIMITS.actions, "initPosition": TO_ANOTHER})
 
 
 @pytest.fixture

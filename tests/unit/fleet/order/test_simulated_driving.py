@@ -15,7 +15,7 @@ from woosh_pure.fleet.order.events import (
     Halt,
     ModeChanged,
     PositionMeasured,
-    Retry,
+    ScheduleRetry,
     StandingMeasured,
 )
 from woosh_pure.fleet.order.machine import step
@@ -30,7 +30,7 @@ DT = 0.05
 
 
 class Tour:
-    """A machine whose drives are goals of the simulated navigation, replaced as `Driver` replaces them."""
+    """A machine whose drives are goals of the simulated navigation, replaced as `DriveRunner` replaces them."""
 
     def __init__(self, seed: int) -> None:
         self.world = World(settings=Settings(seed=seed))
@@ -51,7 +51,7 @@ class Tour:
             elif isinstance(effect, Halt):
                 assert self.motion is not None
                 self.world.end_motion(self.motion, MotionState.CANCELLED)
-            elif isinstance(effect, Retry):
+            elif isinstance(effect, ScheduleRetry):
                 self.retries += 1
 
     def step(self) -> None:

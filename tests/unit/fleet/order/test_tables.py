@@ -7,9 +7,9 @@ from itertools import product
 import pytest
 
 from woosh_pure.fleet.order.tables import (
-    BARS,
+    PREVENTED_ACTIVITIES,
     ActionStatus,
-    Barred,
+    Activity,
     Hold,
     Motion,
     MotionEvent,
@@ -83,8 +83,8 @@ def test_an_action_that_has_ended_stays_so_and_one_that_began_never_waits_again(
 
 def test_every_hold_keeps_the_vehicle_from_driving() -> None:
     """All but those that cannot be there during a drive halt it, and a disk that takes nothing."""
-    assert set(BARS) == set(Hold)
-    assert all(Barred.DRIVING in what for what in BARS.values())
-    silent = {hold for hold in Hold if Barred.GOING_ON not in BARS[hold]}
-    assert silent == {Hold.FAILED, Hold.NOT_KNOWN, Hold.DISK}
-    assert set(Barred) - {Barred.GOING_ON} == BARS[Hold.DISK]
+    assert set(PREVENTED_ACTIVITIES) == set(Hold)
+    assert all(Activity.START_DRIVE in what for what in PREVENTED_ACTIVITIES.values())
+    silent = {hold for hold in Hold if Activity.CONTINUE_DRIVE not in PREVENTED_ACTIVITIES[hold]}
+    assert silent == {Hold.FAILED, Hold.UNKNOWN_MOTION, Hold.DISK}
+    assert set(Activity) - {Activity.CONTINUE_DRIVE} == PREVENTED_ACTIVITIES[Hold.DISK]
