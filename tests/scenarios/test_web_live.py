@@ -377,6 +377,30 @@ def test_a_page_that_comes_back_is_the_same_person(web: Served) -> None:
         page.of("lease", yours=True)
 
 
+def test_a_reloaded_page_keeps_its_name_while_its_old_connection_is_open(
+    web: Served, chassis: Chassis, until: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The old connection and its drive end; the new one has the lease, and has to confirm the warning again."""
+    monkeypatch.setattr(viewer, "GONE_SECONDS", 0.5)
+    context = web.app.state.context  # type: ignore[attr-defined]
+    with PageClient(web.port) as old:
+        hello = old.of("hello")
+        old.ready()
+        old.drive()
+        with PageClient(web.port, f"/api/v1/live?session={hello['session']}") as new:
+            assert new.of("hello")["you"] == hello["you"]
+            old.of("drive", state="ended", reason="gone")
+            until(lambda: old.socket.close_code == 4409, what="the end of the old connection")
+            until(lambda: context.viewers == 1, what="only the new connection")
+            refused(new, "not confirmed")
+            new.forget()
+            new.say(t="lease", op="keep")
+            assert new.of("lease", yours=True)["seconds"] > 30.0
+        until(lambda: context.viewers == 0, what="the end of the new connection")
+        with PageClient(web.port, f"/api/v1/live?session={hello['session']}") as again:
+            assert again.of("hello")["you"] == hello["you"]
+
+
 def refused(page: PageClient, reason: str) -> dict[str, Any]:
     page.press()
     return page.of("drive", state="refused", reason=reason)

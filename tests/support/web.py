@@ -110,6 +110,7 @@ class PageClient:
         self.heard: list[dict[str, Any]] = []
         self.frames: list[bytes] = []
         self.count = 0
+        self.session = ""
         self.error: Exception | None = None
         self._acks = acks
         self._seq = itertools.count(1)
@@ -141,6 +142,7 @@ class PageClient:
                         self.frames.append(message)
                     else:
                         self.heard.append(json.loads(message))
+                        self.session = self.heard[-1].get("session", self.session)
                     self._condition.notify_all()
         except Exception as error:
             self.error = error

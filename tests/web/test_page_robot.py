@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.support.browser import DESKTOP, PHONE, person
+from tests.support.web import PageClient
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -172,11 +173,11 @@ def test_after_a_reload_a_goal_is_still_ones_own(browser: Browser, robot: Robot)
         page.click("#pause")  # so that it does not arrive meanwhile
         page.wait_for_selector("#resume")
         done = bar(page)
-        page.goto("about:blank")  # a server that is busy takes a moment to see that the page has gone
-        page.wait_for_timeout(2500)
-        page.goto(robot.url)
-        page.wait_for_selector("#task >> text=by you")
-        assert bar(page) > done - 5
+        for _ in range(10):
+            page.reload()
+            page.wait_for_selector("#task >> text=by ")
+            assert "by you" in page.inner_text("#task")
+            assert bar(page) > done - 5
         page.click("#resume")
         page.wait_for_selector("#task >> text=Arrived", timeout=60_000)
         until(lambda: plan() == [], page)
@@ -443,3 +444,18 @@ def test_a_frozen_page_stops_and_resumes_nothing(browser: Browser, robot: Robot)
         assert robot.speed < 0.01, "it is still held, and nothing resumes"
         page.mouse.up()
         page.wait_for_selector("#lost", state="hidden")
+
+
+def test_of_two_tabs_with_one_session_the_older_takes_a_new_one(browser: Browser, robot: Robot) -> None:
+    """A tab can be copied together with its session; the two must not end each other's connection in turn."""
+    clients = robot.server.app.state.context.clients
+    with person(browser, robot.url) as page:
+        page.wait_for_selector("#battery >> text=%")
+        newest = next(reversed(clients._known))
+        with PageClient(robot.server.port, f"/api/v1/live?session={newest}") as copy:
+            name = copy.of("hello")["you"]
+            until(lambda: next(reversed(clients._known)) != newest, page)
+            copy.forget()
+            copy.of("pose")
+            assert clients._known[newest].name == name
+            assert copy.socket.close_code is None

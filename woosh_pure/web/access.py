@@ -259,6 +259,7 @@ class Client:
         address: IP address.
         connected: Whether the page is connected now.
         last_connected: When it was connected last, by the monotonic clock.
+        replaced: Called when another connection resumes the session; None while there is no connection.
     """
 
     session: str
@@ -266,6 +267,7 @@ class Client:
     address: str
     connected: bool = False
     last_connected: float = 0.0
+    replaced: Callable[[], object] | None = None
 
 
 class Clients:
@@ -277,12 +279,17 @@ class Clients:
         self._known: OrderedDict[str, Client] = OrderedDict()
 
     def connect(self, address: str, session: str = "") -> Client | None:
-        """A page connects, or resumes its session. None if there are too many sessions."""
-        now = time.monotonic()
+        """A page connects, or resumes its session. None if there are too many sessions.
+
+        A page that was reloaded can be here before its old connection has ended, which is then replaced.
+        """
+        now, replaced = time.monotonic(), None
         with self._lock:
             self._forget(now)
             client = self._known.get(session) if session else None
-            if client is None or client.connected:
+            if client is not None:
+                replaced, client.replaced = client.replaced, None
+            else:
                 if len(self._known) >= MOST_SESSIONS:
                     return None
                 address = printable(address)[:60]
@@ -290,12 +297,14 @@ class Clients:
                 client = Client(secrets.token_urlsafe(18), name, address)
                 self._known[client.session] = client
             client.connected, client.last_connected = True, now
-            return client
+        if replaced is not None:
+            replaced()
+        return client
 
     def disconnect(self, client: Client) -> None:
         """A page has disconnected. It may resume its session for a while."""
         with self._lock:
-            client.connected, client.last_connected = False, time.monotonic()
+            client.connected, client.last_connected, client.replaced = False, time.monotonic(), None
             if client.session in self._known:
                 self._known.move_to_end(client.session)
 

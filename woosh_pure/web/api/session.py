@@ -86,14 +86,15 @@ async def live(socket: WebSocket) -> None:
     if client is None:
         await _refuse(socket, 4429, "too many pages; close one first")
         return
+    viewer = Viewer(socket, context, context.hubs[robot.name], client)
     context.viewers += 1
     try:
         await socket.accept()
-        viewer = Viewer(socket, context, context.hubs[robot.name], client)
         await viewer.run(language_of(socket.headers))
     finally:
         context.viewers -= 1
-        context.clients.disconnect(client)
+        if not viewer.is_replaced:
+            context.clients.disconnect(client)
 
 
 async def _refuse(socket: WebSocket, code: int, reason: str) -> None:

@@ -34,10 +34,17 @@ GONE_SECONDS = 6.0
 GOING_AWAY = 1001
 """With this code a browser closes the connections of a page that is closed or left. What the page's script
 sends then does not always arrive (Firefox); a network that is cut says nothing."""
+REPLACED = 4409
+"""With this code a connection ends when another one has resumed its session. A page that is still there (its
+tab was copied with the session) then takes a new session."""
 
 
 class Viewer:
-    """See above. Used in the event loop only. `run` lasts as long as the connection."""
+    """See above. Used in the event loop only. `run` lasts as long as the connection.
+
+    Attributes:
+        is_replaced: Whether another connection has resumed the page's session.
+    """
 
     def __init__(self, socket: WebSocket, context: WebContext, hub: Hub, client: Client) -> None:
         self._socket, self._context, self._hub, self._client = socket, context, hub, client
@@ -49,13 +56,32 @@ class Viewer:
         self._is_looking = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._pace = TokenBucket(200.0, 400.0)
+        self._replaced = asyncio.Event()
+        client.replaced = self._replace
+
+    @property
+    def is_replaced(self) -> bool:
+        """See `Viewer`."""
+        return self._replaced.is_set()
+
+    def _replace(self) -> None:
+        self._hand.gone()
+        self._replaced.set()
+
+    async def _until_replaced(self) -> None:
+        await self._replaced.wait()
 
     async def run(self, lang: str) -> None:
         """Serve the page until the connection ends. The drive is ended first of all."""
         self._hub.join(self._outgoing.wake.set)
         self._robot.chassis.lease.renew(self._client.name)  # of a page that has come back
         self._tell(self._hello(lang))
-        parts = (self._read(), self._outgoing.send_all(self._socket), self._hand.watch())
+        parts = (
+            self._read(),
+            self._outgoing.send_all(self._socket),
+            self._hand.watch(),
+            self._until_replaced(),
+        )
         tasks = [asyncio.ensure_future(part) for part in parts]
         code, reason = 1000, ""
         try:
@@ -72,9 +98,12 @@ class Viewer:
                     raise error
         finally:
             self._hand.gone()
-            self._robot.chassis.lease.shorten(self._client.name, GONE_SECONDS)
-            if self._robot.chassis.lease.withdraw(self._client.name):
-                self._hub.wake()
+            if self.is_replaced:
+                code, reason = REPLACED, "the page was opened again"
+            else:
+                self._robot.chassis.lease.shorten(self._client.name, GONE_SECONDS)
+                if self._robot.chassis.lease.withdraw(self._client.name):
+                    self._hub.wake()
             try:
                 await _end_all({*tasks, *self._tasks})
                 for what in list(self._outgoing.watched):
@@ -104,6 +133,8 @@ class Viewer:
     async def _read(self) -> None:
         while True:
             event = await self._socket.receive()
+            if self.is_replaced:
+                return
             if event["type"] == "websocket.disconnect":
                 if event.get("code") == GOING_AWAY:
                     self._hand.give()

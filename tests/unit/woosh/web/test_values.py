@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -202,10 +203,23 @@ def test_sessions_are_secret_different_and_can_be_taken_up_again() -> None:
     assert bert is not None
     assert anna.name != bert.name
     assert anna.session not in bert.name
-    again = clients.connect("10.0.0.9", anna.session)
-    assert again is not anna, "while the page is here, its session is nobody else's"
     clients.disconnect(anna)
     assert clients.connect("10.0.0.9", anna.session) is anna
+
+
+def test_who_resumes_a_session_replaces_its_connection() -> None:
+    """Once: the next one replaces the second connection, and a connection that has ended needs no replacing."""
+    clients, replaced = Clients(), []
+    anna = clients.connect("10.0.0.1")
+    assert anna is not None
+    for number in (1, 2):
+        anna.replaced = partial(replaced.append, number)
+        assert clients.connect("10.0.0.1", anna.session) is anna
+        assert replaced == [1, 2][:number]
+    anna.replaced = partial(replaced.append, 3)
+    clients.disconnect(anna)
+    assert clients.connect("10.0.0.1", anna.session) is anna
+    assert replaced == [1, 2]
 
 
 @pytest.mark.promise("200 goals and 20 bags are kept")

@@ -51,6 +51,7 @@ const link = new Link(address, {
 
 // A browser does not always tell why a WebSocket was refused; a call does, and asks for the token at 401.
 function closed(code) {
+  if (code === 4409) rest.session = null; // another tab has this session
   if (code === 4401) token.ask();
   else if (!token.open) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
 }
