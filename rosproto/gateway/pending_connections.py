@@ -12,6 +12,8 @@ import socket
 from collections import Counter
 from typing import Any
 
+from rosproto.transport.tcp import reuse_address
+
 READ_BUFFER = 64 << 10
 """Bytes that the system takes from a client ahead of us: what a reset leaves to be read, at most."""
 BACKLOG = 128
@@ -37,9 +39,17 @@ class Listener(socket.socket):
         family, *_, address = socket.getaddrinfo(
             host or "0.0.0.0", port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
-        made = socket.create_server(address[:2], family=family, backlog=BACKLOG)
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READ_BUFFER)  # accepted ones have it, too
-        super().__init__(made.family, made.type, made.proto, fileno=made.detach())
+        super().__init__(family, socket.SOCK_STREAM)
+        try:
+            reuse_address(self)
+            if family == socket.AF_INET6:
+                self.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            self.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READ_BUFFER)  # accepted ones have it, too
+            self.bind(address[:2])
+            self.listen(BACKLOG)
+        except OSError:
+            self.close()
+            raise
         self._most, self._refused = most, refused
         self._waiting: dict[Any, _Accepted] = {}  # by their address and port, the oldest first
 

@@ -8,6 +8,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import allow_open_files
 from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.robot_host_names import HostNames, hosts_advice, parse_host_names
+from rosproto.transport.tcp import reuse_address
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.uri import is_loopback, make_uri, parse_uri
@@ -31,6 +32,7 @@ __all__ = [
     "parse_host_names",
     "parse_uri",
     "read_header",
+    "reuse_address",
     "unpack",
     "write_header",
 ]

@@ -63,7 +63,7 @@ def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
     with system_errors(f"listen on {peer}", peer):
         sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
     try:
-        _set_reuse(sock)
+        reuse_address(sock)
         sock.bind((address, port))
         sock.listen(backlog)
     except (OSError, OverflowError) as error:
@@ -96,10 +96,11 @@ def bind_beside(sock: socket.socket, listener: socket.socket, address: tuple[str
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 0)
 
 
-def _set_reuse(sock: socket.socket) -> None:
-    """A restarted master must get its port back at once, and nobody may share a port with it.
+def reuse_address(sock: socket.socket) -> None:
+    """Before `bind`: let a restarted server have its port at once, and let no other socket listen there.
 
-    Windows' SO_REUSEADDR would let another program take over a port in use.
+    On Windows SO_REUSEADDR would let another program take over a port in use, and without
+    SO_EXCLUSIVEADDRUSE another socket could listen on 0.0.0.0 beside one on 127.0.0.1.
     """
     exclusive = getattr(socket, "SO_EXCLUSIVEADDRUSE", None)
     if exclusive is not None:

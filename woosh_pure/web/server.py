@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import asyncio
 import errno
-import os
 import socket
 import ssl
 import struct
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from rosproto.transport import is_loopback
+from rosproto.transport import is_loopback, reuse_address
 from woosh_pure.web.access import ConnectionSlots, Key
 
 if TYPE_CHECKING:
@@ -53,8 +52,7 @@ class Listener(socket.socket):
         super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._slots = slots
         try:
-            if hasattr(socket, "SO_REUSEADDR") and os.name == "posix":
-                self.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            reuse_address(self)
             self.bind((host, port))
             self.listen(128)
         except OSError as error:

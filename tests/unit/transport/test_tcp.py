@@ -130,7 +130,7 @@ def test_windows_listens_with_exclusive_address_use(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setattr(socket, "SO_EXCLUSIVEADDRUSE", -5, raising=False)
-    tcp._set_reuse(Windows())  # type: ignore[arg-type]
+    tcp.reuse_address(Windows())  # type: ignore[arg-type]
     assert calls == [(socket.SOL_SOCKET, -5, 1)]
 
 
@@ -293,3 +293,10 @@ def test_writing_to_a_peer_that_is_gone_is_a_lost_connection(
 def test_a_socket_that_is_gone_is_called_peer(pair: tuple[socket.socket, socket.socket]) -> None:
     pair[0].close()
     assert peer_name(pair[0]) == "peer"
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="the BSDs let a wildcard listen beside one address")
+def test_no_other_socket_listens_on_the_port_of_a_listener() -> None:
+    """Also not on all addresses at once."""
+    with tcp.listen("127.0.0.1") as listener, pytest.raises(ConnectionLost, match="the port is taken"):
+        tcp.listen("0.0.0.0", listener.getsockname()[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import sys
 
 import pytest
 
@@ -48,3 +49,13 @@ def test_an_address_of_another_computer_is_told_from_a_port_in_use() -> None:
         Listener("192.0.2.1", 0, ConnectionSlots())  # RFC 5737: nobody has it
     with pytest.raises(OSError, match="--bind takes an address of this computer"):
         Listener("no-such-name.invalid", 0, ConnectionSlots())
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="the BSDs let a wildcard listen beside one address")
+def test_no_other_server_listens_on_all_addresses_of_the_port() -> None:
+    """Windows would let it, if the socket did not ask to have the port alone."""
+    with (
+        Listener("127.0.0.1", 0, ConnectionSlots()) as listener,
+        pytest.raises(OSError, match="give another --port"),
+    ):
+        Listener("0.0.0.0", listener.getsockname()[1], ConnectionSlots())
