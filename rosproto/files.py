@@ -7,9 +7,11 @@ memory until the system ends the program.
 from __future__ import annotations
 
 import os
+import sys
+import time
 from typing import TextIO
 
-__all__ = ["MOST_BYTES", "read_file", "read_stream", "read_text", "write_file"]
+__all__ = ["MOST_BYTES", "read_file", "read_stream", "read_text", "replace_file", "write_file"]
 
 MOST_BYTES = 64 << 20
 """Of a file that is read whole, unless the caller says otherwise."""
@@ -63,3 +65,24 @@ def write_file(path: str | os.PathLike[str], data: bytes) -> None:
             file.write(data)
     except OSError as error:
         raise OSError(error.errno, error.strerror, os.fspath(path)) from error
+
+
+_PAUSES = (0.01, 0.02, 0.05, 0.1, 0.2)
+
+
+def replace_file(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
+    """Rename a file to `target`, in place of what is there (`os.replace`).
+
+    Windows refuses while another process has either file open: a virus scanner, an indexer, a reader of the
+    target. They take milliseconds, so it is tried again for 0.4 s there.
+
+    Raises:
+        OSError: It cannot be renamed.
+    """
+    for pause in _PAUSES if sys.platform == "win32" else ():
+        try:
+            os.replace(source, target)
+            return
+        except PermissionError:
+            time.sleep(pause)
+    os.replace(source, target)

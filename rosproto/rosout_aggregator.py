@@ -22,6 +22,7 @@ from typing import IO, Any
 
 from rosproto.codec import decode, message_class
 from rosproto.errors import CodecError
+from rosproto.files import replace_file
 from rosproto.logs import get_logger
 from rosproto.node.node import Node
 from rosproto.node.rosout import Loggers
@@ -96,7 +97,7 @@ class RosoutLog:
         for number in range(MOST_OLD_FILES - 1, -1, -1):
             older = f"{self.path}.{number}" if number else self.path
             if os.path.exists(older):
-                os.replace(older, f"{self.path}.{number + 1}")
+                replace_file(older, f"{self.path}.{number + 1}")
         self._file = self._open()
 
 

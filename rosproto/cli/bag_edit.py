@@ -12,6 +12,7 @@ from typing import Any
 
 from rosproto.bag import BagReader, RawMessage, create_bag
 from rosproto.codec import decode
+from rosproto.files import replace_file
 from rosproto.text import human_bytes
 from rosproto.time import Time
 
@@ -252,8 +253,8 @@ def _rewrite(path: str, arguments: argparse.Namespace) -> None:
     after = os.path.getsize(output)
     if not arguments.output_dir:
         with whole(output):
-            os.replace(path, backup)
-            os.replace(output, path)
+            replace_file(path, backup)
+            replace_file(output, path)
     if not arguments.quiet:
         print(f"{path}: {human_bytes(before)} -> {human_bytes(after)} ({100 * after / before:.0f} %)")
 

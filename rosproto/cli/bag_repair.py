@@ -7,6 +7,7 @@ import os
 
 from rosproto.bag import recover
 from rosproto.bag import reindex as mend
+from rosproto.files import replace_file
 from rosproto.text import printable
 
 from .bag_opening import check_local
@@ -36,7 +37,7 @@ def reindex(arguments: argparse.Namespace) -> int:
             report = mend(path, scanning=progress.at)
         final = path.removesuffix(".active")
         if final != path and (arguments.force or not os.path.exists(final)):
-            os.replace(path, final)
+            replace_file(path, final)
         else:
             final = path
         if arguments.quiet:

@@ -17,6 +17,7 @@ from rosproto.bag import BagWriter, RawMessage, create_bag
 from rosproto.bag.mcap import McapWriter
 from rosproto.bag.opening import is_mcap_name
 from rosproto.errors import BagError
+from rosproto.files import replace_file
 from rosproto.time import Time
 
 ACTIVE = ".active"
@@ -177,7 +178,7 @@ class BagSeries:
     def _finish(self) -> None:
         self._writer.close()
         try:
-            os.replace(self.active_path, self._path)
+            replace_file(self.active_path, self._path)
             size = os.path.getsize(self._path)
         except OSError as problem:
             raise BagError(

@@ -7,12 +7,13 @@ import os
 import re
 import sys
 import threading
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
 from rosproto.errors import DefinitionError
-from rosproto.files import read_file, read_stream, read_text, write_file
+from rosproto.files import read_file, read_stream, read_text, replace_file, write_file
 from rosproto.msg.sources import FileTree
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import MarkFile
@@ -97,3 +98,27 @@ def test_an_error_of_writing_names_the_file(tmp_path: Path) -> None:
         with pytest.raises(OSError, match=re.escape(repr(path))) as failed:
             write_file(path, b"x")
         assert failed.value.filename == path
+
+
+@pytest.mark.parametrize(("platform", "attempts"), [("win32", 3), ("linux", 1)])
+def test_a_file_that_another_process_reads_is_replaced_a_little_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, platform: str, attempts: int
+) -> None:
+    """On Windows. Elsewhere a refusal has another cause and is raised at once."""
+    replace, tried = os.replace, []
+
+    def refuse(source: Path, target: Path) -> None:
+        tried.append(target)
+        if len(tried) < 3:
+            raise PermissionError(13, "used by another process")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", refuse)
+    monkeypatch.setattr(sys, "platform", platform)
+    new, old = tmp_path / "marks.new", tmp_path / "marks"
+    new.write_text("new")
+    old.write_text("old")
+    with nullcontext() if platform == "win32" else pytest.raises(PermissionError):
+        replace_file(new, old)
+    assert len(tried) == attempts
+    assert old.read_text() == ("new" if platform == "win32" else "old")

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from rosproto.files import read_text, write_file
+from rosproto.files import read_text, replace_file, write_file
 from rosproto.sentence import say
 
 
@@ -91,7 +91,7 @@ def save(profile: Profile) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".new")
     write_file(temporary, (json.dumps(profile._asdict(), indent=2) + "\n").encode())
-    os.replace(temporary, path)
+    replace_file(temporary, path)
     return path
 
 

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from rosproto.files import replace_file
 from rosproto.logs import get_logger
 from woosh_pure.errors import ChassisError
 
@@ -115,7 +116,7 @@ class Store:
         """Move an unusable file aside, under another name."""
         aside = self.path.with_suffix(".broken")
         _log.warning("! %s cannot be used (%s); it is kept as %s", self.path, why, aside)
-        os.replace(self.path, aside)
+        replace_file(self.path, aside)
 
     def save(self, data: dict[str, Any]) -> None:
         """Replace the file if its content differs.
@@ -147,7 +148,7 @@ class Store:
             os.fsync(opened)
         finally:
             os.close(opened)
-        os.replace(self._beside, self._file)
+        replace_file(self._beside, self._file)
         if os.name == "posix":  # have the new name on disk, too; Windows has no such call
             folder = os.open(self._folder, os.O_RDONLY)
             try:

@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from rosproto.files import write_file
+from rosproto.files import replace_file, write_file
 from woosh_pure.foxglove.chassis_topics import MAP, OVERLAY
 from woosh_pure.interface.table import find
 
@@ -194,5 +194,5 @@ def write_layout(path: str | os.PathLike[str]) -> Path:
     file = Path(path)
     temporary = file.with_name(file.name + ".new")
     write_file(temporary, (json.dumps(chassis_layout(), indent=2) + "\n").encode())
-    os.replace(temporary, file)
+    replace_file(temporary, file)
     return file

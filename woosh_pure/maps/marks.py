@@ -7,13 +7,12 @@ frame. `"charger": true` marks a charger, `"on_chassis": false` a place that is 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from rosproto.files import read_text, write_file
+from rosproto.files import read_text, replace_file, write_file
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 
@@ -159,7 +158,7 @@ class MarkFile:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         temporary = self.path.with_name(self.path.name + ".new")
         write_file(temporary, text.encode())
-        os.replace(temporary, self.path)
+        replace_file(temporary, self.path)
         self._marks, self._read = kept, self._stamp()
 
 

@@ -9,6 +9,7 @@ from collections import deque
 from pathlib import Path
 from typing import Any
 
+from rosproto.files import replace_file
 from rosproto.text import printable
 from woosh_pure.fleet.messages.schema import timestamp
 
@@ -50,7 +51,7 @@ class Journal:
         beside = path.with_suffix(".new")
         text = json.dumps({"reason": reason, **facts, "lately": lines}, indent=1, ensure_ascii=False)
         beside.write_text(text, "utf-8")
-        beside.replace(path)
+        replace_file(beside, path)
         for old in sorted(self.folder.glob(f"{self.name}-*.json"))[:-MOST_REPORTS]:
             old.unlink(missing_ok=True)
         return path.name

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from rosproto.files import replace_file
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.errors import ChassisError
@@ -193,7 +193,7 @@ class MapStore:
         data = {"active": [self.active, self.version], "maps": [each.to_json() for each in self._entries]}
         beside = self.folder / "index.new"
         beside.write_text(json.dumps(data), "utf-8")
-        os.replace(beside, self.folder / "index.json")
+        replace_file(beside, self.folder / "index.json")
 
     def _load(self) -> None:
         path = self.folder / "index.json"

@@ -5,6 +5,8 @@ import os
 import sys
 import time
 
+from rosproto.files import replace_file
+
 _NAMES = {
     "DEBUG": ("DEBUG", "\033[32m"),
     "INFO": ("INFO", None),
@@ -109,7 +111,7 @@ class _LazyFile(logging.Handler):
     def _rotate(self):
         self._file.close()
         self._file = None
-        os.replace(self.baseFilename, self.baseFilename + ".1")
+        replace_file(self.baseFilename, self.baseFilename + ".1")
 
 
 def configure_logging(logname, level=logging.INFO, filename=None, env=None):
