@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
+from starlette.responses import Response
 from starlette.types import ASGIApp
 
 from rosproto.errors import RosError
@@ -85,9 +87,32 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
     return app
 
 
+_CONTENT_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+
+
+class PageFiles(StaticFiles):
+    """The page's files with content types of our own.
+
+    Windows' registry may call a `.js` file text/plain, and a browser runs no module of that type.
+    """
+
+    def file_response(self, full_path: str | os.PathLike[str], *args: Any, **kwargs: Any) -> Response:
+        """Serve one file."""
+        response = super().file_response(full_path, *args, **kwargs)
+        kind = _CONTENT_TYPES.get(os.path.splitext(full_path)[1])
+        if kind is not None and "content-type" in response.headers:  # a 304 has none
+            response.headers["content-type"] = kind
+        return response
+
+
 def _page() -> ASGIApp:
     """The page's files, compressed: that is seconds on a slow link."""
-    return GZipMiddleware(StaticFiles(directory=PAGE, html=True), minimum_size=500)
+    return GZipMiddleware(PageFiles(directory=PAGE, html=True), minimum_size=500)
 
 
 def _operation(route: APIRoute) -> str:
