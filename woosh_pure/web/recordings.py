@@ -116,7 +116,12 @@ class RecordingManager:
                         "recording",
                     )
             for old in list(self._all)[: max(0, len(self._all) - MOST_KEPT + 1)]:
-                self._all.pop(old).path.unlink(missing_ok=True)
+                try:
+                    self._all[old].path.unlink(missing_ok=True)
+                except OSError as error:  # Windows, while somebody downloads it; tried again
+                    _logger.warning("! the bag of recording %s cannot be deleted: %s", old, error)
+                else:
+                    del self._all[old]
             if self._folder is None:
                 self._folder = Path(tempfile.mkdtemp(prefix="woosh-web-"))
             number = str(next(self._numbers))
