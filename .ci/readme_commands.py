@@ -31,7 +31,8 @@ def commands(readme: str) -> list[str]:
 def main() -> int:
     for command in commands((ROOT / "README.md").read_text("utf-8")):
         with tempfile.TemporaryDirectory(prefix="readme-", ignore_cleanup_errors=True) as name:
-            venv.create(name, with_pip=True)
+            # Links, as from `python -m venv`: a copied interpreter may not find the libraries beside it.
+            venv.create(name, with_pip=True, symlinks=sys.platform != "win32")
             programs = Path(name) / ("Scripts" if sys.platform == "win32" else "bin")
             environment = os.environ | {
                 "VIRTUAL_ENV": name,
