@@ -225,6 +225,16 @@ def test_the_ground_rooms_of_the_node_know_no_other() -> None:
         assert {room(name) for name in above} <= GROUND_ROOMS, module
 
 
+GATEWAY = {name: path for name, path in MODULES if name.startswith("rosproto.gateway")}
+
+
+def test_no_files_of_the_gateway_import_one_another() -> None:
+    """Imports for types count, too: a session knows the server's state, which knows a session by a protocol."""
+    imports = {module: imports_within(module, GATEWAY) for module in GATEWAY}
+    assert len(imports) > 40
+    assert cycles(imports) == {}
+
+
 CHASSIS = {name: path for name, path in MODULES if name.startswith("woosh_pure")}
 TWO_FACES = frozenset({"woosh_pure.chassis", "woosh_pure.aio", "woosh_pure.aio.chassis"})
 """`Chassis.aio` is an `aio.Chassis`, and that one's `chassis` a `Chassis`: as users see them, they name each other."""

@@ -13,7 +13,7 @@ from rosproto.gateway.access import Access
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
-from rosproto.gateway.foxglove.server_state import Robot
+from rosproto.gateway.foxglove.server_state import Robot, Viewer
 from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.websocket_server import WebSocketServer
@@ -214,7 +214,7 @@ class Foxglove:
         self.close()
 
 
-def _facts(session: Session) -> ClientFacts:
+def _facts(session: Viewer) -> ClientFacts:
     channel = session.channel
     return ClientFacts(
         channel.peer,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import threading
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
+from rosproto.gateway.client_channel import Channel
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.client_publications import Publications
 from rosproto.gateway.foxglove.advertised_channels import OfferedService, Offers
@@ -19,7 +20,6 @@ from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.parameters import ParameterView
 from rosproto.gateway.foxglove.services import CallCount, ServiceTypes
-from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
@@ -34,6 +34,37 @@ _log = get_logger("rosproto.gateway")
 MASTER_STATUS = "master"  # id of the status about the master
 FIRST_VIEW_SECONDS = 3.0  # that the first viewer waits for a view of the graph
 CALLS = 256  # service calls of all viewers; each takes a thread
+
+
+class Viewer(Protocol):
+    """One viewer's session, as far as the server and its state use it."""
+
+    @property
+    def channel(self) -> Channel: ...
+
+    @property
+    def since(self) -> float: ...
+
+    @property
+    def topics(self) -> tuple[str, ...]: ...
+
+    @property
+    def dropped(self) -> dict[str, int]: ...
+
+    @property
+    def published(self) -> int: ...
+
+    def show(self, view: GraphView) -> None: ...
+
+    def show_services(self, view: GraphView) -> None: ...
+
+    def status(self, text: str, level: Level = ..., id: str | None = None) -> None: ...
+
+    def remove_status(self, id: str) -> None: ...
+
+    def tell_time(self, nanoseconds: int) -> None: ...
+
+    def restart(self) -> None: ...
 
 
 class Robot:
@@ -77,7 +108,7 @@ class Robot:
         self.offers = Offers(node, access, self._local.values())
         self._service_types = ServiceTypes(node, access)
         self._lock = threading.Lock()
-        self._sessions: set[Session] = set()
+        self._sessions: set[Viewer] = set()
         self._clock_tap: Tap | None = None
         self._telling_time = threading.Lock()
         self._simulated_now = 0
@@ -93,18 +124,18 @@ class Robot:
     # -- sessions -------------------------------------------------------------------------------------------
 
     @property
-    def sessions(self) -> tuple[Session, ...]:
+    def sessions(self) -> tuple[Viewer, ...]:
         """The sessions of all viewers."""
         with self._lock:
             return tuple(self._sessions)
 
-    def add(self, session: Session) -> bool:
+    def add(self, session: Viewer) -> bool:
         """A viewer has come; True when it is the only one. Must not wait."""
         with self._lock:
             self._sessions.add(session)
             return len(self._sessions) == 1
 
-    def welcome(self, session: Session, first: bool) -> None:
+    def welcome(self, session: Viewer, first: bool) -> None:
         """Tell a viewer what there is; called in a thread that may wait."""
         if first:  # nobody has looked for a while
             self._watch.next_view(FIRST_VIEW_SECONDS)
@@ -119,7 +150,7 @@ class Robot:
         session.show(self.view)
         self.pool.spawn(self._ask_services)
 
-    def gone(self, session: Session) -> None:
+    def gone(self, session: Viewer) -> None:
         """A session has ended."""
         with self._lock:
             self._sessions.discard(session)

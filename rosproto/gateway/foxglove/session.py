@@ -13,7 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
@@ -28,13 +28,11 @@ from rosproto.gateway.foxglove.client_publish import Publishing
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
 from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.parameters import FollowedParameters
+from rosproto.gateway.foxglove.server_state import Robot
 from rosproto.gateway.foxglove.services import CallCount, call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
-
-if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.server_state import Robot
 
 _log = get_logger("rosproto.gateway")
 

@@ -27,7 +27,7 @@ from rosproto.gateway.rosbridge.operations import (
 )
 from rosproto.gateway.rosbridge.replies import Answers
 from rosproto.gateway.rosbridge.server_state import Shared
-from rosproto.gateway.rosbridge.tf_on_demand import is_tf_name
+from rosproto.gateway.rosbridge.tf_names import is_tf_name
 from rosproto.gateway.values import from_values, to_json
 from rosproto.node import ServiceServer
 

@@ -21,7 +21,7 @@ from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal,
 from rosproto.gateway.rosbridge.replies import Answers
 from rosproto.gateway.rosbridge.rosapi import RosapiError
 from rosproto.gateway.rosbridge.server_state import Shared
-from rosproto.gateway.rosbridge.tf_on_demand import ACTION_TYPE, is_tf_name
+from rosproto.gateway.rosbridge.tf_names import ACTION_TYPE, is_tf_name
 from rosproto.gateway.values import from_arguments, to_json
 from rosproto.node.services.link import Cancellation
 from rosproto.node.services.probe import probe

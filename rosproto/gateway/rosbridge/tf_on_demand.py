@@ -7,26 +7,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError
-from rosproto.gateway.access import Access, Kind
+from rosproto.gateway.access import Access
+from rosproto.gateway.rosbridge.tf_names import ACTION, KINDS, SERVICE
 from rosproto.node import Node
 
 if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.tf_republisher import TfRepublisher
-
-ACTION = "/tf2_web_republisher"
-SERVICE = "/republish_tfs"
-ACTION_TYPE = "tf2_web_republisher/TFSubscriptionAction"
-_KINDS: dict[str, Kind] = {
-    ACTION: "action",
-    f"{ACTION}/goal": "topic",
-    f"{ACTION}/cancel": "topic",
-    SERVICE: "service",
-}
-
-
-def is_tf_name(name: str) -> bool:
-    """True for the action, the topics on which its clients publish, and the service."""
-    return name in _KINDS
 
 
 class TfOnDemand:
@@ -55,7 +41,7 @@ class TfOnDemand:
         Raises:
             MasterError, ConnectionLost, RosTimeout: The master cannot be asked, or refuses the registration.
         """
-        kind = _KINDS.get(name)
+        kind = KINDS.get(name)
         if kind is None or self._access.may_read(kind, name) is not None:
             return False
         if self._access.may_read("topic", "/tf") is not None:

@@ -18,7 +18,7 @@ from typing import Any
 from rosproto.action import ActionServer, ServerGoal
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import RosError
-from rosproto.gateway.rosbridge.tf_on_demand import ACTION, ACTION_TYPE, SERVICE
+from rosproto.gateway.rosbridge.tf_names import ACTION, ACTION_TYPE, SERVICE
 from rosproto.node import Node
 from rosproto.tf import Transform, TransformError, TransformListener
 from rosproto.tf.buffer import frame_name
