@@ -506,6 +506,14 @@ def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int
     return CallService(id, name, name) if op == "call_service" else SendActionGoal(id, name, name, "")
 
 
+def failed_answer(op: object, id: Id, text: str) -> ServiceResponse | ActionResult | None:
+    """Ends the call or goal that an answer with a wrong field was for; None for other operations."""
+    text = f"the client's answer is not valid: {text}"
+    if op == "service_response":
+        return ServiceResponse(id, "", text, result=False)
+    return ActionResult(id, "", text, result=False) if op == "action_result" else None
+
+
 def read_id(message: dict[str, Any], text_length: int) -> Id:
     """The id of a message, None where it has none.
 

@@ -33,6 +33,7 @@ from rosproto.gateway.rosbridge.operations import (
     Rest,
     SendActionGoal,
     SetLevel,
+    failed_answer,
     read_id,
     read_operation,
     unread_request,
@@ -158,7 +159,8 @@ class Protocol:
             what = f"{op}: " if isinstance(op, str) and (op in OPERATIONS or op in RECEIVED_PARTS) else ""
             asked = unread_request(op, message, id, self._limits.text_length)
             self._refuse(effects, f"{what}{error}", id, asked)
-            return effects
+            answer = None if id is None else failed_answer(op, id, str(error))
+            return effects if answer is None else [*effects, answer]
         if isinstance(effect, SetLevel):
             self.level = effect.level
         return [effect]

@@ -222,12 +222,20 @@ def test_a_client_provides_a_service(graph: Graph, serve: Serve, connect: Serve)
     assert (answers[0].success, answers[0].message) == (True, "on")
     assert "broken" in str(answers[1])
     assert "does not fit" in str(answers[2])
+    assert client.op("status")["msg"].startswith("service_response: /lamp: ")
+    thread = threading.Thread(target=call)
+    thread.start()
+    asked = client.op("call_service")
+    client.send(op="service_response", service="/lamp", id=asked["id"], values={}, result="yes")
+    assert client.op("status")["id"] == asked["id"]
+    thread.join(5)
+    assert "field result is 'yes'" in str(answers[3]), "the caller is told at once"
     thread = threading.Thread(target=call)
     thread.start()
     client.op("call_service")
     client.close()
     thread.join(20)
-    assert isinstance(answers[3], ServiceError)
+    assert isinstance(answers[4], ServiceError)
     until(lambda: "/lamp" not in graph.node.master.get_system_state().services)
 
 
@@ -324,6 +332,11 @@ def test_a_client_provides_an_action(graph: Graph, serve: Serve, connect: Serve)
         assert (sent[4].wait(10).result, sent[4].status) == (3, GoalStatus.PREEMPTED)
         page.send(op="action_feedback", action="/page", id=ids[4], values={"feedback": 8})
         assert ids[4] in page.op("status")["msg"]
+        odd = robot.send_goal({"goal": 8})
+        page.send(**end, id=page.op("send_action_goal")["id"], status="done", values={"result": 4})
+        assert "field status" in page.op("status")["msg"]
+        odd.wait(10)
+        assert (odd.status, "field status is 'done'" in odd.text) == (GoalStatus.ABORTED, True)
         last = robot.send_goal({"goal": 9})
         page.op("send_action_goal")
         page.close()

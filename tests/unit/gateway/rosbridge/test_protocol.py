@@ -153,6 +153,11 @@ def answer_of(message: Any, limits: GatewayLimits = LIMITS) -> dict[str, Any]:
     effects = protocol.receive(message if isinstance(message, (str, bytes)) else json.dumps(message))
     assert protocol.refused == 1
     op = message.get("op") if isinstance(message, dict) else None
+    if op in ("service_response", "action_result") and message.get("id") is not None:
+        ended = effects.pop()  # the call or goal, whose caller would wait
+        assert isinstance(ended, (ServiceResponse, ActionResult))
+        assert (ended.id, ended.result) == (message["id"], False)
+        assert str(ended.values).startswith("the client's answer is not valid: field ")
     if not (isinstance(op, str) and op in ANSWERS):
         return status_of(effects)
     assert len(effects) == 1, effects
