@@ -57,6 +57,7 @@ def test_a_page_is_shown_everything(page: PageClient) -> None:
     assert hello["limits"] == {"vx": 0.3, "wz": 0.5}
     for kind in ("pose", "map", "marks", "footprint", "plan", "journal", "lease"):
         page.of(kind)
+    assert set(page.of("pose")) == {"t", "x", "y", "yaw", "age"}
     page.wait(lambda d: d["t"] == "state" and d.get("battery"))
     page.wait(lambda d: d["t"] == "state" and d.get("readiness"))
     ages = page.wait(lambda d: d["t"] == "state" and d["ages"].get("pose") is not None)["ages"]

@@ -26,10 +26,10 @@ CSP = (
     "form-action 'none'; frame-ancestors 'none'; base-uri 'none'"
 )
 MARKS: list[dict[str, Any]] = [
-    {"name": "A1", "x": 3.0, "y": 1.0, "theta": 1.57, "charger": False, "note": "shelf"},
-    {"name": "B1", "x": -2.0, "y": 2.0, "theta": 0.0, "charger": False, "note": ""},
-    {"name": "C1", "x": -3.0, "y": -2.0, "theta": 0.0, "charger": True, "note": ""},
-    {"name": "D9", "x": None, "y": None, "theta": None, "charger": False, "note": ""},
+    {"name": "A1", "x": 3.0, "y": 1.0, "yaw": 1.57, "charger": False, "note": "shelf"},
+    {"name": "B1", "x": -2.0, "y": 2.0, "yaw": 0.0, "charger": False, "note": ""},
+    {"name": "C1", "x": -3.0, "y": -2.0, "yaw": 0.0, "charger": True, "note": ""},
+    {"name": "D9", "x": None, "y": None, "yaw": None, "charger": False, "note": ""},
 ]
 
 
@@ -119,17 +119,17 @@ class Fake:
         await socket.send_text(json.dumps({"t": "stop", "n": number, "state": "done", **self.report()}))
 
     def scan(self) -> bytes:
-        x, y, theta = self.pose
+        x, y, yaw = self.pose
         ranges = []
         for i in range(360):
-            angle = theta + math.radians(i - 180)
+            angle = yaw + math.radians(i - 180)
             c, s = math.cos(angle), math.sin(angle)
             wall = min(
                 (5.4 - x) / c if c > 1e-9 else (-5.4 - x) / c if c < -1e-9 else 9e9,
                 (3.9 - y) / s if s > 1e-9 else (-3.9 - y) / s if s < -1e-9 else 9e9,
             )
             ranges.append(int(100 * wall))
-        head = struct.pack("<BBH5f", 1, 0, 360, x, y, theta, -math.pi, math.radians(1))
+        head = struct.pack("<BBH5f", 1, 0, 360, x, y, yaw, -math.pi, math.radians(1))
         return head + struct.pack("<360H", *ranges)
 
     def _make(self) -> FastAPI:
@@ -182,7 +182,7 @@ class Fake:
                 self.goals.append(goal)
                 return JSONResponse(goal, 201)
             if path == "pose" and self.takes_pose:
-                self.pose = [body["x"], body["y"], body["theta"]]
+                self.pose = [body["x"], body["y"], body["yaw"]]
             return {}
 
         @app.websocket("/api/v1/live")
@@ -245,7 +245,7 @@ class Fake:
             "width": 240,
             "height": 180,
             "resolution": 0.05,
-            "origin": {"x": -6, "y": -4.5, "theta": 0},
+            "origin": {"x": -6, "y": -4.5, "yaw": 0},
         }
         outline = [[0.35, 0.28], [-0.35, 0.28], [-0.35, -0.28], [0.35, -0.28]]
         entry = {
@@ -275,8 +275,8 @@ class Fake:
                 text = "nothing was heard of the robot"
                 await socket.send_text(json.dumps({"t": "lost", "text": text, "since": since}))
                 continue
-            x, y, theta = self.pose
-            texts = [{"t": "pose", "x": x, "y": y, "theta": theta, "age": 0.02}]
+            x, y, yaw = self.pose
+            texts = [{"t": "pose", "x": x, "y": y, "yaw": yaw, "age": 0.02}]
             if self.takes_pose is None:
                 texts = []
             if count % 10 == 1:

@@ -178,7 +178,7 @@ async () => {
     const view = new View();
     view.resize(120, 120);
     view.scale = 2;
-    drawRobot(context, view, paint, { x: 0, y: 0, theta: 0.4 }, footprint, old);
+    drawRobot(context, view, paint, { x: 0, y: 0, yaw: 0.4 }, footprint, old);
     const { data } = context.getImageData(0, 0, 120, 120);
     const seen = [];
     for (let i = 0; i < data.length; i += 4) {

@@ -24,11 +24,11 @@ _logger = get_logger("woosh_pure.web")
 
 
 def mark_part(mark: UserMark) -> dict[str, Any]:
-    """A mark as the API sends it; x, y and theta are null if the pose is not known."""
+    """A mark as the API sends it; x, y and yaw are null if the pose is not known."""
     pose = None if mark.pose is None else pose_part(mark.pose)
     return {
         "name": printable(mark.name),
-        **(pose or dict.fromkeys(("x", "y", "theta"))),
+        **(pose or dict.fromkeys(("x", "y", "yaw"))),
         "charger": mark.charger,
         "note": printable(mark.note),
         "on_chassis": mark.on_chassis,

@@ -308,7 +308,7 @@ class Heading(Answer):
     @classmethod
     def _both_names(cls, value: Any) -> Any:
         if isinstance(value, dict):
-            yaw = value.get("yaw", value.get("theta"))
+            yaw = value.get("yaw")
             return {**value, "yaw": yaw, "theta": yaw}
         return value
 

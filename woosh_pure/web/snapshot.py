@@ -87,7 +87,7 @@ def pose_part(pose: Pose2D) -> dict[str, float] | None:
     """A pose: m and rad, in the map. None if one of its numbers is none: it is not known then."""
     if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
         return None
-    return {"x": round(pose.x, 4), "y": round(pose.y, 4), "theta": round(pose.yaw, 5)}
+    return {"x": round(pose.x, 4), "y": round(pose.y, 4), "yaw": round(pose.yaw, 5)}
 
 
 def _status(status: RobotStatus) -> dict[str, Any]:

@@ -8,12 +8,12 @@ import { Series, Trail } from "../../../woosh_pure/web/page/js/series.js";
 import { Store } from "../../../woosh_pure/web/page/js/store.js";
 import { fromGamepad, fromKeys, fromStick } from "../../../woosh_pure/web/page/js/steering.js";
 
-function scanFrame(centimetres, { x = 0, y = 0, theta = 0, min = 0, step = Math.PI / 2 } = {}) {
+function scanFrame(centimetres, { x = 0, y = 0, yaw = 0, min = 0, step = Math.PI / 2 } = {}) {
   const buffer = new ArrayBuffer(24 + 2 * centimetres.length);
   const view = new DataView(buffer);
   view.setUint8(0, 1);
   view.setUint16(2, centimetres.length, true);
-  [x, y, theta, min, step].forEach((value, i) => view.setFloat32(4 + 4 * i, value, true));
+  [x, y, yaw, min, step].forEach((value, i) => view.setFloat32(4 + 4 * i, value, true));
   centimetres.forEach((value, i) => view.setUint16(24 + 2 * i, value, true));
   return buffer;
 }

@@ -64,11 +64,11 @@ test("what a stop has done is said without names of tasks and services", () => {
 });
 
 test("a pose is taken when the robot says that it is there, or has found itself again", () => {
-  const told = { x: 1, y: 2, theta: 3.1 };
+  const told = { x: 1, y: 2, yaw: 3.1 };
   const found = { lostBefore: false, lostNow: false };
-  assert.equal(verdict(told, { x: 1.1, y: 2, theta: -3.1 }, found).taken, true, "across the turn");
-  assert.equal(verdict(told, { x: 1.6, y: 2, theta: 3.1 }, found).taken, false);
-  assert.equal(verdict(told, { x: 1, y: 2, theta: 1 }, found).taken, false);
+  assert.equal(verdict(told, { x: 1.1, y: 2, yaw: -3.1 }, found).taken, true, "across the turn");
+  assert.equal(verdict(told, { x: 1.6, y: 2, yaw: 3.1 }, found).taken, false);
+  assert.equal(verdict(told, { x: 1, y: 2, yaw: 1 }, found).taken, false);
   assert.equal(verdict(told, told, { lostBefore: true, lostNow: true }).taken, false, "it says that it is lost");
-  assert.equal(verdict(told, { x: 1.6, y: 2, theta: 3.1 }, { lostBefore: true, lostNow: false }).taken, true);
+  assert.equal(verdict(told, { x: 1.6, y: 2, yaw: 3.1 }, { lostBefore: true, lostNow: false }).taken, true);
 });

@@ -69,7 +69,7 @@ test("what was asked is told in the language of the page", () => {
   assert.equal(whatText({ key: "rotate", values: { angle: 4.712, speed: 0 } }), "旋转 270°");
   assert.equal(whoText("page 3 at 10.0.0.7"), "网页 3（10.0.0.7）");
   use("en");
-  assert.equal(whatText({ key: "pose", values: { x: 1, y: -0.5, theta: 0.36 } }), "Go to x 1.00 m, y -0.50 m");
+  assert.equal(whatText({ key: "pose", values: { x: 1, y: -0.5, yaw: 0.36 } }), "Go to x 1.00 m, y -0.50 m");
   assert.equal(whatText({ key: "new kind", values: {}, what: "something new" }), "something new");
   assert.equal(whoText("anna"), "anna");
 });

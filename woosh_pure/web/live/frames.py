@@ -1,10 +1,10 @@
 """Binary frames of the live connection, little-endian, and the costmap that they carry. The first byte tells
 the kind. A frame is encoded once for all viewers.
 
-    scan     B kind=1, B 0, H count, 5f x y theta angle_min angle_increment (laser in the map, m and rad),
+    scan     B kind=1, B 0, H count, 5f x y yaw angle_min angle_increment (laser in the map, m and rad),
              then count H: centimetres, 0 for no measurement
     camera   B kind=2, B source (0 colour, 1 depth), then a JPEG
-    costmap  B kind=3, B 0, H width, H height, H row, 4f resolution x y theta, then some rows of width B from
+    costmap  B kind=3, B 0, H width, H height, H row, 4f resolution x y yaw, then some rows of width B from
              that row on: cost 0 to 100, 255 for not known; the row at the origin comes first. The parts of
              a costmap come in order, with other frames in between
 """

@@ -36,19 +36,19 @@ function floats(view, offset, names) {
 function scan(view, buffer) {
   if (buffer.byteLength < HEADER) return null;
   const count = view.getUint16(2, true);
-  const head = floats(view, 4, ["x", "y", "theta", "angleMin", "angleIncrement"]);
+  const head = floats(view, 4, ["x", "y", "yaw", "angleMin", "angleIncrement"]);
   if (head === null || buffer.byteLength < HEADER + 2 * count) return null;
   const points = new Float32Array(2 * count);
   let seen = 0;
   for (let i = 0; i < count; i += 1) {
     const centimetres = view.getUint16(HEADER + 2 * i, true);
     if (centimetres === 0 || centimetres === 0xffff) continue; // nothing seen there
-    const angle = head.theta + head.angleMin + i * head.angleIncrement;
+    const angle = head.yaw + head.angleMin + i * head.angleIncrement;
     points[2 * seen] = head.x + (centimetres / 100) * Math.cos(angle);
     points[2 * seen + 1] = head.y + (centimetres / 100) * Math.sin(angle);
     seen += 1;
   }
-  return { kind: "scan", x: head.x, y: head.y, theta: head.theta, points: points.subarray(0, 2 * seen) };
+  return { kind: "scan", x: head.x, y: head.y, yaw: head.yaw, points: points.subarray(0, 2 * seen) };
 }
 
 function camera(view, buffer) {
@@ -62,7 +62,7 @@ function costmap(view, buffer) {
   const width = view.getUint16(2, true);
   const height = view.getUint16(4, true);
   const row = view.getUint16(6, true);
-  const head = floats(view, 8, ["resolution", "x", "y", "theta"]);
+  const head = floats(view, 8, ["resolution", "x", "y", "yaw"]);
   const rows = (buffer.byteLength - HEADER) / width;
   if (head === null || !(rows >= 1 && Number.isInteger(rows)) || row + rows > height) return null;
   return { kind: "costmap", width, height, row, rows, ...head, cells: new Uint8Array(buffer, HEADER) };

@@ -132,21 +132,21 @@ export class Go {
   placing(how, question) {
     dismiss();
     const pose = this.store.get("pose");
-    const start = pose ? { ...pose } : { x: 0, y: 0, theta: 0 };
+    const start = pose ? { ...pose } : { x: 0, y: 0, yaw: 0 };
     const fields = ["x", "y", "heading"].map((name) => el("input", {
       type: "number", step: "any", required: true, id: `place-${name}`, oninput: () => typed(),
     }));
     const [x, y, heading] = fields;
     const typed = () => {
       const values = fields.map((field) => Number(field.value));
-      if (values.every(Number.isFinite)) this.map.place = { x: values[0], y: values[1], theta: radians(values[2]) };
+      if (values.every(Number.isFinite)) this.map.place = { x: values[0], y: values[1], yaw: radians(values[2]) };
       this.map.change();
     };
     const told = (place) => {
       if (!place) return;
       x.value = place.x.toFixed(2);
       y.value = place.y.toFixed(2);
-      heading.value = degrees(place.theta);
+      heading.value = degrees(place.yaw);
     };
     const label = (text, input) => el("label", {}, el("span", {}, text), input);
     const grid = el("div", { class: "fields" }, label("x m", x), label("y m", y), label(t("go.heading"), heading));
@@ -162,7 +162,7 @@ export class Go {
     const { place } = this.map;
     this.map.setPlacing(null);
     hint("place");
-    return place && { x: place.x, y: place.y, theta: place.theta };
+    return place && { x: place.x, y: place.y, yaw: place.yaw };
   }
 
   async send(body) {

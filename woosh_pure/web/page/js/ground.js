@@ -117,23 +117,23 @@ export class Ground {
     }
     if (this.cost && this.costShown) {
       const { canvas, frame } = this.cost;
-      const origin = [frame.x, frame.y, frame.theta];
+      const origin = [frame.x, frame.y, frame.yaw];
       raster(context, view, canvas, origin, frame.width * frame.resolution, frame.height * frame.resolution);
     }
   }
 }
 
-const turned = ([x, y, theta = 0], dx, dy) => [
-  x + dx * Math.cos(theta) - dy * Math.sin(theta),
-  y + dx * Math.sin(theta) + dy * Math.cos(theta),
+const turned = ([x, y, yaw = 0], dx, dy) => [
+  x + dx * Math.cos(yaw) - dy * Math.sin(yaw),
+  y + dx * Math.sin(yaw) + dy * Math.cos(yaw),
 ];
 
 // A picture whose lower left corner is at `origin`, metres.
-function raster(context, view, picture, [x, y, theta = 0], wide, high) {
+function raster(context, view, picture, [x, y, yaw = 0], wide, high) {
   const [px, py] = view.toScreen(x, y);
   context.save();
   context.translate(px, py);
-  context.rotate(-theta);
+  context.rotate(-yaw);
   context.imageSmoothingEnabled = view.scale * (wide / picture.width) < 1;
   context.drawImage(picture, 0, -high * view.scale, wide * view.scale, high * view.scale);
   context.restore();

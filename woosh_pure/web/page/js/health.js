@@ -77,7 +77,7 @@ export class Health {
       case "mode": return word("mode", robot.mode);
       case "battery": return battery(store.get("battery"));
       case "velocity": return velocity ? `${number(velocity.vx, 2)} m/s, ${number((velocity.wz * 180) / Math.PI, 0)} °/s` : t("unknown");
-      case "position": return pose ? `${number(pose.x, 2)}, ${number(pose.y, 2)} m, ${degrees(pose.theta)}°` : t("unknown");
+      case "position": return pose ? `${number(pose.x, 2)}, ${number(pose.y, 2)} m, ${degrees(pose.yaw)}°` : t("unknown");
       case "scan": return Number.isFinite(rates.scan) ? t("values.perhertz", { n: number(rates.scan, 1) }) : t("unknown");
       case "odometer": return Number.isFinite(store.get("odometer")) ? `${number(store.get("odometer"), 1)} m` : t("unknown");
       case "task": return task(robot.task);

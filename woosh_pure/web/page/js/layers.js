@@ -135,7 +135,7 @@ export function drawRobot(context, view, paint, pose, footprint, old) {
   const [px, py] = view.toScreen(pose.x, pose.y);
   context.save();
   context.translate(px, py);
-  context.rotate(-pose.theta);
+  context.rotate(-pose.yaw);
   outline(context, view, footprint);
   context.lineJoin = "round";
   context.lineWidth = 7;
@@ -169,7 +169,7 @@ export function drawPlacing(context, view, paint, place, footprint) {
   const [px, py] = view.toScreen(place.x, place.y);
   context.save();
   context.translate(px, py);
-  context.rotate(-place.theta);
+  context.rotate(-place.yaw);
   outline(context, view, footprint);
   context.strokeStyle = paint.place;
   context.lineWidth = 2.5;

@@ -26,7 +26,7 @@ export class MapView {
     this.whole = false; // the whole map is shown, and nobody has moved it since
     this.asked = false;
     this.chosen = null; // name of the mark that is asked about
-    this.place = null; // {x, y, theta} while something is being placed
+    this.place = null; // {x, y, yaw} while something is being placed
     this.placing = null; // told of each change of `place`
     this.onmark = () => {};
     this.ground = new Ground(store, rest, () => this.change(), (part) => this.progress(part));
@@ -62,7 +62,7 @@ export class MapView {
       pinch: (...points) => this.moved(() => this.view.pinch(...points)),
       tap: (at) => this.tap(at),
       placing: () => this.placing !== null,
-      begin: (at) => this.setPlace(...this.view.toWorld(...at), this.place?.theta ?? 0),
+      begin: (at) => this.setPlace(...this.view.toWorld(...at), this.place?.yaw ?? 0),
       drag: (at) => this.turnPlace(at),
       drop: (at) => this.turnPlace(at),
       undo: () => this.setPlace(null),
@@ -176,8 +176,8 @@ export class MapView {
     this.change();
   }
 
-  setPlace(x, y, theta) {
-    this.place = x === null ? null : { x, y, theta };
+  setPlace(x, y, yaw) {
+    this.place = x === null ? null : { x, y, yaw };
     this.placing?.(this.place);
     this.change();
   }
@@ -185,8 +185,8 @@ export class MapView {
   turnPlace(at) {
     if (!this.place) return;
     const [x, y] = this.view.toWorld(...at);
-    const { x: ax, y: ay, theta } = this.place;
-    this.setPlace(ax, ay, headingOf(ax, ay, x, y, 14 / this.view.scale, theta));
+    const { x: ax, y: ay, yaw } = this.place;
+    this.setPlace(ax, ay, headingOf(ax, ay, x, y, 14 / this.view.scale, yaw));
   }
 
   resize() {
@@ -230,7 +230,7 @@ export class MapView {
 
   texts() {
     const pose = this.store.get("pose");
-    const values = pose && { x: number(pose.x, 2), y: number(pose.y, 2), deg: degrees(pose.theta) };
+    const values = pose && { x: number(pose.x, 2), y: number(pose.y, 2), deg: degrees(pose.yaw) };
     say(byId("pose-text"), pose ? t("map.pose", values) : t("map.nopose"));
     const bar = scaleBar(this.view.scale, this.view.width < 600 ? 25 : 60); // a phone's map is small
     const element = byId("scale");

@@ -35,9 +35,9 @@ const KINDS = {
   journal,
   state,
   pose(store, message, ages, now) {
-    if (![message.x, message.y, message.theta].every(Number.isFinite)) return;
+    if (![message.x, message.y, message.yaw].every(Number.isFinite)) return;
     ages.take("pose", message.age ?? 0, now);
-    store.set("pose", { x: message.x, y: message.y, theta: message.theta });
+    store.set("pose", { x: message.x, y: message.y, yaw: message.yaw });
   },
   lost(store, message, ages, now) {
     store.set("robotlost", message.text ? { text: message.text, at: now - (message.since ?? 0), key: message.key } : null);

@@ -12,7 +12,7 @@ const lost = (readiness) => Boolean(readiness?.reasons?.some((reason) => reason.
 // Found again is taken, too: it may have found itself a little beside what it was told.
 export function verdict(told, pose, { lostBefore, lostNow }) {
   const away = Math.hypot(pose.x - told.x, pose.y - told.y);
-  const turned = Math.abs(Math.atan2(Math.sin(pose.theta - told.theta), Math.cos(pose.theta - told.theta)));
+  const turned = Math.abs(Math.atan2(Math.sin(pose.yaw - told.yaw), Math.cos(pose.yaw - told.yaw)));
   const there = away <= NEAR && turned <= NEAR_ANGLE;
   return { taken: !lostNow && (there || lostBefore), away, turned, lost: lostNow };
 }

@@ -85,8 +85,8 @@ export const lease = (part) => ({
   you: part.you,
 });
 
-// {width, height, resolution, origin: [x, y, theta]}
+// {width, height, resolution, origin: [x, y, yaw]}
 export function mapFacts(part) {
   const { origin } = part;
-  return { ...part, origin: Array.isArray(origin) ? origin : [origin?.x ?? 0, origin?.y ?? 0, origin?.theta ?? 0] };
+  return { ...part, origin: Array.isArray(origin) ? origin : [origin?.x ?? 0, origin?.y ?? 0, origin?.yaw ?? 0] };
 }

@@ -4,7 +4,7 @@ import { has, number, t } from "./i18n.js";
 
 const whole = (radians) => number((radians * 180) / Math.PI, 0);
 const two = (metres) => number(metres, 2);
-const SHOWN = { angle: whole, theta: whole, yaw: whole, distance: two, x: two, y: two, holder: whoText };
+const SHOWN = { angle: whole, yaw: whole, distance: two, x: two, y: two, holder: whoText };
 
 // {key, values, what}: of a goal or an entry of the journal; values in m and rad.
 export function whatText({ key, values, what }) {
