@@ -47,7 +47,7 @@ export class Drive {
   }
 
   get limits() {
-    const { vx = 0.4, wz = 0.8 } = this.store.get("hello")?.limits ?? {};
+    const { vx, wz } = this.store.get("hello")?.limits ?? { vx: 0, wz: 0 };
     return { vx: vx * this.speed, wz: wz * this.speed };
   }
 
