@@ -1,7 +1,7 @@
 """Vehicles of ours for `tests.benchmarks fleet`, in a process of their own: N, "light" or "real", the broker's URL.
 
 One thread moves all stand-ins (`tests/support/light_chassis.py`). With "real" each is a whole `Chassis` on a simulated one in another process. What
-happens when is said at the end of the run, by the clock that all processes have in common.
+happens when is printed at the end of the run, by the clock that all processes share.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+LEGS = 3  # of each order, as in tests/benchmarks/fleet.py, which may be another checkout's
 SIMULATORS = """
 import sys
 from contextlib import ExitStack
@@ -58,7 +60,7 @@ def main(size: str, kind: str, url: str) -> None:
             serial = f"v{number}"
             config = VehicleConfig(manufacturer="Woosh", serial=serial, map_id="hall")
             vehicle = Vehicle(each, config, Broker(url), Store(folder, "Woosh", serial))
-            watch(vehicle, each, serial, log, real=kind == "real")
+            watch(each, serial, log, real=kind == "real")
             stack.enter_context(vehicle)
         print("open", flush=True)
         for line in sys.stdin:
@@ -69,38 +71,56 @@ def main(size: str, kind: str, url: str) -> None:
                 print("logged", flush=True)
 
 
-def watch(vehicle: Any, chassis: Any, serial: str, log: list[dict[str, Any]], *, real: bool) -> None:
-    """Note when an order sets the robot moving, and when it has arrived at the last node."""
-    order, seen = vehicle._order, {""}
+class WatchedGoal:
+    """A goal of the chassis whose arrival is noted."""
+
+    def __init__(self, goal: Any, arrived: Callable[[], None]) -> None:
+        self._goal, self._arrived = goal, arrived
+        self.cancel = goal.cancel
+
+    def wait(self, timeout: float | None, *, raises: bool = True) -> Any:
+        outcome = self._goal.wait(timeout, raises=raises)
+        if outcome.arrived:
+            self._arrived()
+        return outcome
+
+
+def watch(chassis: Any, serial: str, log: list[dict[str, Any]], *, real: bool) -> None:
+    """Note when each order sets the robot moving, and when the robot has arrived at the order's last node.
+
+    The orders are those of `Manager.send`: "o1" goes to x = LEGS, "o2" back to 0, and so on.
+    """
+    number, resting, still = 0, True, True
+    go_to = chassis.go_to
 
     def note(event: str) -> None:
-        log.append({"event": event, "serial": serial, "order": order.state.order_id, "at": time.monotonic()})
+        log.append({"event": event, "serial": serial, "order": f"o{number}", "at": time.monotonic()})
 
     def moves() -> None:
-        if order.state.order_id not in seen:
-            seen.add(order.state.order_id)
+        nonlocal still
+        if still:
+            still = False
             note("motion")
 
+    def arrived() -> None:
+        nonlocal resting
+        resting = True
+        note("arrival")
+
+    def begin(x: float, *given: Any, **options: Any) -> Any:
+        nonlocal number, resting, still
+        if resting:
+            number, resting, still = number + 1, False, True
+        if not real:
+            moves()
+        goal = go_to(x, *given, **options)
+        return WatchedGoal(goal, arrived) if x == (LEGS if number % 2 else 0.0) else goal
+
+    chassis.go_to = begin
     if real:
         chassis.measured_velocity.on(
-            lambda v: moves() if abs(v.vx) + abs(v.wz) > 0.01 and order.state.driving else None, connect=False
+            lambda v: moves() if not resting and abs(v.vx) + abs(v.wz) > 0.01 else None, connect=False
         )
-    else:
-        go_to = chassis.go_to
-
-        def begin(*given: Any, **options: Any) -> Any:
-            moves()
-            return go_to(*given, **options)
-
-        chassis.go_to = begin
-    tell = vehicle._driver._tell
-
-    def over(end: Any) -> None:
-        if getattr(end, "arrived", False) and len(order.state.nodes) == 1:
-            note("arrival")
-        tell(end)
-
-    vehicle._driver._tell = over
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vda5050 import Action, BlockingType, MasterClient, MasterConfig, OrderBuilder
 from vda5050.errors import MapError
-from vda5050.model.common import Parameter
+from vda5050.model.common import ActionParameter
 
 VEHICLE = "Woosh/A-17"
 HERE, LIFT, THERE = (0.0, 0.0), (1.0, -0.5), (1.0, -1.5)
@@ -27,7 +27,7 @@ def order(order_id: str, nodes: list[tuple[str, tuple[float, float], str]], lift
         actions = []
         if name == lift:
             target = {"x": x, "y": y, "theta": 0.0, "mapId": nodes[n + 1][2], "lastNodeId": name}
-            parameters = [Parameter(key=key, value=value) for key, value in target.items()]
+            parameters = [ActionParameter(key=key, value=value) for key, value in target.items()]
             actions = [
                 Action(
                     action_id=f"{order_id}-lift", action_type="initPosition",
