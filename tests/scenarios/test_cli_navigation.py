@@ -99,7 +99,7 @@ def test_mode(sim, woosh, document):
         assert sim.world.navigation.waiting_timeout == 4.0
     code, _, err = woosh("mode", "wait-then-avoid")
     assert code == 2
-    assert "waiting_timeout" in err
+    assert "wait-then-avoid needs --waiting-timeout, in seconds" in err
 
 
 def test_costmap(sim, woosh):

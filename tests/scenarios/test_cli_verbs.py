@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosproto.cli import WrongUse
 from tests.support.extras import needs
 from tests.support.png import read_png
 from tests.support.woosh_command import has, until_it_ends, woosh_process
@@ -120,6 +121,17 @@ def test_camera_in_colour_and_depth(woosh, document, tmp_path):
     assert woosh("camera", "--depth", "--png", str(tmp_path / "depth.png"))[0] == 0
     shown = read_png((tmp_path / "depth.png").read_bytes())
     assert (shown.dtype, shown.max()) == (np.uint8, 255), "scaled to its range: a person sees something"
+
+
+@pytest.mark.parametrize(
+    "words", [("camera", "-o"), ("camera", "--depth", "--png"), ("scan", "--png"), ("plan", "A1", "-o")]
+)
+def test_a_picture_that_is_no_png_is_refused(woosh, tmp_path, words):
+    """The name would lie about the bytes."""
+    with pytest.raises(WrongUse) as wrong:
+        woosh(*words, str(tmp_path / "a.jpg"))
+    assert "pictures are written as PNG; give a name that ends in .png" in wrong.value.text
+    assert list(tmp_path.glob("a.*")) == []
 
 
 def test_a_picture_is_saved_without_being_told_where(woosh, tmp_path, monkeypatch):

@@ -37,6 +37,7 @@ __all__ = [
     "named_host",
     "natural",
     "number",
+    "png_file",
     "port",
     "pose",
     "positive",
@@ -103,6 +104,16 @@ def _corner(text: str) -> tuple[float, float]:
     except ValueError:
         raise ValueError(say("corner {text!r}: expected X,Y in metres, e.g. 0.4,0.3", text=text)) from None
     return x, y
+
+
+def png_file(text: str) -> Path:
+    """The name of a picture to write: in a folder that exists, with the ending .png or none."""
+    path = folder_exists(text)
+    if path.suffix.lower() not in ("", ".png"):
+        raise argparse.ArgumentTypeError(
+            say("{file}: pictures are written as PNG; give a name that ends in .png", file=text)
+        )
+    return path
 
 
 def add_pose(parser: ArgumentParser) -> None:

@@ -29,6 +29,8 @@ __all__ = ["Row", "Words", "forms_of", "key_of", "read_table", "words_for"]
 _BETWEEN = "; "
 _BOTH, _LISTED = "{first}; {second}", "{first}, {second}"
 _STOPS = ("？", "！", "。")
+_CHINESE = re.compile("[\u3400-\u9fff]")
+_BLANK_BEHIND, _BLANK_BEFORE = re.compile(" [\u3400-\u9fff]"), re.compile("[\u3400-\u9fff] $")
 
 
 class Row(NamedTuple):
@@ -91,11 +93,21 @@ class Words:
         return self._filled(self._rows.get(key, key), said)
 
     def _filled(self, template: str, said: Mapping[str, str]) -> str:
-        """The template with its values; behind a full stop no other mark follows."""
+        """The template with its values.
+
+        A full stop at the end of a value replaces the mark behind it. A blank of the template between two
+        Chinese characters is left out; values stay as they are.
+        """
         done = ""
         for text, name, _ in _parts(template):
-            done += text.removeprefix(self._mark) if done.endswith(_STOPS) else text
-            done += said[name] if name else ""
+            value = said[name] if name else ""
+            if done.endswith(_STOPS):
+                text = text.removeprefix(self._mark)
+            if _BLANK_BEHIND.match(text) and _CHINESE.match(done[-1:]):
+                text = text[1:]
+            if _BLANK_BEFORE.search(text) and _CHINESE.match(value):
+                text = text[:-1]
+            done += text + value
         return done
 
     def _value(self, value: Any, form: str) -> str:

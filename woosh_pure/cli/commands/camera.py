@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
+from woosh_pure.cli.arguments import add_wait, png_file, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.values.state import Image
@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     where.add_argument(
         "-o",
         "--png",
-        type=folder_exists,
+        type=png_file,
         metavar="FILE",
         help="where to write it (default: camera-DATE-TIME.png in this folder)",
     )

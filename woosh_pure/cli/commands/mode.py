@@ -40,8 +40,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
-
     mode = NavigationMode[word_of(args.mode)]
+    if mode is NavigationMode.WAIT_THEN_AVOID and args.waiting_timeout is None:
+        raise ValueError(say("{mode} needs --waiting-timeout, in seconds", mode=args.mode))
     with connect(args, out) as chassis, out.working("asking the navigation"):
         chassis.set_navigation_mode(
             mode,

@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 
 from rosproto.cli import counted, to_float
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import POSE, folder_exists, mark_missing, marks_here, number, pose, write
+from woosh_pure.cli.arguments import POSE, mark_missing, marks_here, number, png_file, pose, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance", type=number, default=0.0, metavar="M", help="how far the end may be moved (0)"
     )
-    parser.add_argument("-o", "--png", type=folder_exists, metavar="FILE", help="draw it into the map")
+    parser.add_argument("-o", "--png", type=png_file, metavar="FILE", help="draw it into the map")
 
 
 def run(args: Namespace, out: Output) -> int:

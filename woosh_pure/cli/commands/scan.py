@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rosproto.cli import counted
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_wait, folder_exists, positive, wait_for, write
+from woosh_pure.cli.arguments import add_wait, png_file, positive, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
@@ -30,7 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
     add_wait(parser)
     parser.add_argument(
-        "-o", "--png", type=folder_exists, metavar="FILE", help="draw it, from above, x to the right"
+        "-o", "--png", type=png_file, metavar="FILE", help="draw it, from above, x to the right"
     )
     parser.add_argument(
         "--width", type=positive, default=WIDTH, metavar="M", help=f"of the robot and its lane ({WIDTH:g})"
