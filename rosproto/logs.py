@@ -16,13 +16,13 @@ from rosproto.text import printable
 
 __all__ = ["PeerLog", "cut", "get_logger"]
 
-LONGEST = 4000  # characters of one thing in a record: two definitions side by side are wanted whole
+MOST_CHARACTERS = 4000  # characters of one thing in a record: two definitions side by side are wanted whole
 WINDOW = 60.0  # seconds
-MOST_ABOUT = 10  # records about one thing in a window
+MOST_PER_MESSAGE = 10  # records about one thing in a window
 MOST_IN_ALL = 100
 
 
-def cut(text: object, most: int = LONGEST) -> str:
+def cut(text: object, most: int = MOST_CHARACTERS) -> str:
     """The text, or its beginning and how much is left out."""
     whole = str(text)
     return whole if len(whole) <= most else f"{whole[:most]}... ({len(whole) - most} characters more)"
@@ -42,8 +42,8 @@ class PeerLog:
         self._log = get_logger(name)
         self._monotonic = monotonic
         self._lock = threading.Lock()
-        self._shares: BoundedCache[tuple[str, str], _Share] = BoundedCache(256)
-        self._all = _Share(MOST_IN_ALL)
+        self._limits: BoundedCache[tuple[str, str], _RateLimit] = BoundedCache(256)
+        self._all = _RateLimit(MOST_IN_ALL)
 
     def info(self, about: str, message: str, *args: object) -> None:
         """As `warning`."""
@@ -73,43 +73,43 @@ class PeerLog:
     ) -> None:
         with self._lock:
             now, key = self._monotonic(), (about, message)
-            share = self._shares.get(key)
-            if share is None:
-                share = _Share(MOST_ABOUT)
-                self._shares.put(key, share)
-            if not (share.may(now) and self._all.may(now)):
-                share.untold += 1
+            limit = self._limits.get(key)
+            if limit is None:
+                limit = _RateLimit(MOST_PER_MESSAGE)
+                self._limits.put(key, limit)
+            if not (limit.allows(now) and self._all.allows(now)):
+                limit.left_out += 1
                 return
-            untold, share.untold = share.untold, 0
-        if untold:
-            message, args = f"{message} (and %d more like it were not told)", (*args, untold)
+            left_out, limit.left_out = limit.left_out, 0
+        if left_out:
+            message, args = f"{message} (and %d more like it were left out)", (*args, left_out)
         say = getattr(self._log, level)
         options = {} if exc_info is None else {"exc_info": exc_info}
         say(message, *(a if isinstance(a, (int, float)) else cut(a) for a in args), stacklevel=3, **options)
 
 
-class _Share:
+class _RateLimit:
     """So many records in a window of time.
 
     Attributes:
-        untold: Those left out since the last that was told.
+        left_out: Those left out since the last that was told.
     """
 
-    __slots__ = ("_begun", "_left", "_most", "untold")
+    __slots__ = ("_begun", "_left", "_most", "left_out")
 
     def __init__(self, most: int) -> None:
         self._most = self._left = most
         self._begun = -WINDOW
-        self.untold = 0
+        self.left_out = 0
 
-    def may(self, now: float) -> bool:
+    def allows(self, now: float) -> bool:
         if now - self._begun >= WINDOW:
             self._begun, self._left = now, self._most
         self._left -= 1
         return self._left >= 0
 
 
-class _OneLine(logging.Filter):
+class _SingleLineFilter(logging.Filter):
     """Lets every record through, its text escaped where it must be: peers are quoted in records, and none of
     them writes a line of its own, or commands to the terminal."""
 
@@ -120,11 +120,11 @@ class _OneLine(logging.Filter):
         return True
 
 
-_ONE_LINE = _OneLine()
+_SINGLE_LINE = _SingleLineFilter()
 
 
 def get_logger(name: str) -> logging.Logger:
     """What `logging.getLogger(name)` gives; each of its records is one printable line."""
     logger = logging.getLogger(name)
-    logger.addFilter(_ONE_LINE)  # the same one twice is one
+    logger.addFilter(_SINGLE_LINE)  # the same one twice is one
     return logger

@@ -81,7 +81,7 @@ def _listed(value: Any) -> Any:
     return ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
 
 
-class _Shown(str):
+class _FormattedValue(str):
     """What a template shows of an object, whatever it asks for."""
 
     __slots__ = ()
@@ -108,7 +108,9 @@ def _kept(value: Any, name: str, template: str) -> Any:
         return value
     for _, place, spec, how in Formatter().parse(template):
         if place == name:
-            return _Shown(f"{{{'!' + how if how else ''}{':' + spec if spec else ''}}}".format(value))
+            return _FormattedValue(
+                f"{{{'!' + how if how else ''}{':' + spec if spec else ''}}}".format(value)
+            )
     return text
 
 

@@ -38,7 +38,7 @@ def parse_value(text: str) -> object:
     Raises:
         ValueError: A quote or bracket is not closed, or something follows the value.
     """
-    reader = _Reader(text.strip())
+    reader = _Parser(text.strip())
     first = reader.text[:1]
     if first not in ("[", "{", '"', "'"):
         return _scalar(reader.text)
@@ -81,7 +81,7 @@ def _float(text: str) -> float:
     return float(text)
 
 
-class _Reader:
+class _Parser:
     """Recursive descent over one text."""
 
     def __init__(self, text: str) -> None:

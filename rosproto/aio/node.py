@@ -9,7 +9,7 @@ from weakref import WeakSet
 
 from rosproto.aio.actions import ActionClient, ActionServer
 from rosproto.aio.mailbox import Mailbox
-from rosproto.aio.opening import Closing, Opening
+from rosproto.aio.opening import Closable, PendingOpen
 from rosproto.aio.parameters import Parameters
 from rosproto.aio.pool import Pool
 from rosproto.aio.services import ServiceClient, ServiceServer, handler_in_loop
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rosproto.node import Node as ThreadedNode
 
 T = TypeVar("T")
-V = TypeVar("V", bound=Closing)
+V = TypeVar("V", bound=Closable)
 
 
 class Node:
@@ -105,22 +105,22 @@ class Node:
         self.node = node
         node.on_shutdown(self._end)
 
-    def _opens(self, view: Callable[[T, Pool], V], open_it: Callable[[], T]) -> Opening[V]:
+    def _opens(self, view: Callable[[T, Pool], V], open_it: Callable[[], T]) -> PendingOpen[V]:
         """What calls `open_it` in a thread when it is awaited, and gives the view of what that opened."""
 
         async def opened() -> V:
             return view(await self._pool.run(open_it, dispose=_close), self._pool)
 
-        return Opening(opened)
+        return PendingOpen(opened)
 
-    def publisher(self, topic: str, type: Any, **options: Any) -> Opening[Publisher]:
+    def publisher(self, topic: str, type: Any, **options: Any) -> PendingOpen[Publisher]:
         """Publish a topic; arguments as `rosproto.Node.publisher`."""
         node = self._threaded
         return self._opens(Publisher, lambda: node.publisher(topic, type, **options))
 
     def subscriber(
         self, topic: str, type: Any = None, *, queue_size: int = 10, **options: Any
-    ) -> Opening[Subscriber]:
+    ) -> PendingOpen[Subscriber]:
         """Subscribe to a topic; arguments as `rosproto.Node.subscriber`, without a callback."""
         node = self._threaded
 
@@ -132,14 +132,16 @@ class Node:
             )
             return Subscriber(subscriber, mailbox, self._pool)
 
-        return Opening(open_it)
+        return PendingOpen(open_it)
 
-    def service_client(self, name: str, type: Any, *, persistent: bool = False) -> Opening[ServiceClient]:
+    def service_client(self, name: str, type: Any, *, persistent: bool = False) -> PendingOpen[ServiceClient]:
         """A client of a service; arguments as `rosproto.Node.service_client`."""
         node = self._threaded
         return self._opens(ServiceClient, lambda: node.service_client(name, type, persistent=persistent))
 
-    def service_server(self, name: str, type: Any, handler: Callable[[Any], Any]) -> Opening[ServiceServer]:
+    def service_server(
+        self, name: str, type: Any, handler: Callable[[Any], Any]
+    ) -> PendingOpen[ServiceServer]:
         """Provide a service; `handler`, a coroutine function or a quick plain one, is called in this loop."""
         node = self._threaded
 
@@ -148,9 +150,9 @@ class Node:
             server = await self._pool.run(lambda: node.service_server(name, type, in_thread), dispose=_close)
             return ServiceServer(server, self._pool)
 
-        return Opening(open_it)
+        return PendingOpen(open_it)
 
-    def action_client(self, name: str, type: Any, **options: Any) -> Opening[ActionClient]:
+    def action_client(self, name: str, type: Any, **options: Any) -> PendingOpen[ActionClient]:
         """A client of an action; arguments as `rosproto.ActionClient`."""
         from rosproto.action import ActionClient as ThreadedClient
 
@@ -159,7 +161,7 @@ class Node:
 
     def action_server(
         self, name: str, type: Any, handler: Callable[[Any], Any], **options: Any
-    ) -> Opening[ActionServer]:
+    ) -> PendingOpen[ActionServer]:
         """Provide an action; `handler`, a coroutine function, is called in this loop with each ServerGoal."""
         node = self._threaded
 
@@ -172,7 +174,7 @@ class Node:
             )
             return ActionServer(server, self._pool)
 
-        return Opening(open_it)
+        return PendingOpen(open_it)
 
     async def wait_for_service(self, name: str, timeout: float | None = 10.0) -> None:
         """Wait until somebody provides a service.
@@ -204,7 +206,7 @@ def _close(opened: Any) -> None:
 def view(node: ThreadedNode, *, max_threads: int = 64) -> Node:
     """The asyncio face of a node that exists; both may be used at the same time.
 
-    Closing the view does not close the node: close what you opened in the view yourself (`async with`).
+    Closable the view does not close the node: close what you opened in the view yourself (`async with`).
     """
     seen = Node(node.name, max_threads=max_threads)
     seen._attach(node)

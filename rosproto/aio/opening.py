@@ -6,16 +6,16 @@ from collections.abc import Awaitable, Callable, Generator
 from typing import Any, Generic, Protocol, TypeVar
 
 
-class Closing(Protocol):
+class Closable(Protocol):
     """What can be opened can be closed again."""
 
     async def close(self) -> None: ...
 
 
-T = TypeVar("T", bound=Closing)
+T = TypeVar("T", bound=Closable)
 
 
-class Opening(Generic[T]):
+class PendingOpen(Generic[T]):
     """`sub = await node.subscriber(...)`, or `async with node.subscriber(...) as sub:`, which closes it.
 
     A task that is cancelled meanwhile has opened nothing; leaving the block closes to the end, also then.

@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.aio.mailbox import Closed, Mailbox
-from rosproto.aio.opening import Opening
+from rosproto.aio.opening import PendingOpen
 from rosproto.aio.pool import Pool
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Parameters:
         """All keys, sorted."""
         return await self._pool.run(self._params.names)
 
-    def subscribe(self, key: str) -> Opening[ParameterSubscription]:
+    def subscribe(self, key: str) -> PendingOpen[ParameterSubscription]:
         """Follow a parameter or a namespace; a thousand changes may wait, then the oldest is dropped.
 
         async with node.params.subscribe("/speed") as changes:
@@ -67,7 +67,7 @@ class Parameters:
             )
             return ParameterSubscription(subscription, mailbox, self._pool)
 
-        return Opening(open_it)
+        return PendingOpen(open_it)
 
 
 class ParameterSubscription:

@@ -17,7 +17,7 @@ from rosproto.errors import LocalProtocolError
 from rosproto.gateway.velocity_watchdog import WriteGuard, is_velocity
 from rosproto.logs import get_logger
 from rosproto.node import Node, Publisher
-from rosproto.watchdog import LastMessage, Watchdog, place_beside
+from rosproto.watchdog import LastMessage, Watchdog, watched_node_of
 
 _log = get_logger("rosproto.gateway")
 
@@ -193,7 +193,7 @@ class Publications:
                 return
             self._watched.add(topic)
             zero = LastMessage(topic, kind._type, kind._full_text, encode(kind()))
-            self.guard.watch(topic, watchdog.watch(place_beside(self._node), messages=[zero], armed=False))
+            self.guard.watch(topic, watchdog.watch(watched_node_of(self._node), messages=[zero], armed=False))
 
     def closed(self, publication: Publication, publisher: Publisher) -> None:
         """Take note of a closed handle."""

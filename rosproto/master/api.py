@@ -112,7 +112,7 @@ class MasterApi:
                 answer = found.handler(self, caller_id, *arguments)
                 for note in answer.notifications:
                     self._post(note)
-        except v.Invalid as problem_found:
+        except v.InvalidArgument as problem_found:
             return [ERROR, str(problem_found) or "error", found.default]
         _log.debug("< %s by %s (%s) = %d %s", method, caller_id, peer, answer.code, answer.text)
         return answer.triple

@@ -11,7 +11,7 @@ from rosproto.transport import Deadline, XmlRpcClient
 
 from .identity import CALLER_ID, Verdict, identify
 from .notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
-from .notifier import Delivery
+from .notifier import DeliveryOutcome
 
 _log = get_logger("rosproto.master")
 
@@ -51,23 +51,23 @@ class NodeSender:
         except ValueError:  # registered with something that only looks like a URI
             self._client = None
 
-    def send(self, note: Notification) -> Delivery:
+    def send(self, note: Notification) -> DeliveryOutcome:
         """Make one call; says what became of it."""
         if self._client is None:
-            return Delivery.GONE
+            return DeliveryOutcome.GONE
         if not isinstance(note, Shutdown) and not self._names_at(self.uri):
-            return Delivery.GONE  # everybody there has unregistered since; who came after may be a stranger
+            return DeliveryOutcome.GONE  # all its names are unregistered; another process may listen there
         try:
             self._make(self._client, note)
         except RosTimeout as error:
             _log.debug("! %s to %s: %s", note.key, self.uri, error)
-            return Delivery.SILENT
+            return DeliveryOutcome.SILENT
         except ConnectionLost as error:
             _log.debug("! %s to %s: %s", note.key, self.uri, error)
-            return Delivery.GONE if _is_refused(error) else Delivery.SILENT
+            return DeliveryOutcome.GONE if _is_refused(error) else DeliveryOutcome.SILENT
         except RosError as error:  # it answered, if with nonsense or a fault
             _log.debug("! %s to %s: %s", note.key, self.uri, error)
-        return Delivery.DONE
+        return DeliveryOutcome.DONE
 
     def close(self) -> None:
         """Close the connection; a running call ends."""

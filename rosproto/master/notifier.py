@@ -37,7 +37,7 @@ IDLE_SECONDS = 1.0
 SUSPECTS = 1024  # nodes remembered as slow, so that the next call to them goes to the patient lane at once
 
 
-class Delivery(Enum):
+class DeliveryOutcome(Enum):
     """What became of one call."""
 
     DONE = "done"  # answered, whatever the answer: the node knows
@@ -48,7 +48,7 @@ class Delivery(Enum):
 class Sender(Protocol):
     """Makes calls to one node; one is opened per worker and node, so its connection can be kept."""
 
-    def send(self, note: Notification) -> Delivery:
+    def send(self, note: Notification) -> DeliveryOutcome:
         """Make one call; returns within the sender's own timeout and does not raise."""
         ...
 
@@ -68,7 +68,7 @@ class _Queue:
         self.attempts = 0
 
 
-class _Lane:
+class _WorkerGroup:
     """Work that is due, and the threads that do it. All state belongs to the notifier's lock."""
 
     def __init__(self, name: str, workers: int, lock: threading.Lock) -> None:
@@ -104,8 +104,8 @@ class Notifier:
         self._monotonic = monotonic
         self._pending_per_node = pending_per_node
         self._lock = threading.Lock()
-        self._prompt = _Lane("prompt", prompt_workers, self._lock)
-        self._patient = _Lane("patient", patient_workers, self._lock)
+        self._prompt = _WorkerGroup("prompt", prompt_workers, self._lock)
+        self._patient = _WorkerGroup("patient", patient_workers, self._lock)
         self._quiet = threading.Condition(self._lock)
         self._queues: dict[str, _Queue] = {}
         self._suspects: dict[str, None] = {}
@@ -163,13 +163,13 @@ class Notifier:
 
     # -- inside; all but `_work`, `_serve` and `_send` are called with the lock held ------------------------
 
-    def _schedule(self, lane: _Lane, queue: _Queue, pause: float) -> None:
+    def _schedule(self, lane: _WorkerGroup, queue: _Queue, pause: float) -> None:
         assert self._lock.locked()
         heapq.heappush(lane.ready, (self._monotonic() + pause, next(self._order), queue))
         self._grow(lane)
         lane.changed.notify()
 
-    def _grow(self, lane: _Lane) -> None:
+    def _grow(self, lane: _WorkerGroup) -> None:
         """Start a worker when more nodes wait than workers."""
         if lane.idle >= len(lane.ready) or len(lane.threads) >= lane.most:
             return
@@ -182,7 +182,7 @@ class Notifier:
             lane.threads.discard(thread)
             _log.warning("! no further thread for notifications, %d at work", len(lane.threads))
 
-    def _work(self, lane: _Lane) -> None:
+    def _work(self, lane: _WorkerGroup) -> None:
         """One worker: serve due nodes until there were none for a while."""
         while True:
             with self._lock:
@@ -193,7 +193,7 @@ class Notifier:
                     return
             self._serve(queue)
 
-    def _take(self, lane: _Lane) -> _Queue | None:
+    def _take(self, lane: _WorkerGroup) -> _Queue | None:
         """The next due node; None when this worker shall end."""
         give_up = self._monotonic() + IDLE_SECONDS
         lane.idle += 1
@@ -238,24 +238,24 @@ class Notifier:
                 self._senders.discard(sender)
             sender.close()
 
-    def _send(self, sender: Sender, note: Notification) -> Delivery:
+    def _send(self, sender: Sender, note: Notification) -> DeliveryOutcome:
         try:
             return sender.send(note)
         except Exception:  # a worker must survive a sender's bug; the node is not to blame
             _log.exception("! sending %s to %s failed", note.key, note.uri)
-            return Delivery.GONE
+            return DeliveryOutcome.GONE
 
-    def _settle(self, queue: _Queue, note: Notification, begun: int, outcome: Delivery) -> bool:
+    def _settle(self, queue: _Queue, note: Notification, begun: int, outcome: DeliveryOutcome) -> bool:
         """Book one call; True when this worker is done with the node for now."""
         assert self._lock.locked()
-        if outcome is Delivery.DONE:
+        if outcome is DeliveryOutcome.DONE:
             self._counts["sent"] += 1
             self._suspects.pop(queue.uri, None)
             queue.attempts = 0
             return False
         if self._closed:
             return True
-        if outcome is Delivery.SILENT and queue.attempts < len(PAUSES):
+        if outcome is DeliveryOutcome.SILENT and queue.attempts < len(PAUSES):
             # Unless something newer replaced it meanwhile, the same call is made again, first of all.
             if note.key not in queue.pending:
                 queue.pending = {note.key: (begun, note), **queue.pending}
@@ -267,7 +267,7 @@ class Notifier:
         # What was posted during the call is for somebody who came meanwhile, perhaps to the same address.
         later = {key: item for key, item in queue.pending.items() if item[0] > begun}
         self._counts["failed"] += 1 + len(queue.pending) - len(later)
-        say = self._said.info if outcome is Delivery.GONE else self._said.warning
+        say = self._said.info if outcome is DeliveryOutcome.GONE else self._said.warning
         say(queue.uri, "! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
         queue.pending, queue.attempts = later, 0
         return False

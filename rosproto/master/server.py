@@ -11,7 +11,7 @@ from rosproto.protocol.wire_limits import Limits
 from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
 from rosproto.transport.deadline import wait_event
-from rosproto.transport.forking import left_to_parent
+from rosproto.transport.forking import is_forked_child
 from rosproto.transport.tcp_server import Allow
 
 from .api import MasterApi, UnknownMethod
@@ -138,7 +138,7 @@ class Master:
 
         Without effect in a fork of the process that opened it: the master lives on there.
         """
-        if left_to_parent(self._process):
+        if is_forked_child(self._process):
             return
         with self._closing:
             self._server.close(timeout / 2)

@@ -17,7 +17,7 @@ MAX_LENGTH = 4096  # of names, types and URIs, which a master keeps
 Check = Callable[[object, str], object]
 
 
-class Invalid(ValueError):
+class InvalidArgument(ValueError):
     """An argument is not acceptable; the text goes back to the caller with status -1."""
 
 
@@ -43,16 +43,16 @@ def resolve(name: str, node_name: str) -> str:
 def limit_length(value: str, what: str) -> str:
     """Refuse names that are only there to fill the memory."""
     if len(value) > MAX_LENGTH:
-        raise Invalid(f"ERROR: parameter [{what}] is longer than {MAX_LENGTH} characters")
+        raise InvalidArgument(f"ERROR: parameter [{what}] is longer than {MAX_LENGTH} characters")
     return value
 
 
 def key(value: object, caller_id: str) -> str:
     """A parameter key as it is: not empty, a string."""
     if not value:
-        raise Invalid("ERROR: parameter [key] must be specified and non-empty")
+        raise InvalidArgument("ERROR: parameter [key] must be specified and non-empty")
     if not is_text(value):
-        raise Invalid("ERROR: parameter [key] must be a string")
+        raise InvalidArgument("ERROR: parameter [key] must be a string")
     return value
 
 
@@ -64,7 +64,7 @@ def resolved_key(value: object, caller_id: str) -> str:
 def value(given: object, caller_id: str) -> object:
     """A parameter value: not nil (nil inside it is refused by the tree)."""
     if given is None:
-        raise Invalid("ERROR: parameter [value] must be specified")
+        raise InvalidArgument("ERROR: parameter [value] must be specified")
     return given
 
 
@@ -73,9 +73,9 @@ def graph_name(what: str) -> Check:
 
     def check(value: object, caller_id: str) -> str:
         if not value or not is_text(value):
-            raise Invalid(f"ERROR: parameter [{what}] must be a non-empty string")
+            raise InvalidArgument(f"ERROR: parameter [{what}] must be a non-empty string")
         if ":" in value or " " in value:  # typically a URI in the wrong place
-            raise Invalid(f"ERROR: parameter [{what}] contains illegal chars")
+            raise InvalidArgument(f"ERROR: parameter [{what}] contains illegal chars")
         limit_length(value, what)
         return resolve(value, caller_id)
 
@@ -89,7 +89,7 @@ def resource(what: str) -> Check:
     def check(value: object, caller_id: str) -> object:
         resolved = name(value, caller_id)
         if resolved == "/":
-            raise Invalid(f"ERROR: parameter [{what}] cannot be the global namespace")
+            raise InvalidArgument(f"ERROR: parameter [{what}] cannot be the global namespace")
         return resolved
 
     return check
@@ -98,7 +98,7 @@ def resource(what: str) -> Check:
 def subgraph(value: object, caller_id: str) -> str:
     """A namespace, resolved; or "" for everything."""
     if not is_text(value):
-        raise Invalid("ERROR: parameter [subgraph] must be a string")
+        raise InvalidArgument("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""
 
 
@@ -107,9 +107,9 @@ def type_name(value: object, caller_id: str) -> str:
     if value == "*":
         return "*"
     if not value or not is_text(value):
-        raise Invalid("ERROR: parameter [topic_type] must be a non-empty string")
+        raise InvalidArgument("ERROR: parameter [topic_type] must be a non-empty string")
     if value.count("/") != 1:
-        raise Invalid("ERROR: parameter [topic_type] is not a valid package resource name")
+        raise InvalidArgument("ERROR: parameter [topic_type] is not a valid package resource name")
     return limit_length(value, "topic_type")
 
 
@@ -118,9 +118,9 @@ def api_uri(what: str) -> Check:
 
     def check(value: object, caller_id: str) -> str:
         if not value or not is_text(value):
-            raise Invalid(f"ERROR: parameter [{what}] is not an XMLRPC URI")
+            raise InvalidArgument(f"ERROR: parameter [{what}] is not an XMLRPC URI")
         if not value.startswith(("http://", "rosrpc://")):
-            raise Invalid(f"ERROR: parameter [{what}] is not an RPC URI")
+            raise InvalidArgument(f"ERROR: parameter [{what}] is not an RPC URI")
         return limit_length(value, what)
 
     return check

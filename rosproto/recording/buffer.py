@@ -119,7 +119,7 @@ MOST_CONNECTIONS = 1000  # different publishers' headers on one topic
 MOST_CONNECTION_CHARACTERS = 64 << 20  # of these headers, definitions included
 
 
-class TopicTap:
+class TopicReceiver:
     """Puts the messages of one topic into the buffer, in the link's thread."""
 
     def __init__(self, topic: str, node: Node, buffer: MessageBuffer) -> None:

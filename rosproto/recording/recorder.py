@@ -24,7 +24,7 @@ from rosproto.coercion import as_float
 from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import Node, Subscriber
-from rosproto.recording.buffer import Entry, MessageBuffer, TopicTap
+from rosproto.recording.buffer import Entry, MessageBuffer, TopicReceiver
 from rosproto.recording.files import BagSeries, Compression, bag_name
 
 _log = get_logger("rosproto.recording")
@@ -312,7 +312,7 @@ class Recorder:
                 self._subscribe(topic)
 
     def _subscribe(self, topic: str) -> None:
-        tap = TopicTap(topic, self._node, self._buffer)
+        tap = TopicReceiver(topic, self._node, self._buffer)
         # Inline, and with a queue that is never full: every message goes to the buffer in the thread that
         # received it. Only the buffer may drop messages, and it counts them.
         self._subscribers[topic] = self._node.subscriber(

@@ -9,13 +9,13 @@
 from __future__ import annotations
 
 from rosproto.selftest.bags import check_bags
-from rosproto.selftest.checking import Check, CheckFailed, NotHere, Outcome, State, run
+from rosproto.selftest.checking import Check, CheckFailed, NotApplicable, Outcome, State, run
 from rosproto.selftest.codecs import check_codec
 from rosproto.selftest.definitions import check_definitions
 from rosproto.selftest.nodes import check_master, check_nodes
 from rosproto.selftest.real_ros import check_ros
 
-__all__ = ["CHECKS", "Check", "CheckFailed", "NotHere", "Outcome", "State", "run"]
+__all__ = ["CHECKS", "Check", "CheckFailed", "NotApplicable", "Outcome", "State", "run"]
 
 CHECKS = (
     Check("definitions", check_definitions),

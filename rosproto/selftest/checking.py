@@ -18,7 +18,7 @@ class CheckFailed(Exception):
     """What was found is not what must hold; the text says both."""
 
 
-class NotHere(Exception):
+class NotApplicable(Exception):
     """There is nothing to check on this machine; the text says what is missing."""
 
 
@@ -35,7 +35,8 @@ class Check(NamedTuple):
 
     Attributes:
         name: A word for it.
-        work: Does it; returns what was shown, in words. Raises CheckFailed, NotHere, or whatever went wrong.
+        work: Runs the check and returns a sentence on what it has shown. Raises CheckFailed, NotApplicable, or
+            any error of the code under test.
     """
 
     name: str
@@ -80,7 +81,7 @@ def _bounded(check: Check, limit: float) -> tuple[State, str]:
 def _outcome_of(check: Check) -> tuple[State, str]:
     try:
         return State.FINE, check.work()
-    except NotHere as reason:
+    except NotApplicable as reason:
         return State.NOT_HERE, str(reason)
     except CheckFailed as failure:
         return State.FAILED, str(failure)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.errors import RosError
-from rosproto.selftest.checking import CheckFailed, NotHere
+from rosproto.selftest.checking import CheckFailed, NotApplicable
 from rosproto.selftest.nodes import expect
 from rosproto.sentence import say
 
@@ -65,7 +65,7 @@ def check_ros() -> str:
     """A topic both ways and a service."""
     found = find_ros()
     if found is None:
-        raise NotHere("no rospy is installed on this machine; everything else works without it")
+        raise NotApplicable("no rospy is installed on this machine; everything else works without it")
     from rosproto.master import Master
 
     python, environment = found

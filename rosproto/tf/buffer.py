@@ -18,12 +18,12 @@ from rosproto.tf.tree import (
     LONGEST_NAME,
     MOST_FRAMES,
     MOST_SAMPLES,
+    FrameLoop,
     FrameTree,
-    Gap,
     History,
-    Loop,
+    PoseUnknown,
     Sample,
-    Unconnected,
+    SeparateTrees,
 )
 from rosproto.transport.deadline import Deadline
 
@@ -192,11 +192,11 @@ class TransformBuffer:
             self._require(target, source)
         try:
             (translation, rotation), moment = self._tree.lookup(target, source, moment)
-        except Gap as gap:
-            self._out_of_time(target, source, gap)
-        except Unconnected as two:
+        except PoseUnknown as gap:
+            self._pose_unknown(target, source, gap)
+        except SeparateTrees as two:
             self._not_connected(target, source, two)
-        except Loop:
+        except FrameLoop:
             raise NotConnected(
                 "the way to the root is a loop: frames are each other's parents; see frames()",
                 target=target,
@@ -213,7 +213,7 @@ class TransformBuffer:
             raise UnknownFrame(f"frame {frame!r} is unknown{hint}", frame=frame, target=target, source=source)
 
     @staticmethod
-    def _out_of_time(target: str, source: str, gap: Gap) -> NoReturn:
+    def _pose_unknown(target: str, source: str, gap: PoseUnknown) -> NoReturn:
         child, edge = gap.child, gap.history
         asked, first, last = gap.stamp / 1e9, edge.earliest / 1e9, edge.newest.stamp / 1e9
         if asked > last:
@@ -235,7 +235,7 @@ class TransformBuffer:
         ) from None
 
     @staticmethod
-    def _not_connected(target: str, source: str, two: Unconnected) -> NoReturn:
+    def _not_connected(target: str, source: str, two: SeparateTrees) -> NoReturn:
         raise NotConnected(
             f"not connected: {target} hangs below {two.target_root}, {source} below {two.source_root};"
             " nobody publishes a transform between these two",

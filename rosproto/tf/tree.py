@@ -23,15 +23,15 @@ Pose = tuple[Vector, Quaternion]
 IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
 
-class NoWay(Exception):
+class NoPath(Exception):
     """There is no transform; buffers turn this into errors of their own."""
 
 
-class Loop(NoWay):
+class FrameLoop(NoPath):
     """The way to the root does not end."""
 
 
-class Unconnected(NoWay):
+class SeparateTrees(NoPath):
     """Two trees: the topmost frames above the source and above the target."""
 
     def __init__(self, source_root: str, target_root: str) -> None:
@@ -40,7 +40,7 @@ class Unconnected(NoWay):
         self.target_root = target_root
 
 
-class Gap(NoWay):
+class PoseUnknown(NoPath):
     """The pose of `child` is not known at `stamp` (ns)."""
 
     def __init__(self, child: str, history: History, stamp: int) -> None:
@@ -50,7 +50,7 @@ class Gap(NoWay):
         self.stamp = stamp
 
 
-class Way(NamedTuple):
+class FramePath(NamedTuple):
     """The pose of the source in the target, and the frames below the meeting point on either side."""
 
     translation: Vector
@@ -97,18 +97,18 @@ class FrameTree:
         """The pose of the source in the target, and its time; `stamp` 0 is the newest that all share.
 
         Raises:
-            NoWay: It cannot be had.
+            NoPath: It cannot be had.
         """
         stamp = stamp or self.latest_common_time(target, source)
         if target == source:  # the frame need not be known for that
             return IDENTITY, stamp
-        return self.walk(target, source, stamp)[:2], stamp
+        return self.find_path(target, source, stamp)[:2], stamp
 
-    def walk(self, target: str, source: str, stamp: int) -> Way:
+    def find_path(self, target: str, source: str, stamp: int) -> FramePath:
         """The way between two frames at one time.
 
         Raises:
-            NoWay: There is none.
+            NoPath: There is none.
         """
         edges = self.edges
         up, down = IDENTITY, IDENTITY
@@ -118,33 +118,33 @@ class FrameTree:
         while frame != target and frame in edges:
             sample = edges[frame].at(stamp)
             if sample is None:  # perhaps the target hangs below this frame
-                gap = Gap(frame, edges[frame], stamp)
+                gap = PoseUnknown(frame, edges[frame], stamp)
                 break
             up = _step(sample.translation, sample.rotation, up)
             _append(source_side, frame)
             frame = sample.parent
         if frame == target:
-            return Way(*up, source_side, target_side)
+            return FramePath(*up, source_side, target_side)
         top, frame = frame, target
         while frame not in (top, source) and frame in edges:
             sample = edges[frame].at(stamp)
             if sample is None:
-                raise Gap(frame, edges[frame], stamp)
+                raise PoseUnknown(frame, edges[frame], stamp)
             down = _step(sample.translation, sample.rotation, down)
             _append(target_side, frame)
             frame = sample.parent
         there, back = _inverse(down)
         if frame == source != top:
-            return Way(there, back, source_side, target_side)
+            return FramePath(there, back, source_side, target_side)
         if frame != top:
-            raise gap or Unconnected(top, frame)
-        return Way(_sum(rotate(back, up[0]), there), multiply(back, up[1]), source_side, target_side)
+            raise gap or SeparateTrees(top, frame)
+        return FramePath(_sum(rotate(back, up[0]), there), multiply(back, up[1]), source_side, target_side)
 
     def latest_common_time(self, target: str, source: str) -> int:
         """The newest time (ns) for which the whole way is known; 0 when nothing on it moves.
 
         Raises:
-            Unconnected, Loop: There is no way.
+            SeparateTrees, FrameLoop: There is no way.
         """
         if target == source:
             return self.newest_stamp(source)
@@ -154,21 +154,21 @@ class FrameTree:
             if step[1] == target:
                 return _earliest(above)
             if len(above) > DEEPEST:
-                raise Loop
+                raise FrameLoop
         parents = [parent for _, parent in above]
         below: list[tuple[int, str]] = []
         frame = target
         while len(below) < DEEPEST:
             step = self._up(frame)
             if step is None:
-                raise Unconnected(parents[-1] if parents else source, frame)
+                raise SeparateTrees(parents[-1] if parents else source, frame)
             below.append(step)
             frame = step[1]
             if frame in parents:
                 return _earliest(below + above[: parents.index(frame) + 1])
             if frame == source:
                 return _earliest(below)
-        raise Loop
+        raise FrameLoop
 
     def newest_stamp(self, frame: str) -> int:
         """When a frame was seen last, ns; 0 for one that does not move or is not known."""
@@ -188,7 +188,7 @@ def _earliest(steps: list[tuple[int, str]]) -> int:
 def _append(frames: list[str], frame: str) -> None:
     frames.append(frame)
     if len(frames) > DEEPEST:
-        raise Loop
+        raise FrameLoop
 
 
 def _sum(a: Vector, b: Vector) -> Vector:

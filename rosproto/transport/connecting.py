@@ -17,7 +17,7 @@ import time
 from rosproto.errors import ConnectionLost
 from rosproto.sentence import both, say
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.forking import leave_to_parent
+from rosproto.transport.forking import close_in_forked_children
 from rosproto.transport.name_lookup import resolve
 from rosproto.transport.os_errors import translate
 from rosproto.transport.robot_host_names import HostNames
@@ -46,7 +46,7 @@ def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None
             peer=format_address(host, port),
         )
     addresses = resolve(host, deadline) if hosts is None else hosts.resolve(host, deadline)
-    attempts = _Attempts(addresses, port, deadline)
+    attempts = _ConnectionAttempts(addresses, port, deadline)
     try:
         sock = attempts.run()
     finally:
@@ -66,7 +66,7 @@ def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None
     raise error from problem
 
 
-class _Attempts:
+class _ConnectionAttempts:
     """Attempts to reach one of several addresses, side by side.
 
     Attributes:
@@ -107,7 +107,7 @@ class _Attempts:
         except OSError as error:  # no file left, or no such family here
             self._failed(address, error)
             return None
-        leave_to_parent(sock)
+        close_in_forked_children(sock)
         try:
             tune(sock)  # before the first packet: how often it is repeated is one of the options
             # Most are answered at once: those need no selector.

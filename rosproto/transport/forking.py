@@ -17,7 +17,7 @@ _sockets: WeakSet[socket.socket] = WeakSet()
 _in_child: list[Callable[[], object]] = []
 
 
-def leave_to_parent(sock: socket.socket) -> None:
+def close_in_forked_children(sock: socket.socket) -> None:
     """Have a socket closed in every child that this process forks."""
     on_fork(_close_all)
     _sockets.add(sock)
@@ -36,7 +36,7 @@ def on_fork(action: Callable[[], object]) -> None:
         os.register_at_fork(after_in_child=action)
 
 
-def left_to_parent(opened_by: int) -> bool:
+def is_forked_child(opened_by: int) -> bool:
     """Was this opened by another process, the parent of this one?"""
     return os.getpid() != opened_by
 

@@ -71,12 +71,12 @@ def connection_is_over(error: OSError) -> bool:
     return _code(error) in _RESET | _CLOSED_HERE
 
 
-def program_ends(error: BaseException) -> bool:
+def interpreter_shuts_down(error: BaseException) -> bool:
     """Was a thread refused because the interpreter shuts down (CPython 3.12)? That is nobody's failure."""
     return isinstance(error, RuntimeError) and "interpreter shutdown" in str(error)
 
 
-def no_file_left(error: OSError) -> bool:
+def is_out_of_files(error: OSError) -> bool:
     """Has this process, or the computer, as many files and sockets open as it may?"""
     return _code(error) in _NO_FILE_LEFT
 

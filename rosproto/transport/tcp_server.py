@@ -23,8 +23,8 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
-from rosproto.transport.forking import leave_to_parent, left_to_parent
-from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
+from rosproto.transport.forking import close_in_forked_children, is_forked_child
+from rosproto.transport.os_errors import connection_is_over, interpreter_shuts_down, is_out_of_files
 from rosproto.transport.tcp import bind_beside, interrupt, listen, open_selector, tune, wake_pair
 from rosproto.transport.uri import format_address
 
@@ -104,7 +104,7 @@ class TcpServer:
         self._process = os.getpid()
         self._listener = listen(host, port)
         self.port = int(self._listener.getsockname()[1])
-        leave_to_parent(self._listener)
+        close_in_forked_children(self._listener)
         self._listener.setblocking(False)
         try:
             self._selector = open_selector(f"listen on {format_address(host, self.port)}")
@@ -192,7 +192,7 @@ class TcpServer:
 
     def close(self, timeout: float = 5.0) -> None:
         """Stop listening, drop all connections, wait for their threads up to `timeout` seconds."""
-        if left_to_parent(self._process):
+        if is_forked_child(self._process):
             return  # none of its threads is here, and the connections are not ours to end
         deadline = Deadline(timeout, self._clock)
         with self._lock:
@@ -231,7 +231,7 @@ class TcpServer:
                 log.warning("! %s: accept failed: %s; trying again", self._name, error)
             self._accept_failing = True
             self.stats.failed += 1
-            if no_file_left(error):
+            if is_out_of_files(error):
                 self._give_up_one()
             self._closing.wait(_ACCEPT_PAUSE)
             return
@@ -247,7 +247,7 @@ class TcpServer:
         except Exception as error:
             sock.close()
             self.stats.failed += 1
-            if not program_ends(error):
+            if not interpreter_shuts_down(error):
                 log.exception(
                     "! %s: connection from %s could not be taken", self._name, format_address(*peer)
                 )
@@ -257,7 +257,7 @@ class TcpServer:
             self.stats.not_allowed += 1
             log.warning("! %s: %s may not connect (allow=)", self._name, peer[0])
             return False
-        leave_to_parent(sock)
+        close_in_forked_children(sock)
         sock.setblocking(True)
         tune(sock)
         thread = threading.Thread(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 _UNACKED = 24  # struct tcp_info, linux/tcp.h: segments on their way
 
 
-class SendQueue(NamedTuple):
+class UnsentBytes(NamedTuple):
     """What lies between two programs.
 
     Attributes:
@@ -26,7 +26,7 @@ class SendQueue(NamedTuple):
     in_flight: bool
 
 
-def send_queue(sock: socket.socket) -> SendQueue | None:
+def unsent_bytes(sock: socket.socket) -> UnsentBytes | None:
     """What was written to a TCP connection and is not there yet; None where nobody tells."""
     if sys.platform != "linux":
         return None
@@ -36,8 +36,8 @@ def send_queue(sock: socket.socket) -> SendQueue | None:
     try:
         waiting = struct.unpack("i", fcntl.ioctl(sock, termios.TIOCOUTQ, bytes(4)))[0]
         if not waiting:
-            return SendQueue(0, False)
+            return UnsentBytes(0, False)
         info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _UNACKED + 4)
-        return SendQueue(waiting, struct.unpack_from("I", info, _UNACKED)[0] > 0)
+        return UnsentBytes(waiting, struct.unpack_from("I", info, _UNACKED)[0] > 0)
     except (OSError, ValueError, struct.error):
         return None  # closed meanwhile; or a system that was built without it

@@ -150,9 +150,9 @@ class XmlRpcServer:
     def _serve(self, sock: socket.socket, address: tuple[str, int]) -> None:
         with self._born:
             pass  # the attributes below are there
-        _Conversation(self, sock, Peer.of(sock, address)).run()
+        _HttpConnection(self, sock, Peer.of(sock, address)).run()
 
-    # The rest is called by _Conversation.
+    # The rest is called by _HttpConnection.
 
     @contextmanager
     def answering(self) -> Iterator[None]:
@@ -201,9 +201,9 @@ class XmlRpcServer:
         calls = params[0] if len(params) == 1 else None
         if not isinstance(calls, list):
             raise xmlrpc.Fault(MULTICALL_ERROR, "system.multicall: expected one array of calls")
-        return [self._one_of_many(call, peer) for call in calls]
+        return [self._multicall_entry(call, peer) for call in calls]
 
-    def _one_of_many(self, call: object, peer: Peer) -> object:
+    def _multicall_entry(self, call: object, peer: Peer) -> object:
         """One result in its own list, or a fault's struct: xmlrpc.client's MultiCall expects these."""
         try:
             method = call.get("methodName") if isinstance(call, dict) else None
@@ -221,7 +221,7 @@ class XmlRpcServer:
             return {"faultCode": INTERNAL_ERROR, "faultString": str(error)}
 
 
-class _Conversation:
+class _HttpConnection:
     """One connection: requests in, responses out, until either side has enough."""
 
     def __init__(self, server: XmlRpcServer, sock: socket.socket, peer: Peer) -> None:

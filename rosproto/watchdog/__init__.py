@@ -9,7 +9,15 @@ When the pipe ends, or nothing came for 0.8 s, the process sends what it was tol
 `process` is the process.
 """
 
-from rosproto.watchdog.protocol import LastCall, LastMessage, Place, is_watchdog_name
-from rosproto.watchdog.watchdog import Watch, Watchdog, place_beside
+from rosproto.watchdog.protocol import LastCall, LastMessage, WatchedNode, is_watchdog_name
+from rosproto.watchdog.watchdog import Watch, Watchdog, watched_node_of
 
-__all__ = ["LastCall", "LastMessage", "Place", "Watch", "Watchdog", "is_watchdog_name", "place_beside"]
+__all__ = [
+    "LastCall",
+    "LastMessage",
+    "Watch",
+    "Watchdog",
+    "WatchedNode",
+    "is_watchdog_name",
+    "watched_node_of",
+]

@@ -29,10 +29,10 @@ from rosproto.watchdog.protocol import (
     LastCall,
     LastMessage,
     Line,
-    Place,
     Prepare,
     Ready,
     Sent,
+    WatchedNode,
     WatchTable,
     read_line,
     watchdog_name,
@@ -224,7 +224,7 @@ class WatchdogProcess:
         """In a thread: the master may be slow, and others are watched meanwhile."""
         parts, problem = _Prepared(), ""
         try:
-            node = self._node(line.place)
+            node = self._node(line.watched)
             for message in line.messages:
                 parts.messages.append(_LastMessage(node, message))
             for call in line.calls:
@@ -256,16 +256,16 @@ class WatchdogProcess:
         for each in self._ready.pop(key, ()):
             threading.Thread(target=each.close, name="rosproto:drop", daemon=True).start()
 
-    def _node(self, place: Place) -> Node:
+    def _node(self, watched: WatchedNode) -> Node:
         with self._opening:
-            node = self._nodes.get((place.master_uri, place.node))
+            node = self._nodes.get((watched.master_uri, watched.node))
             if node is None:
-                node = self._nodes[place.master_uri, place.node] = Node(
-                    watchdog_name(place.node),
-                    master_uri=place.master_uri,
-                    host=place.host,
-                    resolve=place.resolve,
-                    msg_path=place.msg_path,
+                node = self._nodes[watched.master_uri, watched.node] = Node(
+                    watchdog_name(watched.node),
+                    master_uri=watched.master_uri,
+                    host=watched.host,
+                    resolve=watched.resolve,
+                    msg_path=watched.msg_path,
                     rosout=False,
                     follow_clock=False,
                     allow_shutdown=False,

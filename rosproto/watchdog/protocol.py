@@ -1,8 +1,8 @@
-"""What a program and its watchdog say to each other, and when the watchdog acts. Pure: callers pass the time.
+"""The messages between a program and its watchdog, and when the watchdog acts. Pure: callers pass the time.
 
-Each line of the pipe is one JSON object. The program says `Prepare`, `Arm`, `Disarm`, `Drop` and `Beat`; the
-watchdog answers with `Ready` when it could send at once what it was told, and with `Sent` when it has acted
-although the program still lives. Any line of the program is a sign of life; the end of the pipe is its end.
+Each line of the pipe is one JSON object. The program sends `Prepare`, `Arm`, `Disarm`, `Drop` and `Heartbeat`.
+The watchdog replies `Ready` when it is prepared for a watch, and `Sent` when it has acted although the program
+is still alive. Any line from the program counts as a heartbeat; the end of the pipe means that it has ended.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def is_watchdog_name(node: str) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class WatchedNode:
     """The graph to stand in, and as whose watchdog.
 
     Attributes:
@@ -88,7 +88,7 @@ class Prepare:
     """Be ready to send this; the answer is `Ready`."""
 
     key: int
-    place: Place
+    watched: WatchedNode
     messages: tuple[LastMessage, ...] = ()
     calls: tuple[LastCall, ...] = ()
     armed: bool = True
@@ -117,7 +117,7 @@ class Drop:
 
 
 @dataclass(frozen=True, slots=True)
-class Beat:
+class Heartbeat:
     """The program is alive."""
 
 
@@ -137,7 +137,7 @@ class Sent:
     seconds: float
 
 
-Line = Prepare | Arm | Disarm | Drop | Beat | Ready | Sent
+Line = Prepare | Arm | Disarm | Drop | Heartbeat | Ready | Sent
 _KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in Line.__args__}
 
 
@@ -163,7 +163,9 @@ def read_line(data: bytes) -> Line:
         fields = json.loads(data)
         kind = _KINDS[fields.pop("line")]
         if kind is Prepare:
-            fields["place"] = Place(**{**fields["place"], "msg_path": tuple(fields["place"]["msg_path"])})
+            fields["watched"] = WatchedNode(
+                **{**fields["watched"], "msg_path": tuple(fields["watched"]["msg_path"])}
+            )
             fields["messages"] = tuple(LastMessage(**_with_bytes(each)) for each in fields["messages"])
             fields["calls"] = tuple(LastCall(**_with_bytes(each)) for each in fields["calls"])
         elif kind is Arm:

@@ -22,16 +22,16 @@ from rosproto.node import Node
 from rosproto.watchdog.protocol import (
     BEAT,
     Arm,
-    Beat,
     Disarm,
     Drop,
+    Heartbeat,
     LastCall,
     LastMessage,
     Line,
-    Place,
     Prepare,
     Ready,
     Sent,
+    WatchedNode,
     read_line,
     write_line,
 )
@@ -45,7 +45,7 @@ STARTS, WITHIN = 3, 30.0  # more ends of the process within so many seconds, and
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
 
 
-def place_beside(node: Node, msg_path: Sequence[str | os.PathLike[str]] = ()) -> Place:
+def watched_node_of(node: Node, msg_path: Sequence[str | os.PathLike[str]] = ()) -> WatchedNode:
     """Where a watchdog stands beside a node.
 
     Args:
@@ -53,7 +53,7 @@ def place_beside(node: Node, msg_path: Sequence[str | os.PathLike[str]] = ()) ->
         msg_path: Folders with further definitions that the node was given.
     """
     folders = tuple(os.path.abspath(folder) for folder in msg_path)
-    return Place(node.master_uri, node.name, node.host_given, dict(node.hosts.given), folders)
+    return WatchedNode(node.master_uri, node.name, node.host_given, dict(node.hosts.given), folders)
 
 
 class Watch:
@@ -106,7 +106,7 @@ class Watch:
     def lines(self) -> tuple[Line, ...]:
         """What a new process has to be told."""
         line = self._line
-        prepare = Prepare(line.key, line.place, line.messages, line.calls, armed=False)
+        prepare = Prepare(line.key, line.watched, line.messages, line.calls, armed=False)
         return (prepare, Arm(line.key, self._data)) if self.armed else (prepare,)
 
     def forgotten(self) -> None:
@@ -183,7 +183,7 @@ class Watchdog:
 
     def watch(
         self,
-        place: Place,
+        watched: WatchedNode,
         *,
         messages: Sequence[LastMessage] = (),
         calls: Sequence[LastCall] = (),
@@ -194,13 +194,13 @@ class Watchdog:
         Where there is no watchdog, or it is late, a warning says so once; what is returned then does nothing.
 
         Args:
-            place: The graph, and our node there.
+            watched: Our node, and its graph.
             messages: What to publish when this program is gone.
             calls: What to call then.
             armed: It moves from now on; else `Watch.arm` says when.
         """
         self.start()
-        line = Prepare(next(self._keys), place, tuple(messages), tuple(calls), armed)
+        line = Prepare(next(self._keys), watched, tuple(messages), tuple(calls), armed)
         watch = Watch(self, line)
         if self._failed or self._closed or self._begun_in != os.getpid():
             return watch
@@ -254,7 +254,7 @@ class Watchdog:
             try:
                 line = self._lines.get(timeout=BEAT if armed else None)
             except queue.Empty:
-                line = Beat()
+                line = Heartbeat()
             pipe = self._process.stdin if self._process is not None else None
             assert pipe is not None
             try:

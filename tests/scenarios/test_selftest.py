@@ -31,7 +31,7 @@ def test_what_is_wrong_is_named_and_makes_the_exit_code(
         raise rosproto.selftest.CheckFailed("measured 1, expected 2")
 
     def absent() -> str:
-        raise rosproto.selftest.NotHere("no such thing here")
+        raise rosproto.selftest.NotApplicable("no such thing here")
 
     checks = (
         rosproto.selftest.Check("good", lambda: "shown"),
@@ -54,7 +54,7 @@ def test_what_is_absent_fails_nothing(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def absent() -> str:
-        raise rosproto.selftest.NotHere("no such thing here")
+        raise rosproto.selftest.NotApplicable("no such thing here")
 
     monkeypatch.setattr(selftest, "CHECKS", (rosproto.selftest.Check("ros", absent),))
     assert main(["selftest"]) == 0

@@ -15,7 +15,7 @@ import time
 
 from rosproto.codec import encode, message_class
 from rosproto.node import Node
-from rosproto.watchdog import LastMessage, Place, Watchdog
+from rosproto.watchdog import LastMessage, Watchdog, WatchedNode
 
 TWIST = message_class("geometry_msgs/Twist")
 
@@ -31,7 +31,7 @@ def main() -> None:
         publisher = node.publisher("/cmd_vel", TWIST, queue_size=1, linger=False)
         publisher.wait_for_connection(10.0)
         zero = LastMessage("/cmd_vel", TWIST._type, TWIST._full_text, encode(TWIST()))
-        watch = watchdog.watch(Place(sys.argv[1], node.name), messages=[zero])
+        watch = watchdog.watch(WatchedNode(sys.argv[1], node.name), messages=[zero])
         velocity = TWIST()
         velocity.linear.x = 0.3
         told = 0

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from rosproto.logs import LONGEST, MOST_ABOUT, MOST_IN_ALL, WINDOW, PeerLog, cut, get_logger
+from rosproto.logs import MOST_CHARACTERS, MOST_IN_ALL, MOST_PER_MESSAGE, WINDOW, PeerLog, cut, get_logger
 
 
 def run(code: str) -> tuple[str, str]:
@@ -59,13 +59,13 @@ def test_a_flood_is_counted_instead_of_told(caplog: pytest.LogCaptureFixture) ->
     said = PeerLog("rosproto.test.peers", lambda: now[0])
     for number in range(1000):
         said.warning("/a", "! %s: number %d", "/a", number)
-    assert len(caplog.records) == MOST_ABOUT
+    assert len(caplog.records) == MOST_PER_MESSAGE
     said.warning("/b", "! %s: number %d", "/b", 0)  # what happens to another topic is told all the same
     assert caplog.messages[-1] == "! /b: number 0"
     assert caplog.records[-1].filename == "test_logs.py"
     now[0] += WINDOW
     said.warning("/a", "! %s: number %d", "/a", 1000)
-    assert caplog.messages[-1] == "! /a: number 1000 (and 990 more like it were not told)"
+    assert caplog.messages[-1] == "! /a: number 1000 (and 990 more like it were left out)"
 
 
 @pytest.mark.promise("the rest is counted")
@@ -84,7 +84,7 @@ def test_long_texts_are_cut(caplog: pytest.LogCaptureFixture) -> None:
     said = PeerLog("rosproto.test.peers")
     said.error("/a", "! %s: %s", "/a", ValueError("x" * 1_000_000), exc_info=ValueError("cause"))
     (record,) = caplog.records
-    assert len(record.getMessage()) < LONGEST + 100
+    assert len(record.getMessage()) < MOST_CHARACTERS + 100
     assert record.getMessage().endswith("x... (996000 characters more)")
     assert record.exc_info
     assert cut("short") == "short"

@@ -14,7 +14,7 @@ from typing import Any
 import rosproto
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import say
-from rosproto.watchdog import Place, place_beside
+from rosproto.watchdog import WatchedNode, watched_node_of
 
 _MAKING = 3.0  # seconds; what a signal handler has interrupted is made only afterwards
 
@@ -91,9 +91,9 @@ class Connection:
         )
 
     @property
-    def place(self) -> Place:
+    def watched_node(self) -> WatchedNode:
         """Where a watchdog stands beside our node."""
-        return place_beside(self.open_node(), self._msg_path)
+        return watched_node_of(self.open_node(), self._msg_path)
 
     @property
     def state(self) -> str:

@@ -51,7 +51,7 @@ class Watched:
 
     def _begin(self, key: Hashable, **what: Any) -> None:
         assert self._watchdog is not None
-        watch = self._watchdog.watch(self._connection.place, **what)
+        watch = self._watchdog.watch(self._connection.watched_node, **what)
         self._watches.setdefault(key, []).append(watch)
 
     def over(self, key: Hashable) -> None:

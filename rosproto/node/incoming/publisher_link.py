@@ -36,7 +36,7 @@ from rosproto.node.incoming.publisher_link_state import (
 )
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import HandshakeRefused, PublisherReply
-from rosproto.transport.os_errors import program_ends, translate
+from rosproto.transport.os_errors import interpreter_shuts_down, translate
 
 _log = get_logger("rosproto.node")
 
@@ -195,7 +195,7 @@ class PublisherLink:
             except (RosError, OSError) as error:
                 self._failed(error)
             except Exception as error:
-                if program_ends(error):
+                if interpreter_shuts_down(error):
                     return
                 _log.exception("! %s: the link to %s failed unexpectedly", self.topic, self.uri)
                 self._failed(error)

@@ -35,7 +35,7 @@ from typing import Protocol
 
 from rosproto.logs import get_logger
 from rosproto.transport.tcp import open_selector, wake_pair
-from rosproto.transport.unsent_bytes import SendQueue
+from rosproto.transport.unsent_bytes import UnsentBytes
 
 _log = get_logger("rosproto.node")
 
@@ -62,7 +62,7 @@ class Backlog:
         self._acked: int | None = None
         self._marks: deque[tuple[float, int]] = deque(maxlen=_MOST_MARKS)
 
-    def look(self, now: float, written: int, queue: SendQueue, *, large: bool) -> str:
+    def look(self, now: float, written: int, queue: UnsentBytes, *, large: bool) -> str:
         """Whether it is too old.
 
         Args:

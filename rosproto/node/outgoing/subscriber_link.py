@@ -21,7 +21,7 @@ from rosproto.node.outgoing.link_monitor import LOOK, MOST_AGE, Backlog, LinkMon
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent
 from rosproto.transport.tcp import expect_acknowledgement, set_linger
-from rosproto.transport.unsent_bytes import send_queue
+from rosproto.transport.unsent_bytes import unsent_bytes
 
 MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 
@@ -364,7 +364,7 @@ class SubscriberLink(QueuedLink):
                 return True
             if self._queued:
                 return False
-            queue = send_queue(self.sock)
+            queue = unsent_bytes(self.sock)
         return None if queue is None else not queue.waiting
 
     def look(self, now: float, before: float) -> None:
@@ -373,7 +373,7 @@ class SubscriberLink(QueuedLink):
             written = self._bytes
             if self._closed or (self._backlog is None and written == self._seen):
                 return
-            queue = send_queue(self.sock)
+            queue = unsent_bytes(self.sock)
             if queue is None or not queue.waiting:
                 self._backlog, self._seen, self._large = None, written, False
                 return

@@ -1,4 +1,4 @@
-"""Delivery to nodes: order, coalescing, and that nobody waits for a silent neighbour."""
+"""DeliveryOutcome to nodes: order, coalescing, and that nobody waits for a silent neighbour."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from rosproto.master import notifier as notifier_module
 from rosproto.master.notifications import Notification, ParamUpdate, PublisherUpdate
-from rosproto.master.notifier import Delivery, Notifier
+from rosproto.master.notifier import DeliveryOutcome, Notifier
 
 DEADLINE = 20.0
 
@@ -19,7 +19,7 @@ class Nodes:
 
     def __init__(self) -> None:
         self.calls: list[Notification] = []
-        self.behave: dict[str, Callable[[Notification], Delivery]] = {}
+        self.behave: dict[str, Callable[[Notification], DeliveryOutcome]] = {}
         self.opened = 0
         self.closed = 0
         self.changed = threading.Condition()
@@ -38,11 +38,11 @@ class Nodes:
             self.nodes = nodes
             self.uri = uri
 
-        def send(self, note: Notification) -> Delivery:
+        def send(self, note: Notification) -> DeliveryOutcome:
             with self.nodes.changed:
                 self.nodes.calls.append(note)
                 self.nodes.changed.notify_all()
-            return self.nodes.behave.get(self.uri, lambda _: Delivery.DONE)(note)
+            return self.nodes.behave.get(self.uri, lambda _: DeliveryOutcome.DONE)(note)
 
         def close(self) -> None:
             with self.nodes.changed:
@@ -70,7 +70,7 @@ def update(uri: str, *publishers: str, topic: str = "/t") -> PublisherUpdate:
 def test_notifications_of_one_node_arrive_in_order(nodes: Nodes, notifier: Notifier) -> None:
     """Over one sender, which is closed when the queue is empty."""
     release = threading.Event()
-    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    nodes.behave["a"] = lambda _: DeliveryOutcome.DONE if release.wait(DEADLINE) else DeliveryOutcome.GONE
     sent = [update("a", topic=f"/{i}") for i in range(5)]
     for note in sent:
         notifier.post(note)
@@ -83,7 +83,7 @@ def test_notifications_of_one_node_arrive_in_order(nodes: Nodes, notifier: Notif
 def test_only_the_newest_list_of_a_topic_is_sent(nodes: Nodes, notifier: Notifier) -> None:
     """While a node is busy, later lists replace earlier ones that wait."""
     release = threading.Event()
-    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    nodes.behave["a"] = lambda _: DeliveryOutcome.DONE if release.wait(DEADLINE) else DeliveryOutcome.GONE
     notifier.post(update("a", topic="/first"))
     nodes.wait_for_calls(1)
     for count in range(1000):
@@ -97,7 +97,7 @@ def test_only_the_newest_list_of_a_topic_is_sent(nodes: Nodes, notifier: Notifie
 def test_a_replaced_parameter_update_moves_behind_its_parents(nodes: Nodes, notifier: Notifier) -> None:
     """/a/b=1, /a={}, /a/b=2 ends with /a/b=2, not with the deletion."""
     release = threading.Event()
-    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    nodes.behave["a"] = lambda _: DeliveryOutcome.DONE if release.wait(DEADLINE) else DeliveryOutcome.GONE
     notifier.post(update("a"))
     nodes.wait_for_calls(1)
     for key, value in (("/a/b/", 1), ("/a/", {}), ("/a/b/", 2)):
@@ -110,7 +110,7 @@ def test_a_replaced_parameter_update_moves_behind_its_parents(nodes: Nodes, noti
 def test_a_stuck_node_delays_nobody(nodes: Nodes, notifier: Notifier) -> None:
     """Others get theirs while one call has not returned."""
     release = threading.Event()
-    nodes.behave["stuck"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    nodes.behave["stuck"] = lambda _: DeliveryOutcome.DONE if release.wait(DEADLINE) else DeliveryOutcome.GONE
     notifier.post(update("stuck"))
     nodes.wait_for_calls(1)
     for name in "bcdef":
@@ -126,12 +126,12 @@ def test_more_silent_nodes_than_workers_delay_only_each_other(nodes: Nodes, noti
     silent = [f"silent{i}" for i in range(10)]
     first: set[str] = set()
 
-    def slow(note: Notification) -> Delivery:
+    def slow(note: Notification) -> DeliveryOutcome:
         if note.uri not in first:  # the first attempt fails fast, every later one hangs
             first.add(note.uri)
-            return Delivery.SILENT
+            return DeliveryOutcome.SILENT
         release.wait(DEADLINE)
-        return Delivery.SILENT
+        return DeliveryOutcome.SILENT
 
     for name in silent:
         nodes.behave[name] = slow
@@ -147,7 +147,7 @@ def test_more_silent_nodes_than_workers_delay_only_each_other(nodes: Nodes, noti
 
 def test_a_silent_node_is_tried_again_and_then_given_up(nodes: Nodes, notifier: Notifier) -> None:
     """Once and once more per pause; then its queue is dropped and counted."""
-    nodes.behave["a"] = lambda _: Delivery.SILENT
+    nodes.behave["a"] = lambda _: DeliveryOutcome.SILENT
     notifier.post(update("a"))
     assert notifier.wait_until_quiet(DEADLINE)
     assert len(nodes.calls) == 3
@@ -156,7 +156,7 @@ def test_a_silent_node_is_tried_again_and_then_given_up(nodes: Nodes, notifier: 
 
 def test_a_node_that_wakes_up_gets_what_it_missed(nodes: Nodes, notifier: Notifier) -> None:
     """The same call again, then the rest; afterwards it is served promptly again."""
-    answers = iter([Delivery.SILENT, Delivery.DONE, Delivery.DONE, Delivery.DONE])
+    answers = iter([DeliveryOutcome.SILENT, DeliveryOutcome.DONE, DeliveryOutcome.DONE, DeliveryOutcome.DONE])
     nodes.behave["a"] = lambda _: next(answers)
     notifier.post(update("a", "p"))
     assert notifier.wait_until_quiet(DEADLINE)
@@ -168,7 +168,7 @@ def test_a_node_that_wakes_up_gets_what_it_missed(nodes: Nodes, notifier: Notifi
 
 def test_nobody_listening_is_final(nodes: Nodes, notifier: Notifier) -> None:
     """A refused connection is not tried again: the node is gone, and will register when it returns."""
-    nodes.behave["a"] = lambda _: Delivery.GONE
+    nodes.behave["a"] = lambda _: DeliveryOutcome.GONE
     notifier.post(update("a"))
     assert notifier.wait_until_quiet(DEADLINE)
     assert len(nodes.calls) == 1
@@ -178,11 +178,11 @@ def test_news_for_who_comes_to_a_dead_nodes_address_are_not_lost(nodes: Nodes, n
     """What was queued before the refused call is dropped, what was posted during it is sent."""
     release = threading.Event()
 
-    def first_refused(note: Notification) -> Delivery:
+    def first_refused(note: Notification) -> DeliveryOutcome:
         if note != update("a", topic="/1"):
-            return Delivery.DONE
+            return DeliveryOutcome.DONE
         release.wait(DEADLINE)
-        return Delivery.GONE
+        return DeliveryOutcome.GONE
 
     nodes.behave["a"] = first_refused
     notifier.post(update("a", topic="/1"))
@@ -197,9 +197,11 @@ def test_news_for_who_comes_to_a_dead_nodes_address_are_not_lost(nodes: Nodes, n
 def test_what_was_queued_for_a_dead_node_goes_with_it(nodes: Nodes, notifier: Notifier) -> None:
     """One refused connection, not one per notification."""
     holder, release = update("busy"), threading.Event()
-    nodes.behave["a"] = lambda _: Delivery.GONE
+    nodes.behave["a"] = lambda _: DeliveryOutcome.GONE
     for name in ("b", "c", "d"):
-        nodes.behave[name] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+        nodes.behave[name] = lambda _: (
+            DeliveryOutcome.DONE if release.wait(DEADLINE) else DeliveryOutcome.GONE
+        )
         notifier.post(holder._replace(uri=name))
     nodes.wait_for_calls(3)  # all prompt workers are busy
     notifier.post(update("a", topic="/1"))
@@ -213,7 +215,7 @@ def test_what_was_queued_for_a_dead_node_goes_with_it(nodes: Nodes, notifier: No
 def test_a_failing_sender_costs_only_its_own_node(nodes: Nodes, notifier: Notifier) -> None:
     """An exception out of a sender is logged and the worker lives on."""
 
-    def broken(note: Notification) -> Delivery:
+    def broken(note: Notification) -> DeliveryOutcome:
         raise RuntimeError("a bug")
 
     nodes.behave["a"] = broken
@@ -226,7 +228,7 @@ def test_a_failing_sender_costs_only_its_own_node(nodes: Nodes, notifier: Notifi
 def test_a_flooded_node_drops_its_oldest(nodes: Nodes) -> None:
     """The queue of a node is bounded and drops are counted."""
     release = threading.Event()
-    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    nodes.behave["a"] = lambda _: DeliveryOutcome.DONE if release.wait(DEADLINE) else DeliveryOutcome.GONE
     notifier = Notifier(nodes.connect, pending_per_node=3)
     notifier.post(update("a", topic="/first"))
     nodes.wait_for_calls(1)
@@ -254,7 +256,7 @@ def test_threads_end_when_idle_and_start_again(nodes: Nodes, notifier: Notifier)
 def test_close_is_bounded_idempotent_and_final(nodes: Nodes, notifier: Notifier) -> None:
     """A hanging call is abandoned through its sender; nothing is sent afterwards."""
     release = threading.Event()
-    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    nodes.behave["a"] = lambda _: DeliveryOutcome.DONE if release.wait(DEADLINE) else DeliveryOutcome.GONE
     notifier.post(update("a"))
     nodes.wait_for_calls(1)
     notifier.post(update("a", topic="/later"))
@@ -274,10 +276,10 @@ def test_without_a_further_thread_the_running_one_serves_everybody(
     """A process at its limit of threads: slower, but nothing is lost."""
     busy, go = threading.Event(), threading.Event()
 
-    def hold(note: Notification) -> Delivery:
+    def hold(note: Notification) -> DeliveryOutcome:
         busy.set()
         assert go.wait(DEADLINE)
-        return Delivery.DONE
+        return DeliveryOutcome.DONE
 
     nodes.behave["http://one/"] = hold
     notifier.post(update("http://one/", "a"))
@@ -302,7 +304,7 @@ def test_the_list_of_silent_nodes_is_bounded(
     monkeypatch.setattr(notifier_module, "SUSPECTS", 3)
     uris = [f"http://silent{number}/" for number in range(6)]
     for uri in uris:
-        nodes.behave[uri] = lambda _: Delivery.SILENT
+        nodes.behave[uri] = lambda _: DeliveryOutcome.SILENT
         notifier.post(update(uri, "a"))
         assert notifier.wait_until_quiet(DEADLINE)
     assert list(notifier._suspects) == uris[-3:]

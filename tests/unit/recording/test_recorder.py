@@ -20,7 +20,7 @@ from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import BagError
 from rosproto.node.clock import NodeClock
 from rosproto.recording import Recorder, TopicSelection
-from rosproto.recording.buffer import Entry, TopicTap, _connection
+from rosproto.recording.buffer import Entry, TopicReceiver, _connection
 
 String = message_class("std_msgs/String")
 ROOT = Path(__file__).resolve().parents[3]
@@ -150,7 +150,7 @@ def test_headers_of_publishers_are_bounded(
     else:
         monkeypatch.setattr("rosproto.recording.buffer.MOST_CONNECTION_CHARACTERS", 2000)
     taken: list[Entry] = []
-    tap = TopicTap("/a", SimpleNamespace(clock=NodeClock()), SimpleNamespace(put=taken.append))  # type: ignore[arg-type]
+    tap = TopicReceiver("/a", SimpleNamespace(clock=NodeClock()), SimpleNamespace(put=taken.append))  # type: ignore[arg-type]
 
     def send(**header: str) -> None:
         message = AnyMsg()

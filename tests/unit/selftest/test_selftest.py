@@ -14,7 +14,7 @@ from rosproto.codec import reference
 from rosproto.errors import RosTimeout
 from rosproto.master import registry
 from rosproto.node.services.client import ServiceClient
-from rosproto.selftest import CHECKS, Check, CheckFailed, NotHere, State, definitions, real_ros, run
+from rosproto.selftest import CHECKS, Check, CheckFailed, NotApplicable, State, definitions, real_ros, run
 from woosh_pure.selftest import CHECKS as ALL
 from woosh_pure.sim.site import Site, built_in_site
 
@@ -132,7 +132,7 @@ def test_what_hangs_is_ended_and_what_is_wrong_becomes_a_sentence() -> None:
         Check("hangs", hang),
         Check("fails", lambda: fail(CheckFailed("seen: a, expected b"))),
         Check("breaks", lambda: fail(KeyError("x"))),
-        Check("absent", lambda: fail(NotHere("nothing there"))),
+        Check("absent", lambda: fail(NotApplicable("nothing there"))),
         Check("works", lambda: "shown"),
     ]
     found = [(o.state, o.text) for o in run(checks, limit=0.5)]

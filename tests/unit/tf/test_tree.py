@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.tf.tree import OLD, REPEATED, FrameTree, Gap, History, Loop, Sample, Unconnected
+from rosproto.tf.tree import OLD, REPEATED, FrameLoop, FrameTree, History, PoseUnknown, Sample, SeparateTrees
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
@@ -27,23 +27,23 @@ def test_the_frames_of_a_way_are_told_on_either_side_of_where_they_meet() -> Non
     made = tree(
         ("odom", "map", 1, 5), ("base", "odom", 2, 5), ("laser", "base", 3, -1), ("mark", "map", 4, 5)
     )
-    way = made.walk("mark", "laser", 5)
+    way = made.find_path("mark", "laser", 5)
     assert (way.source_side, way.target_side) == (["laser", "base", "odom"], ["mark"])
     assert way.translation == (2.0, 0.0, 0.0)
 
 
 def test_a_gap_above_the_meeting_point_does_not_matter() -> None:
     made = tree(("base", "map", 1, 5), ("laser", "base", 3, -1), ("camera", "base", 1, -1))
-    assert made.walk("camera", "laser", 99).translation == (2.0, 0.0, 0.0)
-    with pytest.raises(Gap) as gap:
-        made.walk("map", "laser", 99)
+    assert made.find_path("camera", "laser", 99).translation == (2.0, 0.0, 0.0)
+    with pytest.raises(PoseUnknown) as gap:
+        made.find_path("map", "laser", 99)
     assert (gap.value.child, gap.value.stamp) == ("base", 99)
 
 
 def test_two_trees_are_told_by_their_roots() -> None:
     made = tree(("base", "map", 1, 5), ("palm", "island", 1, 5))
-    for ask in (lambda: made.walk("base", "palm", 5), lambda: made.latest_common_time("base", "palm")):
-        with pytest.raises(Unconnected) as apart:
+    for ask in (lambda: made.find_path("base", "palm", 5), lambda: made.latest_common_time("base", "palm")):
+        with pytest.raises(SeparateTrees) as apart:
             ask()
         assert (apart.value.source_root, apart.value.target_root) == ("island", "map")
 
@@ -51,9 +51,9 @@ def test_two_trees_are_told_by_their_roots() -> None:
 def test_a_loop_ends() -> None:
     made = tree(("a", "b", 1, 5), ("b", "a", 1, 5), ("x", "y", 1, 5))
     for target, source in (("x", "a"), ("a", "x")):
-        with pytest.raises(Loop):
-            made.walk(target, source, 5)
-        with pytest.raises(Loop):
+        with pytest.raises(FrameLoop):
+            made.find_path(target, source, 5)
+        with pytest.raises(FrameLoop):
             made.latest_common_time(target, source)
 
 

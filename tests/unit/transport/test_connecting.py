@@ -61,7 +61,7 @@ def test_connect_gives_a_blocking_tuned_socket() -> None:
 def test_a_late_answer_to_the_first_attempt_counts(silent: socket.socket, begun: Begun) -> None:
     """The first attempt is not given up while others are made."""
     with socket.create_server(("127.0.0.1", 0)) as open_one:
-        attempts = connecting._Attempts(["127.0.0.1"], silent.getsockname()[1], Deadline(SOON))
+        attempts = connecting._ConnectionAttempts(["127.0.0.1"], silent.getsockname()[1], Deadline(SOON))
         assert attempts._begin() is None
         (first,) = attempts._pending
         attempts._port = open_one.getsockname()[1]
@@ -92,7 +92,7 @@ def test_one_that_is_back_is_found_by_the_next_attempt(
 
 
 def test_what_is_pending_is_bounded(silent: socket.socket, begun: Begun) -> None:
-    attempts = connecting._Attempts(["127.0.0.1"], silent.getsockname()[1], Deadline(0.6))
+    attempts = connecting._ConnectionAttempts(["127.0.0.1"], silent.getsockname()[1], Deadline(0.6))
     assert attempts.run() is None
     end = Deadline(60.0)
     while len(begun) <= connecting.MOST_PENDING:  # a busy machine begins few in its time

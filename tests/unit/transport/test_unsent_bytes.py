@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rosproto.transport.unsent_bytes import send_queue
+from rosproto.transport.unsent_bytes import unsent_bytes
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
@@ -24,13 +24,13 @@ def test_bytes_that_do_not_fit_into_a_receiver() -> None:
                 written += ours.send(b"x" * 65536)
         except BlockingIOError:
             pass
-        queue = send_queue(ours)
+        queue = unsent_bytes(ours)
         assert queue is not None
         assert 0 < queue.waiting <= written
         theirs.settimeout(20)
         while written:
             written -= len(theirs.recv(1 << 20))
-        while (queue := send_queue(ours)) != (0, False):
+        while (queue := unsent_bytes(ours)) != (0, False):
             assert queue is not None
 
 
@@ -38,6 +38,6 @@ def test_nothing_is_known_of_a_closed_socket_or_elsewhere(monkeypatch: pytest.Mo
     ours, theirs = socket.socketpair()
     with theirs:
         ours.close()
-        assert send_queue(ours) is None
+        assert unsent_bytes(ours) is None
         monkeypatch.setattr(sys, "platform", "win32")
-        assert send_queue(theirs) is None
+        assert unsent_bytes(theirs) is None

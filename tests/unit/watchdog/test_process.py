@@ -16,15 +16,15 @@ from rosproto.node import Node
 from rosproto.watchdog.process import WatchdogProcess
 from rosproto.watchdog.protocol import (
     Arm,
-    Beat,
     Drop,
+    Heartbeat,
     LastCall,
     LastMessage,
     Line,
-    Place,
     Prepare,
     Ready,
     Sent,
+    WatchedNode,
     read_line,
     write_line,
 )
@@ -95,7 +95,7 @@ def zero(topic: str, kind: Any = TWIST) -> LastMessage:
 
 
 def prepared(node: Node, key: int, *messages: LastMessage, armed: bool = True, **more: Any) -> Prepare:
-    return Prepare(key, Place(node.master_uri, "/program"), messages, armed=armed, **more)
+    return Prepare(key, WatchedNode(node.master_uri, "/program"), messages, armed=armed, **more)
 
 
 def heard_on(node: Node, topic: str, kind: Any = TWIST) -> list[Any]:
@@ -170,7 +170,7 @@ def test_it_tells_a_parent_that_was_silent_and_goes_on_watching(robot: Node, pip
     assert isinstance(sent, Sent)
     assert sent.keys == (1,)
     until(lambda: len(heard) == 5)
-    pipe.say(Beat())
+    pipe.say(Heartbeat())
     assert isinstance(pipe.answer(), Sent)
 
 

@@ -7,15 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosproto.errors import RemoteProtocolError
-from rosproto.watchdog import LastCall, LastMessage, Place, is_watchdog_name
+from rosproto.watchdog import LastCall, LastMessage, WatchedNode, is_watchdog_name
 from rosproto.watchdog.protocol import (
     APART,
     ROUNDS,
     SILENCE,
     Arm,
-    Beat,
     Disarm,
     Drop,
+    Heartbeat,
     Line,
     Prepare,
     Ready,
@@ -29,7 +29,7 @@ from rosproto.watchdog.protocol import (
 EVERY_LINE: list[Line] = [
     Prepare(
         7,
-        Place("http://10.0.0.7:11311", "/laptop", "10.0.0.2", {"robot": "10.0.0.7"}, ("/defs",)),
+        WatchedNode("http://10.0.0.7:11311", "/laptop", "10.0.0.2", {"robot": "10.0.0.7"}, ("/defs",)),
         (LastMessage("/cmd_vel", "geometry_msgs/Twist", "Vector3 linear\n", b"\x00\xff"),),
         (LastCall("/exec_task", "woosh_msgs/ExecTask", b"\x01"),),
         armed=False,
@@ -37,7 +37,7 @@ EVERY_LINE: list[Line] = [
     Arm(7, (b"\x00\x80",)),
     Disarm(7),
     Drop(7),
-    Beat(),
+    Heartbeat(),
     Ready(7, "nobody listens"),
     Sent((7, 8), 0.83),
 ]
@@ -57,7 +57,9 @@ def test_anything_else_is_refused_with_the_documented_error(data: bytes) -> None
         read_line(data)
 
 
-@pytest.mark.parametrize("data", [b"[]", b"{}", b'{"line": "Arm"}', b'{"line": "Prepare", "place": 3}', b"3"])
+@pytest.mark.parametrize(
+    "data", [b"[]", b"{}", b'{"line": "Arm"}', b'{"line": "Prepare", "watched": 3}', b"3"]
+)
 def test_json_that_is_no_line_is_refused(data: bytes) -> None:
     with pytest.raises(RemoteProtocolError):
         read_line(data)

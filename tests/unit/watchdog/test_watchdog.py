@@ -19,7 +19,7 @@ import pytest
 from rosproto.codec import message_class
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.watchdog import Place, Watchdog
+from rosproto.watchdog import Watchdog, WatchedNode
 from rosproto.watchdog.protocol import SILENCE
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -211,7 +211,7 @@ def test_where_it_cannot_be_started_one_warning_says_so(
     monkeypatch.setattr(sys, "frozen", True, raising=False)
     with caplog.at_level(logging.WARNING), Watchdog() as watchdog:
         for _ in range(3):
-            watch = watchdog.watch(Place("http://127.0.0.1:1", "/x"))
+            watch = watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x"))
             assert not watch.ready
             watch.arm()
             watch.drop()
@@ -227,7 +227,7 @@ def test_an_interpreter_that_is_another_program_is_given_up(
     monkeypatch.setattr("rosproto.watchdog.watchdog.STARTS", 0)
     monkeypatch.setattr(sys, "executable", "/bin/echo")
     with caplog.at_level(logging.WARNING), Watchdog() as watchdog:
-        watch = watchdog.watch(Place("http://127.0.0.1:1", "/x"))
+        watch = watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x"))
         assert not watch.ready
     assert caplog.text.count("there is no watchdog") == 1
 
@@ -237,7 +237,7 @@ def test_a_master_that_is_away_is_told_once_and_nothing_waits_for_ever(
 ) -> None:
     with caplog.at_level(logging.WARNING), Watchdog() as watchdog:
         for _ in range(2):
-            assert not watchdog.watch(Place("http://127.0.0.1:1", "/x")).ready
+            assert not watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x")).ready
     assert caplog.text.count("the watchdog is not ready") == 1
 
 

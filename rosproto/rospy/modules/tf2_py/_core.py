@@ -17,11 +17,11 @@ from rosproto.tf.tree import (
     MOST_SAMPLES,
     OLD,
     REPEATED,
+    FrameLoop,
     FrameTree,
-    Gap,
     History,
-    Loop,
-    NoWay,
+    NoPath,
+    PoseUnknown,
     Sample,
     seconds,
 )
@@ -96,11 +96,11 @@ for _error in (TransformException, *TransformException.__subclasses__()):
     _error.__module__ = "tf2"
 
 
-def error_of(no_way, target, source):
-    """The exception for a `Gap` or `Unconnected` of the tree."""
-    if isinstance(no_way, Gap):
+def error_of(no_path, target, source):
+    """The exception for a `PoseUnknown` or `SeparateTrees` of the tree."""
+    if isinstance(no_path, PoseUnknown):
         return ExtrapolationException(
-            "%s, when looking up transform from frame [%s] to frame [%s]" % (_why(no_way), source, target)
+            "%s, when looking up transform from frame [%s] to frame [%s]" % (_why(no_path), source, target)
         )
     return ConnectivityException(
         "Could not find a connection between '%s' and '%s' because they are not part of the same tree."
@@ -286,10 +286,10 @@ class BufferCore:
             self._validate("lookupTransform argument source_frame", source)
         try:
             return self._tree.lookup(target, source, stamp)
-        except Loop:
+        except FrameLoop:
             raise LookupException(self._loop()) from None
-        except NoWay as no_way:
-            raise error_of(no_way, target, source) from None
+        except NoPath as no_path:
+            raise error_of(no_path, target, source) from None
 
     def _loop(self):
         return "The tf tree is invalid because it contains a loop.\n%s\n" % self.all_frames_as_string()
@@ -301,10 +301,10 @@ class BufferCore:
                 self._validate("get_latest_common_time", frame)
             try:
                 stamp = self._tree.latest_common_time(target_frame, source_frame)
-            except Loop:
+            except FrameLoop:
                 raise TransformException(self._loop()) from None
-            except NoWay as no_way:  # tf2 does not tell which kind here
-                raise TransformException(str(error_of(no_way, target_frame, source_frame))) from None
+            except NoPath as no_path:  # tf2 does not tell which kind here
+                raise TransformException(str(error_of(no_path, target_frame, source_frame))) from None
         return _time(stamp)
 
     def _validate(self, argument, frame):
@@ -405,11 +405,11 @@ class BufferCore:
 
     def _walk(self, target, source, stamp):
         try:
-            way = self._tree.walk(target, source, stamp)
-        except Loop:
+            way = self._tree.find_path(target, source, stamp)
+        except FrameLoop:
             raise LookupException(self._loop()) from None
-        except NoWay as no_way:
-            raise error_of(no_way, target, source) from None
+        except NoPath as no_path:
+            raise error_of(no_path, target, source) from None
         return way.source_side, way.target_side[::-1]
 
     # tf2's names for them

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import pytest
 
 from rosproto.node.outgoing.link_monitor import BULK, LOOK, MOST_AGE, Backlog
-from rosproto.transport.unsent_bytes import SendQueue
+from rosproto.transport.unsent_bytes import UnsentBytes
 
 
 def cut_at(looks: Iterable[tuple[int, int]], *, large: bool = False, in_flight: bool = True) -> float | None:
@@ -15,7 +15,7 @@ def cut_at(looks: Iterable[tuple[int, int]], *, large: bool = False, in_flight: 
     backlog, now = Backlog(100.0), 100.0
     for written, there in looks:
         now += LOOK
-        if backlog.look(now, written, SendQueue(written - there, in_flight), large=large):
+        if backlog.look(now, written, UnsentBytes(written - there, in_flight), large=large):
             return now - 100.0
     return None
 
@@ -75,16 +75,16 @@ def test_a_map_over_a_slow_network_arrives() -> None:
 def test_a_publisher_that_did_not_get_to_run_does_not_misjudge_what_it_wrote_since() -> None:
     """Ten seconds without a look, then bytes that were written a moment ago."""
     backlog = Backlog(100.0)
-    assert not backlog.look(100.5, 100, SendQueue(100, True), large=False)
-    assert not backlog.look(110.5, 5000, SendQueue(100, True), large=False)
-    assert not backlog.look(111.0, 5100, SendQueue(100, True), large=False)
-    assert not backlog.look(114.5, 5100, SendQueue(100, True), large=False)  # late again
-    assert "does not answer" in backlog.look(115.0, 5100, SendQueue(100, True), large=False)
+    assert not backlog.look(100.5, 100, UnsentBytes(100, True), large=False)
+    assert not backlog.look(110.5, 5000, UnsentBytes(100, True), large=False)
+    assert not backlog.look(111.0, 5100, UnsentBytes(100, True), large=False)
+    assert not backlog.look(114.5, 5100, UnsentBytes(100, True), large=False)  # late again
+    assert "does not answer" in backlog.look(115.0, 5100, UnsentBytes(100, True), large=False)
 
 
 def test_the_reason_says_how_much_and_how_old() -> None:
     backlog = Backlog(0.0)
     for n in range(1, 8):
-        assert not backlog.look(n * LOOK, 100, SendQueue(100, False), large=False)
-    why = backlog.look(4.0, 100, SendQueue(100, False), large=False)
+        assert not backlog.look(n * LOOK, 100, UnsentBytes(100, False), large=False)
+    why = backlog.look(4.0, 100, UnsentBytes(100, False), large=False)
     assert why == "100 bytes, the oldest 4.0 s old, have not arrived; it does not read"

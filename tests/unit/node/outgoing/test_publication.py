@@ -8,7 +8,7 @@ import pytest
 
 from rosproto import Master, Node, define
 from rosproto.node.outgoing import subscriber_link
-from rosproto.transport.unsent_bytes import SendQueue
+from rosproto.transport.unsent_bytes import UnsentBytes
 
 
 def test_the_encoder_is_made_when_somebody_subscribes() -> None:
@@ -50,7 +50,7 @@ def test_what_was_published_is_waited_for(local: bool) -> None:
 
 def test_who_has_not_read_is_waited_for_no_longer_than_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     """And where nobody tells, nobody is waited for."""
-    monkeypatch.setattr(subscriber_link, "send_queue", lambda sock: answer)
+    monkeypatch.setattr(subscriber_link, "unsent_bytes", lambda sock: answer)
     with (
         Master(host="127.0.0.1", port=0) as master,
         Node("/n", master_uri=master.uri, host="127.0.0.1", rosout=False, intraprocess=False) as node,
@@ -58,7 +58,7 @@ def test_who_has_not_read_is_waited_for_no_longer_than_asked(monkeypatch: pytest
         node.publisher("/t", "std_msgs/String") as publisher,
     ):
         publisher.wait_for_connection(20)
-        answer: SendQueue | None = SendQueue(52, True)
+        answer: UnsentBytes | None = UnsentBytes(52, True)
         assert publisher.wait_arrived(0.05) is False
         answer = None
         assert publisher.wait_arrived(20) is None

@@ -14,7 +14,7 @@ from rosproto.errors import ConnectionLost
 from rosproto.node.outgoing import subscriber_link
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
-from rosproto.transport.unsent_bytes import SendQueue
+from rosproto.transport.unsent_bytes import UnsentBytes
 from tests.support.marks import needs_rst
 
 
@@ -306,11 +306,11 @@ def test_what_was_sent_has_arrived_when_the_system_says_so(
 ) -> None:
     """And a link that has ended keeps nobody waiting."""
     link, _ = pair
-    answer: SendQueue | None = SendQueue(4, True)
-    monkeypatch.setattr(subscriber_link, "send_queue", lambda sock: answer)
+    answer: UnsentBytes | None = UnsentBytes(4, True)
+    monkeypatch.setattr(subscriber_link, "unsent_bytes", lambda sock: answer)
     link.send(b"zero")
     assert link.has_arrived() is False
-    answer = SendQueue(0, False)
+    answer = UnsentBytes(0, False)
     assert link.has_arrived() is True
     answer = None
     assert link.has_arrived() is None
