@@ -1,12 +1,13 @@
-"""ROS 1 in pure Python: nodes, a master, messages, actions, bags. Knows no robot; `woosh_pure` does.
+"""ROS 1 in pure Python: nodes, a master, messages, actions, bags. Independent of any robot (see
+`woosh_pure`).
 
     import rosproto
     with rosproto.Node("/laptop", master_uri="http://10.0.0.7:11311") as node:
         for scan in node.subscriber("/scan", "sensor_msgs/LaserScan"):
             print(min(scan.ranges))
 
-Nodes, bags, the master and the codec are imported when they are first used (PEP 562): a program that reads
-a bag does not load the network.
+Nodes, bags, the master and the codec are imported on first use (PEP 562): a program that reads a bag does not
+load the network code.
 """
 
 from __future__ import annotations
@@ -147,13 +148,13 @@ _SUBMODULES = (
 
 
 def __getattr__(name: str) -> object:
-    """Import a name, or a subpackage, with its first use (PEP 562)."""
+    """Import a name or a subpackage on first use (PEP 562)."""
     module = _MODULE_OF.get(name) or (f"{__name__}.{name}" if name in _SUBMODULES else None)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
         found = import_module(module)
-    except OSError as error:  # the process may open no more files, not even a module
+    except OSError as error:  # the process is out of files, so no module can be opened
         raise RosError(f"{__name__}.{name} cannot be loaded: {error}") from error
     value: object = getattr(found, name) if name in _MODULE_OF else found
     globals()[name] = value

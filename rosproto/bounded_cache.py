@@ -1,7 +1,7 @@
-"""What is remembered because a peer sent it: only so much, and what was used longest ago goes first.
+"""A bounded cache for what peers send; the least recently used entry is removed first.
 
-Whoever keeps something under a key that comes from the network (a definition, an md5sum, a node's name) keeps
-it in here: a plain dict grows for as long as somebody thinks of new keys.
+Use it wherever the key comes from the network (a definition, an md5sum, a node's name): a plain dict would
+grow as long as new keys arrive.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ V = TypeVar("V")
 
 
 class BoundedCache(Generic[K, V]):
-    """A bounded memory; safe from any thread.
+    """A thread-safe cache with a limit on entries and on weight.
 
     Args:
-        most: Entries.
-        weight: The weights of all entries together; one that is heavier alone is not kept.
+        most: Most entries.
+        weight: Most weight of all entries together; a heavier single entry is not stored.
     """
 
     def __init__(self, most: int, weight: int = 1 << 62) -> None:
@@ -33,7 +33,7 @@ class BoundedCache(Generic[K, V]):
         self._lock = threading.Lock()
 
     def get(self, key: K) -> V | None:
-        """What is kept under `key`, which counts as a use; None when there is nothing (any more)."""
+        """The value of `key`, which counts as a use; None if there is none."""
         with self._lock:
             found = self._entries.get(key)
             if found is None:
@@ -42,7 +42,7 @@ class BoundedCache(Generic[K, V]):
             return found[0]
 
     def put(self, key: K, value: V, weight: int = 0) -> None:
-        """Keep `value`, in place of what was there; others go to make room."""
+        """Store `value` under `key`; other entries are removed to make room."""
         with self._lock:
             self._take(key)
             if weight > self.weight:
@@ -53,18 +53,18 @@ class BoundedCache(Generic[K, V]):
                 self._take(next(iter(self._entries)))
 
     def pop(self, key: K) -> V | None:
-        """Forget one; what it was, None when there is nothing."""
+        """Remove an entry and return its value; None if there is none."""
         with self._lock:
             return self._take(key)
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove all entries."""
         with self._lock:
             self._entries.clear()
             self._weight = 0
 
     def keys(self) -> list[K]:
-        """What is kept now, used longest ago first."""
+        """All keys, least recently used first."""
         with self._lock:
             return list(self._entries)
 

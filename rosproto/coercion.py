@@ -1,7 +1,7 @@
-"""Numbers that callers give, as Python's own float or int from there on.
+"""Convert numbers given by callers (numpy, Decimal, Fraction) to Python's float or int.
 
-What numpy, Decimal or Fraction give is a number to people, and fails much later: a lock takes no np.float32
-as its time-out, and `time.monotonic() + np.float16(0.5)` has steps of 64 seconds or is infinite.
+Unconverted they fail later: a lock does not accept np.float32 as its time-out, and `time.monotonic() +
+np.float16(0.5)` has steps of 64 seconds or is infinite.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ def as_float(value: SupportsFloat | None) -> float | None: ...
 def as_float(value: SupportsFloat | None) -> float | None:
     """A number as a float; None stays None, where that means "for ever".
 
-    What no float can hold is infinite (`10**400`) or NaN (`Decimal("sNaN")`): who checks for finite numbers
-    refuses it with a sentence of their own.
+    A number beyond float becomes infinite (`10**400`) or NaN (`Decimal("sNaN")`); callers that need finite
+    numbers refuse these with an error of their own.
 
     Raises:
         TypeError: It is not a number; neither a text nor a truth value counts as one.
@@ -40,14 +40,14 @@ def as_float(value: SupportsFloat | None) -> float | None:
         return float(value)
     except OverflowError:
         return math.inf if value > 0 else -math.inf  # type: ignore[operator]
-    except ValueError:  # of all numbers only Decimal's signalling NaN
+    except ValueError:  # only Decimal's signalling NaN
         return math.nan
     except TypeError:
         raise TypeError(f"{value!r} is no number; expected one, such as 0.5") from None
 
 
 def whole(value: object) -> int | None:
-    """A whole number as an int, numpy's too; None when it is none (also 1.0, which is measured, and True)."""
+    """A whole number as an int (numpy's included); None for anything else, also for 1.0 and True."""
     if isinstance(value, bool):
         return None
     try:

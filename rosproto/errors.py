@@ -1,9 +1,8 @@
-"""Every error this library raises on purpose.
+"""All errors that rosproto raises on purpose.
 
-A message says what happened, what was expected and what to do next; the facts
-are attributes too, so a program never has to parse the text. Each class has a
-second base from the standard library where one says the same thing, so that
-`except TimeoutError` and friends work as a Python programmer expects.
+A message says what happened, what was expected and what to do next. The facts are attributes as well, so no
+program has to parse the text. Where a standard class fits, it is a second base, so that `except TimeoutError`
+works as expected.
 """
 
 from __future__ import annotations
@@ -34,13 +33,13 @@ __all__ = [
 class RosError(Exception):
     """Base of every error raised by rosproto and woosh_pure.
 
-    Its text may quote a peer, a bag or a file; `str(error)` is fit for a terminal and a log all the same, see
-    `rosproto.text`. Attributes, and `args`, hold what came.
+    The text may quote a peer, a bag or a file; `str(error)` escapes control characters (see `rosproto.text`).
+    Attributes and `args` hold the original text.
 
     Attributes:
-        exit_code: Of a command that ends by this error.
-        peer: The other side, "" where there is none.
-        why: What happened there, without who asked for what; "" when the text itself is as short.
+        exit_code: Exit code of a command that ends with this error.
+        peer: The other side, "" if there is none.
+        why: The cause alone, without the operation that failed; "" if the text is as short.
     """
 
     exit_code = 1
@@ -51,9 +50,9 @@ class RosError(Exception):
         return shown(super().__str__(), keep="\n\t")
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Copies and pickles of the finished error; without this they would be made of its text alone.
+        """Copy and pickle the finished error; the default would call the constructor with the text alone.
 
-        (A worker whose error cannot be unpickled makes multiprocessing.Pool wait for ever.)
+        (multiprocessing.Pool waits for ever when a worker's error cannot be unpickled.)
         """
         return _restored, (type(self), self.args), self.__dict__
 
@@ -98,7 +97,7 @@ class BagError(RosError):
     Attributes:
         path: The file, None when the bag is a stream.
         offset: Byte offset in the file; None when the whole file is meant.
-        reason: What is wrong, without these two.
+        reason: The message without path and offset.
     """
 
     def __init__(self, message: str, *, path: str | None = None, offset: int | None = None) -> None:
@@ -161,8 +160,8 @@ class TooLarge(RemoteProtocolError):
 
     Attributes:
         what: Name of the limit, a field of `rosproto.protocol.wire_limits.Limits`.
-        size: What was announced.
-        limit: What is allowed.
+        size: The size announced.
+        limit: The size allowed.
     """
 
     def __init__(self, what: str, size: int, limit: int) -> None:
@@ -176,13 +175,13 @@ class TooLarge(RemoteProtocolError):
 
 
 class MasterError(RosError):
-    """The master (or a node's slave API) answered "no".
+    """The master, or a node's slave API, answered with an error.
 
     Attributes:
         method: XML-RPC method that was called.
         code: Status code of the reply: -1 caller's error, 0 failure; or an XML-RPC fault code.
-        text: The other side's own words.
-        uri: Who answered.
+        text: The text of the reply.
+        uri: The server that replied.
     """
 
     def __init__(self, method: str, code: int, text: str, *, uri: str = "") -> None:
@@ -194,10 +193,10 @@ class MasterError(RosError):
 
 
 class RegistrationsRefused(MasterError):
-    """The master refused several registrations of one request (`Node.registering`); the others stand.
+    """The master refused some registrations of a batch (`Node.registering`); the others remain.
 
     Attributes:
-        refused: Why, for each: ("publisher", "/topic") -> its own error.
+        refused: ("publisher", "/topic") -> the error of that registration.
     """
 
     def __init__(self, refused: Mapping[tuple[str, str], RosError], *, among: int, uri: str = "") -> None:
@@ -211,11 +210,11 @@ class RegistrationsRefused(MasterError):
 
 
 class ServiceError(RosError):
-    """A service answered with an error instead of a response, or is not there.
+    """A service replied with an error instead of a response, or does not exist.
 
     Attributes:
         service: Resolved service name.
-        text: The provider's own words.
+        text: The provider's error text.
     """
 
     def __init__(self, service: str, text: str) -> None:
@@ -229,7 +228,7 @@ class ConnectionLost(RosError, ConnectionError):
 
     Attributes:
         peer: "host:port" or URI of the other side.
-        why: What happened there, see `RosError`.
+        why: The cause, see `RosError`.
     """
 
     exit_code = 4
@@ -245,9 +244,9 @@ class RosTimeout(RosError, TimeoutError):
 
     Attributes:
         what: What was waited for.
-        seconds: How long.
-        peer: Who did not answer; "" when it was not one.
-        why: What happened there, see `RosError`.
+        seconds: The time-out.
+        peer: The peer that did not answer; "" if none was involved.
+        why: The cause, see `RosError`.
     """
 
     def __init__(

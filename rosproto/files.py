@@ -1,7 +1,7 @@
-"""Read and write small files that a person named: whole, and reading never more than fits.
+"""Read and write small files that the user named, with a limit on the size read.
 
-A name may lead to a device or a pipe that never ends (`/dev/zero`, `/dev/full`), and `read()` would take
-memory until the system ends the program.
+A name may lead to a device or pipe without an end (`/dev/zero`, `/dev/full`); an unlimited `read()` would
+take all memory.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import TextIO
 __all__ = ["MOST_BYTES", "read_file", "read_stream", "read_text", "replace_file", "write_file"]
 
 MOST_BYTES = 64 << 20
-"""Of a file that is read whole, unless the caller says otherwise."""
+"""Default limit of a file that is read whole."""
 
 
 def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
-    """All bytes of a file.
+    """Read a whole file.
 
     Raises:
         OSError: It cannot be read.
@@ -32,7 +32,7 @@ def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int = MOST_BYTES) -> str:
-    """All of a text file, with `\\n` at the ends of lines.
+    """Read a whole text file; line ends become `\\n`.
 
     Raises:
         OSError: It cannot be read.
@@ -43,7 +43,7 @@ def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int =
 
 
 def read_stream(stream: TextIO, name: str, most: int = MOST_BYTES) -> str:
-    """All of a text that is piped in.
+    """Read a whole text stream, such as stdin.
 
     Raises:
         ValueError: It has more than `most` characters, or does not end.
@@ -55,10 +55,11 @@ def read_stream(stream: TextIO, name: str, most: int = MOST_BYTES) -> str:
 
 
 def write_file(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file in place of what is there.
+    """Write a file, replacing an existing one.
 
     Raises:
-        OSError: It cannot be written. It names the file, which Python's own does not when the disk is full.
+        OSError: It cannot be written. The error names the file, which Python's own does not when the disk is
+            full.
     """
     try:
         with open(path, "wb") as file:

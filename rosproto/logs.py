@@ -1,7 +1,7 @@
-"""Loggers whose records are one printable line each.
+"""Loggers whose records are one printable line each, and `PeerLog`, which limits what peers can cause to be
+logged.
 
-What peers do goes through a `PeerLog`: they decide how often something happens and how long its text is, and
-must not fill a disk with either.
+Peers decide how often an event happens and how long its text is; neither may fill a disk.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from rosproto.text import printable
 
 __all__ = ["PeerLog", "cut", "get_logger"]
 
-MOST_CHARACTERS = 4000  # characters of one thing in a record: two definitions side by side are wanted whole
+MOST_CHARACTERS = 4000  # of one argument: two definitions side by side fit
 WINDOW = 60.0  # seconds
-MOST_PER_MESSAGE = 10  # records about one thing in a window
+MOST_PER_MESSAGE = 10  # with the same `about` and message, in one window
 MOST_IN_ALL = 100
 
 
 def cut(text: object, most: int = MOST_CHARACTERS) -> str:
-    """The text, or its beginning and how much is left out."""
+    """The text, or its beginning and the number of characters left out."""
     whole = str(text)
     return whole if len(whole) <= most else f"{whole[:most]}... ({len(whole) - most} characters more)"
 
 
 class PeerLog:
-    """A logger for what peers do: texts are cut, and repetitions are counted instead of told.
+    """A logger for events that peers cause: texts are cut, and repetitions are counted instead of logged.
 
-    One for each node or master; what it keeps is bounded. Safe from any thread.
+    Use one for each node or master. Its memory is bounded. Thread-safe.
 
     Args:
-        name: Of the logger.
+        name: Name of the logger.
         monotonic: Clock, seconds.
     """
 
@@ -50,12 +50,12 @@ class PeerLog:
         self._say("info", about, message, args)
 
     def warning(self, about: str, message: str, *args: object, exc_info: BaseException | None = None) -> None:
-        """Say it, unless too much was said.
+        """Log a warning, unless the limit is reached.
 
         Args:
-            about: What of ours it is about: a topic, a service.
+            about: The topic, service or address that it is about.
             message: Format for `args`, each of which is cut.
-            exc_info: An error whose traceback belongs to it.
+            exc_info: An error whose traceback is logged as well.
         """
         self._say("warning", about, message, args, exc_info)
 
@@ -89,10 +89,10 @@ class PeerLog:
 
 
 class _RateLimit:
-    """So many records in a window of time.
+    """A limit on the number of records in a window of time.
 
     Attributes:
-        left_out: Those left out since the last that was told.
+        left_out: Records left out since the last one that was logged.
     """
 
     __slots__ = ("_begun", "_left", "_most", "left_out")
@@ -110,8 +110,9 @@ class _RateLimit:
 
 
 class _SingleLineFilter(logging.Filter):
-    """Lets every record through, its text escaped where it must be: peers are quoted in records, and none of
-    them writes a line of its own, or commands to the terminal."""
+    """Escapes line feeds and control characters, because records quote peers: no peer can forge a record or
+    send commands to a terminal. No record is dropped.
+    """
 
     def filter(self, record: logging.LogRecord) -> bool:
         text = record.getMessage()
@@ -124,7 +125,7 @@ _SINGLE_LINE = _SingleLineFilter()
 
 
 def get_logger(name: str) -> logging.Logger:
-    """What `logging.getLogger(name)` gives; each of its records is one printable line."""
+    """As `logging.getLogger(name)`; each record is one printable line."""
     logger = logging.getLogger(name)
-    logger.addFilter(_SINGLE_LINE)  # the same one twice is one
+    logger.addFilter(_SINGLE_LINE)  # adding it twice has no effect
     return logger

@@ -1,10 +1,10 @@
 """Names of nodes, topics, services and parameters: checking, resolving, remapping.
 
 Source: wiki.ros.org/Names and wiki.ros.org/Remapping%20Arguments; rosgraph/names.py where they are silent.
-Unlike rosgraph's expressions, which take Unicode letters and a line feed at the end, legal names are ASCII.
+Unlike rosgraph's expressions, which accept Unicode letters and a line feed at the end, legal names are ASCII.
 
-Legal is not all that is there: rosmaster takes nearly everything, rospy warns (`/camera-1/image`), and only
-roscpp refuses. What others have in their graph must be reachable, so `resolve` takes what a master takes.
+Graphs contain illegal names as well: rosmaster accepts nearly everything, rospy warns (`/camera-1/image`),
+and only roscpp refuses. Such names must be reachable, so `resolve` accepts what a master accepts.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ def is_legal_name(name: str) -> bool:
 
 
 def is_usable_name(name: str) -> bool:
-    """True for what a master takes, legal or not: not empty, without space, `:` and control characters."""
+    """True for a name that a master accepts, legal or not: not empty, without space, `:` and control
+    characters.
+    """
     return bool(name) and name.isprintable() and " " not in name and ":" not in name
 
 
@@ -118,9 +120,9 @@ def resolve_remappings(remappings: Mapping[str, str], node_name: str) -> dict[st
 
 
 def anonymous_name(prefix: str) -> str:
-    """A name nobody else has: prefix, host, process and a random number, as rospy and roscpp make them.
+    """A unique name: prefix, host, process and a random number, as rospy and roscpp make them.
 
-    A master shuts down the older of two nodes with one name, so that must not happen by chance.
+    A master shuts down the older of two nodes with the same name.
     """
     import random
     from platform import node as host_name
@@ -144,7 +146,7 @@ def package_resource(name: str) -> tuple[str, str]:
 
 
 class Arguments(NamedTuple):
-    """A command line, taken apart.
+    """A parsed command line.
 
     Attributes:
         remappings: `name:=other`, both as written; make them global with `resolve_remappings`.
@@ -162,8 +164,8 @@ class Arguments(NamedTuple):
 def parse_arguments(argv: Iterable[str]) -> Arguments:
     """Sort a command line into remappings, private parameters, special keys and the rest.
 
-    An argument with `:=` but an empty name stays in the rest, where the program's own parser will name it; so
-    does a remapping to nothing. A parameter may be empty: it is the empty text.
+    An argument with `:=` but an empty name stays in the rest, so that the program's own parser reports it.
+    The same holds for a remapping to nothing. A parameter may be empty: it is the empty text.
 
     Raises:
         ValueError: A parameter's value is not closed, as in `_gains:=[1, 2`.

@@ -1,7 +1,7 @@
-"""Unit quaternions as (x, y, z, w) tuples, without numpy; each sum in the order in which tf2 takes it.
+"""Unit quaternions as (x, y, z, w) tuples, without numpy; each sum is taken in tf2's order.
 
-The order decides the last digit, and programs print what they look up: `rosproto.tf` and the rospy layer's
-tf2_py compute with these functions, so that both print what a program over tf2's own library prints.
+The order decides the last digit, and programs print transforms: `rosproto.tf` and the rospy layer's tf2_py
+compute with these functions, so that both print the same as a program over tf2's own library.
 
 Source: tf2/LinearMath/Quaternion.h and Matrix3x3.h.
 """
@@ -43,12 +43,12 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def conjugate(q: Quaternion) -> Quaternion:
-    """The rotation back."""
+    """The inverse rotation."""
     return (-q[0], -q[1], -q[2], q[3])
 
 
 def rotate(q: Quaternion, v: Vector) -> Vector:
-    """A vector turned: q v q*, with v as a quaternion that has no w."""
+    """Rotate a vector: q v q*, with v as a quaternion whose w is 0."""
     x, y, z, w = q
     vx, vy, vz = v
     turned = (
@@ -92,7 +92,7 @@ def _dot(a: Quaternion, b: Quaternion) -> float:
 
 
 def to_matrix(q: Quaternion) -> list[list[float]]:
-    """Rotation matrix, three rows; the quaternion need not have length 1, and all zeros turn nothing."""
+    """Rotation matrix, three rows. The quaternion may have any length; all zeros give the identity."""
     x, y, z, w = q
     square = x * x + y * y + z * z + w * w
     s = 2.0 / square if square else 0.0
@@ -108,7 +108,7 @@ def to_matrix(q: Quaternion) -> list[list[float]]:
 
 
 def from_matrix(m: Matrix) -> Quaternion:
-    """Of an orthonormal matrix, as exactly as that is; Shepperd's method divides by no small part."""
+    """The quaternion of an orthonormal matrix. Shepperd's method, which never divides by a small number."""
     trace = m[0][0] + m[1][1] + m[2][2]
     if trace > 0.0:
         s = math.sqrt(trace + 1.0)

@@ -1,7 +1,7 @@
-"""Rate, delay and bandwidth of a stream of messages, and what `rostopic hz|delay|bw` prints of them.
+"""Rate, delay and bandwidth of a topic, and the output of `rostopic hz|delay|bw`.
 
-`rosproto topic` and the module `rostopic` of the rospy layer measure with it; each call says what time it is,
-because their clocks differ.
+`rosproto topic` and the `rostopic` module of the rospy layer use it. The caller passes the time, because
+their clocks differ.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ _COLUMNS = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
 
 
 class Statistics(NamedTuple):
-    """Of the values of a window: seconds.
+    """Statistics of the values in a window, in seconds.
 
     Attributes:
-        messages: How many the figures are of; the first one gave no value.
+        messages: Number of messages; the first one gave no value.
     """
 
     mean: float
@@ -36,14 +36,14 @@ class Statistics(NamedTuple):
 
 
 class Window:
-    """The intervals between the last messages, or their delays.
+    """The intervals between the latest messages, or their delays.
 
     Args:
-        messages: How many messages are looked at, the newest ones; one less values are kept.
+        messages: Size of the window, in messages; it holds one value less.
 
     Attributes:
         values: Seconds.
-        last: When the last message came, seconds; 0 before the first.
+        last: Arrival of the latest message, seconds; 0 before the first.
     """
 
     def __init__(self, messages: int = 50_000) -> None:
@@ -54,14 +54,15 @@ class Window:
 
     @property
     def fresh(self) -> bool:
-        """Whether a message has come since the last `statistics`."""
+        """Whether a message has arrived since the last `statistics`."""
         return bool(self.values) and self.last != self._told
 
     def add(self, now: float, delay: float | None = None) -> None:
-        """A message came at `now` (seconds): its delay is a value, or else the interval since the one before.
+        """Add a message that arrived at `now` (seconds): its delay if given, else the interval since the
+        previous one.
 
-        The first one gives no value: a latched message may be old. A clock that jumps back to before the
-        first (simulated time restarted) begins the window anew.
+        The first message gives no value, because a latched message may be old. If the clock jumps back to
+        before the first message (simulated time restarted), the window starts anew.
         """
         if self._first is None or now < self._first:
             self._first = now
@@ -71,7 +72,7 @@ class Window:
         self.last = now
 
     def statistics(self) -> Statistics | None:
-        """The window's figures; None before the first value. Marks them as seen."""
+        """Statistics of the window; None before the first value. Marks them as seen."""
         self._told = self.last
         values = self.values
         if not values:
@@ -81,7 +82,7 @@ class Window:
         return Statistics(mean, min(values), max(values), deviation, len(values) + 1)
 
     def news(self) -> Statistics | None:
-        """As `statistics`; None when no message has come since."""
+        """As `statistics`; None if no message has arrived since."""
         return self.statistics() if self.fresh else None
 
 
@@ -89,8 +90,8 @@ class Bandwidth:
     """Bytes per second over the last `messages` messages.
 
     Attributes:
-        times: When they came, seconds.
-        sizes: Their lengths, bytes.
+        times: Arrival times, seconds.
+        sizes: Lengths, bytes.
     """
 
     def __init__(self, messages: int = 100) -> None:
@@ -106,24 +107,24 @@ class Bandwidth:
             del self.times[0], self.sizes[0]
 
     def per_second(self, now: float) -> float | None:
-        """Bytes per second until `now`; None before the second message. Decays when nothing comes."""
+        """Bytes per second until `now`; None before the second message. Decays while nothing arrives."""
         if len(self.times) < 2 or now <= self.times[0]:
             return None
         return sum(self.sizes) / (now - self.times[0])
 
 
 def hz_text(found: Statistics | None) -> str:
-    """What `rostopic hz` prints of intervals between messages."""
+    """The output of `rostopic hz`."""
     return "no new messages" if found is None else f"average rate: {found.rate:.3f}\n{_spread(found)}"
 
 
 def delay_text(found: Statistics | None) -> str:
-    """What `rostopic delay` prints of arrival minus header stamp."""
+    """The output of `rostopic delay`: arrival minus header stamp."""
     return "no new messages" if found is None else f"average delay: {found.mean:.3f}\n{_spread(found)}"
 
 
 def bandwidth_text(bandwidth: Bandwidth, now: float) -> str | None:
-    """What `rostopic bw` prints; None while there is nothing to say."""
+    """The output of `rostopic bw`; None before there are values."""
     per_second = bandwidth.per_second(now)
     if per_second is None:
         return None
@@ -137,7 +138,7 @@ def bandwidth_text(bandwidth: Bandwidth, now: float) -> str | None:
 
 
 def hz_table(found: Mapping[str, Statistics | None]) -> str:
-    """What `rostopic hz` prints of several topics: left-aligned columns under centred titles."""
+    """The output of `rostopic hz` for several topics: left-aligned columns under centred titles."""
     rows = [
         (topic, *(f"{v:.4}" for v in (s.rate, s.least, s.most, s.deviation)), str(s.messages))
         for topic, s in found.items()

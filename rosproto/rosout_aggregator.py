@@ -1,14 +1,16 @@
-"""The node /rosout of roscore: what all nodes say on /rosout, again on /rosout_agg.
+"""roscore's node /rosout: republishes the messages of /rosout on /rosout_agg.
 
-A tool that wants the log of the whole graph (rqt_console, rosbag record, `rostopic echo /rosout_agg`)
-subscribes one topic of one node instead of one of each. Messages are passed on as they came, not decoded.
+A tool that shows the log of the whole graph (rqt_console, rosbag record, `rostopic echo /rosout_agg`)
+subscribes to one topic of one node instead of one of each node. Messages are forwarded as received, without
+decoding.
 
-Debian's always writes a file, too; ours when it is given one (`rosout_log`): one line for each record of the
-graph, older files numbered.
+Debian's node always writes a file as well; this one does if a path is given (`rosout_log`): one line for each
+record, older files numbered.
 
     12.000000345 WARN /planner [plan.cpp:42(plan)] [topics: /rosout, /plan] no way to the goal
 
-Further lines of a text are indented, which Debian's are not: else a node could forge another's record.
+Unlike in Debian's file, further lines of a text are indented, so that no node can forge another node's
+record.
 
 Source: wiki.ros.org/rosout; ros_comm tools/rosout/rosout.cpp (format, sizes).
 """
@@ -35,19 +37,19 @@ MOST_OLD_FILES = 10
 _LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
 _LINES = "\n\t"  # a message may have several
-_INDENT = "    "  # of those after the first, which Debian's begins as they come: nobody forges a record
-_BYTES = "".join(map(chr, range(0xDC80, 0xDD00)))  # what is not UTF-8 is written as it came
+_INDENT = "    "  # of further lines, so that no record can be forged
+_BYTES = "".join(map(chr, range(0xDC80, 0xDD00)))  # bytes that are not UTF-8 are written unchanged
 
 
 class RosoutLog:
-    """Appends to one file; used by one thread.
+    """Appends records to a file; used by one thread.
 
-    A disk that is full or gone costs the records, not the program: it is reported once, and tried again with
-    the next record.
+    When the disk is full or gone, records are lost but the program goes on: a warning is logged once, and
+    writing is tried again with the next record.
 
     Args:
-        path: The file; those before it are `<path>.1` (the youngest) to `<path>.10`.
-        most_bytes: Size at which the next file is begun.
+        path: The file; older ones are `<path>.1` (the latest) to `<path>.10`.
+        most_bytes: Size at which a new file is begun.
 
     Raises:
         OSError: It cannot be opened.
@@ -106,17 +108,17 @@ __all__ = ["RosoutAggregator"]
 _logger = get_logger("rosproto.node")
 
 LOG = "rosgraph_msgs/Log"
-QUEUE = 1000  # messages; a start of many nodes is a burst
+QUEUE = 1000  # messages; many nodes that start together send a burst
 
 
 class RosoutAggregator:
-    """Serves from construction on until `close()`; usable in a `with`.
+    """Runs from construction until `close()`; usable in a `with`.
 
     Args:
         master_uri: The master.
         host: Address or name under which others reach this computer; None: the one that routes to the master.
         allow: Addresses that may connect; None for all.
-        log_file: A file that gets a line for each record, as Debian's rosout.log; None writes none.
+        log_file: A file for the records, as Debian's rosout.log; None writes none.
 
     Raises:
         ConnectionLost, RosTimeout: No master answers.
@@ -155,7 +157,7 @@ class RosoutAggregator:
         return f"<RosoutAggregator {self.node!r}>"
 
     def close(self) -> None:
-        """Take the node off the master. May be called again."""
+        """Close the node and the file. May be called again."""
         self.node.close()
         if self._log is not None:
             self._log.close()

@@ -1,11 +1,11 @@
-"""A sentence for people: English as text, and the template and the values that it was made of.
+"""Translatable sentences: English text that keeps its template and values.
 
-Whoever has something to say makes it once, here: `say("{topic}: nothing came within {seconds:g} s", ...)`. It
-is a `str`, so an error, a log and a document have their English text. A command looks the template up in the
-table of its language, and fills the same values in: nobody reads a sentence to find out what it says.
+`say("{topic}: nothing came within {seconds:g} s", ...)` returns a `str`, so errors, logs and documents have
+the English text. A command looks up the template in the table of its language and fills in the same values,
+so no code parses a sentence.
 
-What becomes a plain `str` on the way (an f-string around it, `"; ".join`, a slice) is English, correct, and
-not translated. `both` and `led` keep.
+A sentence that becomes a plain `str` (an f-string around it, `"; ".join`, a slice) is English and is not
+translated. `both` and `led` keep it translatable.
 """
 
 from __future__ import annotations
@@ -22,14 +22,13 @@ __all__ = ["Sentence", "both", "led", "say", "sentence_of", "shown"]
 
 
 class Sentence(str):
-    """A text and what it was made of; equal to its text. Make it with `say`.
+    """A text with its template and values; equal to its text. Make it with `say`.
 
     Attributes:
-        template: With `{name}` for each value, as `str.format` has it.
-        values: What is filled in: a `Sentence` (also of an error, or of what has one as its text), a member
-            of an enum, and a list of these are translated themselves; every other value is data, and the same
-            in each language. A value that knows its own translation has `said(language)`. Of other objects
-            only what is shown is kept.
+        template: With `{name}` for each value, as for `str.format`.
+        values: The values. A `Sentence`, an error or object whose text is one, a member of an enum, and a
+            list of these are translated as well; every other value is data and the same in each language. A
+            value with a method `said(language)` translates itself. Of other objects only the text is kept.
     """
 
     __slots__ = ("template", "values")
@@ -43,12 +42,12 @@ class Sentence(str):
         return _restored, ("".join(self), self.template, dict(self.values))
 
     def mapped(self, templates: Mapping[str, str]) -> Sentence:
-        """With other templates here and inside, where the mapping has them; the values stay."""
+        """With templates replaced here and in the values, where the mapping has them."""
         values = {name: _mapped(value, templates) for name, value in self.values.items()}
         return _made(templates.get(self.template, self.template), values)
 
     def escaped(self, keep: str = "") -> str:
-        """Fit for a terminal: the values are, see `rosproto.text`."""
+        """Safe for a terminal: the values are escaped, see `rosproto.text`."""
         if printable(self, keep=keep) == self:
             return self
         made = _made(self.template, {name: _escaped(value, keep) for name, value in self.values.items()})
@@ -56,11 +55,12 @@ class Sentence(str):
 
 
 def say(template: str, /, **values: Any) -> Sentence:
-    """A sentence; the template is its key in the tables of other languages. A `Sentence` is given back.
+    """Make a sentence; the template is its key in the tables of other languages. A `Sentence` is returned as
+    it is.
 
     Args:
         template: `{name}`, `{name!r}`, `{name:.2f}`; a list or tuple is joined by commas.
-        values: For each name. A text among them is data: a word that is to be translated is a `Sentence`.
+        values: For each name. A plain text is data; make a word that must be translated a `Sentence`.
     """
     return template if isinstance(template, Sentence) else _made(template, values)
 
@@ -82,7 +82,7 @@ def _listed(value: Any) -> Any:
 
 
 class _FormattedValue(str):
-    """What a template shows of an object, whatever it asks for."""
+    """The formatted text of an object, whatever format is asked for later."""
 
     __slots__ = ()
 
@@ -94,7 +94,7 @@ class _FormattedValue(str):
 
 
 def _kept(value: Any, name: str, template: str) -> Any:
-    """What a sentence keeps of a value: no object that may change, hold much, or not be copied."""
+    """The part of a value that a sentence keeps: nothing that may change, be large, or fail to be copied."""
     if isinstance(value, (list, tuple)):
         return [_kept(each, "", "") for each in value]
     if isinstance(value, BaseException):
@@ -104,7 +104,7 @@ def _kept(value: Any, name: str, template: str) -> Any:
     text = str(value)
     if isinstance(text, Sentence):
         return text
-    if hasattr(value, "__float__"):  # numpy's numbers have formats, too
+    if hasattr(value, "__float__"):  # numpy's numbers can be formatted
         return value
     for _, place, spec, how in Formatter().parse(template):
         if place == name:
@@ -115,21 +115,21 @@ def _kept(value: Any, name: str, template: str) -> Any:
 
 
 def both(first: str, *more: str) -> Sentence:
-    """Sentences in a row: `first; second`."""
+    """Join sentences: `first; second`."""
     return functools.reduce(lambda a, b: say("{first}; {second}", first=a, second=say(b)), more, say(first))
 
 
 def led(head: str, tail: str) -> Sentence:
-    """A sentence behind what it is about: `head: tail`. A head that is no `Sentence` is a name or a place."""
+    """Put a subject in front of a sentence: `head: tail`. A head that is no `Sentence` is a name or place."""
     if isinstance(head, Sentence):
         return say("{head}: {tail}", head=head, tail=say(tail))
     return say("{place}: {tail}", place=head, tail=say(tail))
 
 
 def sentence_of(error: BaseException) -> str:
-    """What an error says, as a `Sentence` if it was made of one."""
+    """The text of an error, as a `Sentence` if it was made of one."""
     if isinstance(error, KeyError) and error.args:
-        return str(error.args[0])  # a KeyError quotes it
+        return str(error.args[0])  # str() of a KeyError adds quotes
     return str(error)
 
 
@@ -144,7 +144,7 @@ def _mapped(value: Any, templates: Mapping[str, str]) -> Any:
 
 
 def shown(text: str, keep: str = "") -> str:
-    """Fit for a terminal, see `rosproto.text.printable`; a `Sentence` stays one."""
+    """Safe for a terminal, see `rosproto.text.printable`; a `Sentence` stays one."""
     return text.escaped(keep) if isinstance(text, Sentence) else printable(text, keep=keep)
 
 

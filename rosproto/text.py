@@ -1,14 +1,14 @@
-"""Text that others wrote, made fit for a terminal and a log: nothing in it acts, hides or begins a line.
+"""Make foreign text safe for a terminal and a log, and measure how many columns a text takes.
 
-A peer's text (a name, an error, a type, a frame) may hold what a terminal obeys: escape sequences that move
-the cursor, rename the window or answer as if typed; a line feed that forges a line of ours; characters that
-turn the direction of writing or that nobody sees. Unicode has a property for all of these: they are not
-printable. So nothing is listed here that could be forgotten.
+Text from a peer (a name, an error, a type, a frame) may contain what a terminal obeys: escape sequences that
+move the cursor, rename the window or answer as if typed; a line feed that forges a log line; characters that
+reverse the direction of writing or are invisible. In Unicode all of these are not printable, so no list of
+them is needed.
 
-Everything that is not printable becomes an escape as Python and YAML write it (`\\x1b`, `\\u202e`, `\\n`).
-Letters of any language stay as they are, and so does every kind of blank (Chinese has one of its own).
+Everything that is not printable becomes an escape as in Python and YAML (`\\x1b`, `\\u202e`, `\\n`). Letters
+of any language and all kinds of blanks stay.
 
-And how many columns of a terminal a text takes: Chinese characters take two each.
+Chinese characters take two columns each.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ __all__ = ["cut", "human_bytes", "padded", "printable", "width"]
 _BLANKS = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
 )
-"""Category Zs: blanks that `str.isprintable` does not count, as only the ASCII one is."""
+"""Category Zs: of these, `str.isprintable` accepts only the ASCII blank."""
 _SHORT = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}
 
 
 def printable(text: str, *, keep: str = "") -> str:
-    """The text with everything escaped that a terminal would obey or not show.
+    """Escape everything that a terminal would obey or not show.
 
     Args:
         text: From a peer, a bag, a file.
-        keep: Characters that stay all the same: `"\\n"` where lines are meant, `"\\n\\t"` for tables.
+        keep: Characters that are not escaped: `"\\n"` where lines are allowed, `"\\n\\t"` for tables.
 
     Returns:
-        The text itself when there is nothing to escape.
+        The text itself if there is nothing to escape.
     """
     if text.isprintable():
         return text
@@ -46,17 +46,17 @@ def _escape(code: int) -> str:
 
 
 def width(text: str) -> int:
-    """Columns that it takes; combining characters take none."""
+    """Columns that a text takes; combining characters take none."""
     return len(text) if text.isascii() else sum(map(_columns, text))
 
 
 def padded(text: str, columns: int) -> str:
-    """Followed by blanks up to so many columns, as `str.ljust` counts characters."""
+    """The text padded with blanks to a number of columns, as `str.ljust` does for characters."""
     return text + " " * max(0, columns - width(text))
 
 
 def cut(text: str, columns: int) -> str:
-    """What of it fits into so many columns; no character is halved."""
+    """The beginning of the text that fits into a number of columns."""
     if text.isascii():
         return text[: max(0, columns)]
     taken = 0
@@ -76,7 +76,7 @@ def _columns(character: str) -> int:
 
 
 def human_bytes(size: float) -> str:
-    """As rosbag writes sizes: "1.5 MB"."""
+    """A size as rosbag writes it: "1.5 MB"."""
     for suffix in ("KB", "MB", "GB", "TB", "PB"):
         size /= 1024.0
         if size < 1024.0:

@@ -1,7 +1,7 @@
-"""Time and Duration: seconds and nanoseconds, with genpy's arithmetic and no clock inside.
+"""Time and Duration: seconds and nanoseconds, with genpy's arithmetic and without a clock.
 
-Source: wiki.ros.org/msg (time: two uint32, duration: two int32) and genpy.rostime, whose
-behaviour programs rely on. `Time.now()` needs a clock and lives where one is: in a node.
+Source: wiki.ros.org/msg (time: two uint32, duration: two int32) and genpy.rostime, on whose behaviour
+programs rely. `Time.now()` needs a clock and belongs to the node.
 """
 
 from __future__ import annotations
@@ -17,15 +17,14 @@ _Self = TypeVar("_Self", bound="TVal")
 
 
 class TVal:
-    """What Time and Duration share.
+    """Base of Time and Duration.
 
-    The constructor brings values to canonical form (0 <= nsecs < 1e9). Values read from the wire are
-    kept as they came, also with nsecs >= 1e9, so that passing a message on changes nothing; `canon()`
-    normalises on demand.
+    The constructor normalises values (0 <= nsecs < 1e9). Values read from the wire are kept unchanged, also
+    with nsecs >= 1e9, so that forwarding a message changes nothing; `canon()` normalises on demand.
 
     Attributes:
         secs: Whole seconds.
-        nsecs: Nanoseconds on top of them.
+        nsecs: Nanoseconds in addition to them.
     """
 
     __slots__ = ("secs", "nsecs")  # noqa: RUF023  the order of the wire, as genpy has it
@@ -101,7 +100,7 @@ class TVal:
         return self.secs * _NSEC + self.nsecs
 
     def _order_key(self, other: object) -> int | None:
-        """`other` in nanoseconds when it may be compared with this, else None."""
+        """`other` in nanoseconds if it can be compared with this, else None."""
         return other.to_nsec() if isinstance(other, TVal) else None
 
     def __lt__(self, other: object) -> bool:
@@ -142,7 +141,7 @@ class TVal:
         self.secs, self.nsecs = state
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Not through __init__: it would canonise a raw wire value.
+        # Not through __init__, which would normalise a raw wire value.
         return _restore, (type(self), self.secs, self.nsecs)
 
 
@@ -278,5 +277,5 @@ class Duration(TVal):
         return int(quotient), type(self).from_sec(rest)
 
 
-# Tools go through `__slots__` of messages and times alike. The slots themselves are TVal's.
+# Tools iterate over `__slots__` of messages and times alike. The slots themselves belong to TVal.
 Time.__slots__ = Duration.__slots__ = TVal.__slots__  # type: ignore[assignment]

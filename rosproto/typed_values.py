@@ -1,7 +1,7 @@
-"""Values written on a command line: `0.5`, `true`, `[1, 2]`, `{a: 1, b: two words}`.
+"""Parse values typed on a command line: `0.5`, `true`, `[1, 2]`, `{a: 1, b: two words}`.
 
 The part of YAML that people type into `_param:=value` and `param set`: scalars and flow collections. Every
-JSON text means here what it means in JSON. Block YAML, anchors and tags are for a YAML library.
+JSON text has the same value as in JSON. Block YAML, anchors and tags are not supported.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 __all__ = ["parse_value"]
 
 DEPTH = 64
-"""Nesting of collections; XML-RPC, which carries the value, is bounded the same."""
+"""Deepest nesting of collections; the same limit as for XML-RPC, which transports the value."""
 
 CONSTANTS: dict[str, object] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
@@ -30,7 +30,7 @@ HEX_ESCAPES = {"x": 2, "u": 4, "U": 8}
 
 
 def parse_value(text: str) -> object:
-    """The value that a text stands for.
+    """Parse a value.
 
     Returns:
         None, bool, int, float, str, list or dict (with str keys).
@@ -82,7 +82,7 @@ def _float(text: str) -> float:
 
 
 class _Parser:
-    """Recursive descent over one text."""
+    """Recursive descent parser for one text."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -172,10 +172,10 @@ class _Parser:
                 parts.append(self._escape())
             elif character != quote:
                 parts.append(character)
-            elif quote == "'" and self._take("'"):  # YAML writes a quote inside as two
+            elif quote == "'" and self._take("'"):  # YAML doubles a quote inside
                 parts.append("'")
             else:
-                # JSON spells a character beyond 16 bits as two surrogates.
+                # JSON writes a character beyond 16 bits as two surrogates.
                 return "".join(parts).encode("utf-16", "surrogatepass").decode("utf-16", "replace")
         raise self.wrong(f"a closing {quote}")
 

@@ -1,6 +1,6 @@
 """Hooks for PyInstaller, which finds this folder by the entry point `pyinstaller40: hook-dirs`.
 
-Names load on first use here, and definitions are data files: PyInstaller sees neither by itself.
+PyInstaller cannot see imports made on first use, nor the definitions, which are data files.
 """
 
 from __future__ import annotations
@@ -11,5 +11,5 @@ __all__ = ["hook_directories"]
 
 
 def hook_directories() -> list[str]:
-    """Where the hooks are; called by PyInstaller."""
+    """The folder of the hooks; called by PyInstaller."""
     return [str(files(__name__))]

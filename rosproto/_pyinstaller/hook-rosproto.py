@@ -1,4 +1,4 @@
-"""Modules of rosproto that are imported by name, on first use; not the stand-ins for rospy's own modules."""
+"""Modules of rosproto that are imported by name on first use; not the stand-ins for rospy's own modules."""
 
 from PyInstaller.utils.hooks import collect_data_files, collect_submodules
 

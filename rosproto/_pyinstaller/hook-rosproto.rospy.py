@@ -1,6 +1,6 @@
-"""The stand-ins for rospy, actionlib and their kin are found at run time: they go along as they are, as data.
+"""Include the stand-ins for rospy, actionlib and others as data files, since they are found at run time.
 
-What they import, PyInstaller does not see: the modules of Python's own library that they use are named here.
+PyInstaller does not see their imports, so the modules of the standard library that they use are listed.
 """
 
 import ast
@@ -11,7 +11,7 @@ from PyInstaller.utils.hooks import collect_data_files, get_package_paths
 
 
 def imported(folder: Path) -> set[str]:
-    """Names of all modules that the files below a folder import, however deep in a function."""
+    """Names of all modules that the files below a folder import, also inside functions."""
     found: set[str] = set()
     for file in folder.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):

@@ -1,4 +1,4 @@
-"""Modules of the chassis and its simulator that are imported by name, and its tables."""
+"""Modules of the chassis and its simulator that are imported by name, and their tables."""
 
 from PyInstaller.utils.hooks import collect_data_files, collect_submodules
 

@@ -1,9 +1,9 @@
-"""Whether this machine is fine: checks of what is installed, without a test tool and without a robot.
+"""Checks of the installation, without a test tool and without a robot.
 
     for outcome in run(CHECKS):
         print(outcome.name, outcome.state.value, outcome.seconds, outcome.text)
 
-`woosh selftest` runs these and drives a simulated chassis besides.
+`woosh selftest` runs these and drives a simulated chassis as well.
 """
 
 from __future__ import annotations
@@ -25,4 +25,4 @@ CHECKS = (
     Check("bag", check_bags),
     Check("ros", check_ros),
 )
-"""In this order: each stands on those before it."""
+"""In this order: each relies on those before it."""

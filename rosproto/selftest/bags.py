@@ -1,4 +1,4 @@
-"""A bag written and read, in a temporary folder, with each compression."""
+"""Check bags: write and read one in a temporary folder, with each compression."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MESSAGES = 500
 
 
 def check_bags() -> str:
-    """What was written comes back: topics, times, values, in order."""
+    """Check that topics, times and values are read as they were written, in order."""
     from rosproto.bag import BagReader, BagWriter
     from rosproto.codec import message_class
 

@@ -1,4 +1,4 @@
-"""What a check is, and how it is run: with a time limit, and with its failure as a sentence."""
+"""Run the checks: a time limit for each, and failures as sentences."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LIMIT = 15.0
 
 
 class CheckFailed(Exception):
-    """What was found is not what must hold; the text says both."""
+    """A check found something else than expected; the text says both."""
 
 
 class NotApplicable(Exception):
@@ -34,9 +34,9 @@ class Check(NamedTuple):
     """One check.
 
     Attributes:
-        name: A word for it.
-        work: Runs the check and returns a sentence on what it has shown. Raises CheckFailed, NotApplicable, or
-            any error of the code under test.
+        name: One word for it.
+        work: Runs the check and returns a sentence on what it has shown. Raises CheckFailed, NotApplicable,
+            or any error of the code under test.
     """
 
     name: str
@@ -47,9 +47,9 @@ class Outcome(NamedTuple):
     """The result of a check.
 
     Attributes:
-        name: Of the check.
-        state: Fine, failed, or nothing to check here (which is no success, and no failure either).
-        seconds: What it took.
+        name: The check's name.
+        state: Fine, failed, or not applicable (neither success nor failure).
+        seconds: How long it took.
         text: What was shown, or what is wrong.
     """
 
@@ -60,7 +60,7 @@ class Outcome(NamedTuple):
 
 
 def run(checks: Iterable[Check], *, limit: float = LIMIT) -> Iterator[Outcome]:
-    """Run them one after the other; each outcome as soon as it is there."""
+    """Run the checks one after the other; yield each outcome as soon as it is known."""
     for check in checks:
         began = time.monotonic()
         state, text = _bounded(check, limit)
@@ -68,7 +68,7 @@ def run(checks: Iterable[Check], *, limit: float = LIMIT) -> Iterator[Outcome]:
 
 
 def _bounded(check: Check, limit: float) -> tuple[State, str]:
-    """In a thread, which is left alone when it hangs: a check that waits for ever is a finding, too."""
+    """Run in a thread that is abandoned when it hangs: a check that never ends has failed."""
     found: list[tuple[State, str]] = []
     thread = threading.Thread(
         target=lambda: found.append(_outcome_of(check)), name=f"rosproto:selftest:{check.name}", daemon=True
@@ -85,5 +85,5 @@ def _outcome_of(check: Check) -> tuple[State, str]:
         return State.NOT_HERE, str(reason)
     except CheckFailed as failure:
         return State.FAILED, str(failure)
-    except Exception as error:  # a check finds out what goes wrong, whatever that is
+    except Exception as error:  # any error is the result of the check
         return State.FAILED, f"{type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""The fast codec beside the slow, obvious one: the same bytes for the same values, for every message."""
+"""Check the codec: it must produce the same bytes as the slow reference codec, for every message."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def check_codec() -> str:
 
 
 def sample(layout: Layout, values: random.Random) -> dict[str, Any]:
-    """Values for a message, as the reference codec has them."""
+    """Random values for a message, in the form that the reference codec takes."""
     return {field.name: _field(field, values) for field in layout.fields}
 
 

@@ -1,7 +1,7 @@
-"""The bundled definitions: each is there, can be read, and has the md5sum that ROS's genmsg computes for it.
+"""Check the bundled definitions: each exists, can be parsed, and has the md5sum that ROS's genmsg computes.
 
 `md5sums.txt` has a line for each package and kind, and in it each type with the first eight digits, which are
-enough to find what was changed by accident. tests/interop/test_genmsg.py compares it with genmsg's own.
+enough to find an accidental change. tests/interop/test_genmsg.py compares it with genmsg itself.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from rosproto.sentence import say
 
 
 def known_md5sums() -> Iterator[tuple[str, str, str]]:
-    """(first digits of the md5sum, kind, name) of every message and service; kind is "msg" or "srv"."""
+    """Yield (first digits of the md5sum, kind, name) of every message and service; kind is "msg" or "srv"."""
     table = resources.files(__package__).joinpath("md5sums.txt").read_text(encoding="ascii")
     for line in table.splitlines():
         package, kind, *types = line.split()
@@ -24,7 +24,7 @@ def known_md5sums() -> Iterator[tuple[str, str, str]]:
 
 
 def check_definitions() -> str:
-    """Each type of the table; and that none is bundled which the table does not know."""
+    """Check each type of the table, and that no other types are bundled."""
     from rosproto.msg import bundled
 
     library = bundled()

@@ -1,4 +1,4 @@
-"""A master on this machine, and two nodes that talk: a topic, a service, a parameter, an action."""
+"""Check a master and two nodes on this machine: a topic, a service, a parameter, an action."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _WAIT = 5.0  # seconds for each step: on one machine each takes milliseconds
 
 
 def expect(what: str, found: object, wanted: object) -> None:
-    """Raises CheckFailed when they differ."""
+    """Raise CheckFailed if the two differ."""
     if found != wanted:
         raise CheckFailed(
             say("{what}: {found!r} came, expected {wanted!r}", what=what, found=found, wanted=wanted)
@@ -20,7 +20,7 @@ def expect(what: str, found: object, wanted: object) -> None:
 
 
 def check_master() -> str:
-    """Over HTTP, as other programs see it."""
+    """Call a master over HTTP, as other programs do."""
     from rosproto.master import Master
     from rosproto.node import MasterClient
 
@@ -33,7 +33,7 @@ def check_master() -> str:
 
 
 def check_nodes() -> str:
-    """Two nodes in this process, over real sockets."""
+    """Let two nodes of this process communicate over real sockets."""
     from rosproto.master import Master
     from rosproto.node import Node
 

@@ -1,4 +1,4 @@
-"""Real ROS 1, where it is installed: rospy and a node of ours hear each other at a master of ours."""
+"""Check against real ROS 1, where it is installed: rospy and our node exchange messages over our master."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rosproto.selftest.checking import CheckFailed, NotApplicable
 from rosproto.selftest.nodes import expect
 from rosproto.sentence import say
 
-_PATIENCE = 12.0  # seconds: `import rospy` takes one, ten on a busy machine
+_PATIENCE = 12.0  # seconds: `import rospy` takes 1, on a busy machine 10
 _PROGRAM = """
 import rospy
 from std_msgs.msg import String
@@ -28,11 +28,11 @@ rospy.spin()
 
 
 def find_ros() -> tuple[str, dict[str, str]] | None:
-    """A Python that has rospy, and the environment in which it has; None when there is none.
+    """Return a Python that has rospy and the environment it needs; None if there is none.
 
-    Debian's packages, and what Ubuntu's put under /opt/ros.
+    Debian's packages are found, and Ubuntu's under /opt/ros.
     """
-    if sys.platform == "win32":  # `python3` there may be a link to the shop
+    if sys.platform == "win32":  # `python3` there may be a link to the Microsoft Store
         return None
     for python in dict.fromkeys(filter(None, ("/usr/bin/python3", shutil.which("python3")))):
         for environment in _environments():
@@ -62,7 +62,7 @@ def _has_rospy(python: str, environment: dict[str, str]) -> bool:
 
 
 def check_ros() -> str:
-    """A topic both ways and a service."""
+    """Exchange a topic in both directions and call a service."""
     found = find_ros()
     if found is None:
         raise NotApplicable("no rospy is installed on this machine; everything else works without it")

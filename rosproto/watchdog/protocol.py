@@ -1,8 +1,9 @@
 """The messages between a program and its watchdog, and when the watchdog acts. Pure: callers pass the time.
 
-Each line of the pipe is one JSON object. The program sends `Prepare`, `Arm`, `Disarm`, `Drop` and `Heartbeat`.
-The watchdog replies `Ready` when it is prepared for a watch, and `Sent` when it has acted although the program
-is still alive. Any line from the program counts as a heartbeat; the end of the pipe means that it has ended.
+Each line of the pipe is one JSON object. The program sends `Prepare`, `Arm`, `Disarm`, `Drop` and
+`Heartbeat`. The watchdog replies `Ready` when a watch is prepared, and `Sent` when it has acted although the
+program is still alive. Any line from the program counts as a heartbeat; the end of the pipe means that it has
+ended.
 """
 
 from __future__ import annotations
