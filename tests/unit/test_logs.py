@@ -76,7 +76,7 @@ def test_a_flood_about_invented_things_is_bounded(caplog: pytest.LogCaptureFixtu
         said.info(f"/topic{number}", "! it is %s", number)
         said.warning(f"/topic{number}", "! it is %s", number)
     assert len(caplog.records) <= MOST_IN_ALL
-    assert len(said._shares) <= 256
+    assert len(said._limits) <= 256
 
 
 @pytest.mark.promise("the rest is counted")
