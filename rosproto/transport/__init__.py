@@ -1,4 +1,4 @@
-"""Sockets, deadlines, servers and clients: all I/O and waiting of the libraries below the node."""
+"""Sockets, deadlines, servers and clients: all I/O and all waiting below the node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long to wait before trying again: longer each time, up to a bound, a little at random."""
+"""Delays between attempts: growing up to a limit, with some randomness."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 
 class Backoff:
-    """Growing delays. The random part keeps many nodes from knocking together at a restarted master.
+    """Growing delays. The randomness keeps many nodes from reconnecting at the same moment after a master
+    restarts.
 
     Attributes:
         first: First delay, seconds.
-        factor: Each delay is this many times the one before.
+        factor: Each delay is this many times the previous one.
         most: Longest delay, seconds, before the random part.
-        jitter: A delay is stretched or shrunk by up to this share of itself.
+        jitter: Each delay is changed at random by up to this fraction of itself.
     """
 
     __slots__ = ("_delay", "_uniform", "factor", "first", "jitter", "most")
@@ -35,17 +36,17 @@ class Backoff:
         self._delay = first
 
     def next(self) -> float:
-        """The delay before the coming attempt, seconds."""
+        """The delay before the next attempt, seconds."""
         delay = self._delay
         self._delay = min(self.most, delay * self.factor)
         if not self.jitter:
             return delay
         if self._uniform is None:
-            import random  # only needed when something goes wrong
+            import random  # only needed after a failure
 
             self._uniform = random.uniform
         return delay * (1.0 + self._uniform(-self.jitter, self.jitter))
 
     def reset(self) -> None:
-        """An attempt succeeded: begin with `first` again."""
+        """Start with `first` again, after an attempt has succeeded."""
         self._delay = self.first

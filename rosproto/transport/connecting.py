@@ -1,9 +1,8 @@
-"""Connecting with one deadline, over a network that may be silent now and back in the next moment.
+"""Connect within one deadline, over a network that may be unreachable for a moment.
 
-A connection attempt whose packet is lost is repeated by the system after one second, then two, then four.
-Whoever waits for that notices a network that is back seconds late, and whoever gives up early never gets
-through a slow one. So an attempt that is not answered goes on, and further ones are begun beside it; the
-first to be answered wins.
+The system repeats a lost connection request after one second, then two, then four. Waiting for that would
+notice a restored network seconds late, and giving up early would never succeed on a slow one. So an attempt
+without a reply continues while further ones are started; the first to succeed is used.
 """
 
 from __future__ import annotations
@@ -32,9 +31,9 @@ _IN_PROGRESS = {errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY, 10035, 100
 
 
 def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None = None) -> socket.socket:
-    """A connected, tuned, blocking socket. Every address of the host is tried within one deadline.
+    """Return a connected, tuned, blocking socket. Every address of the host is tried within one deadline.
 
-    `hosts` knows names that the system does not.
+    `hosts` resolves names that the system does not know.
 
     Raises:
         ConnectionLost: Refused, no route, or the name is unknown; the text names the address.
@@ -54,7 +53,7 @@ def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None
     if sock is not None:
         sock.settimeout(None)
         return sock
-    # the first address is the one people mean; ::1 of localhost is an afterthought
+    # report the first address: for localhost that is 127.0.0.1, not ::1
     address = addresses[0]
     problem = attempts.problems.get(address) or TimeoutError()
     peer = format_address(address, port)
@@ -67,10 +66,10 @@ def connect(host: str, port: int, deadline: Deadline, *, hosts: HostNames | None
 
 
 class _ConnectionAttempts:
-    """Attempts to reach one of several addresses, side by side.
+    """Parallel attempts to connect to one of several addresses.
 
     Attributes:
-        problems: Why an address is not tried any more.
+        problems: Address -> why it is not tried any more.
     """
 
     def __init__(self, addresses: list[str], port: int, deadline: Deadline) -> None:
@@ -83,7 +82,7 @@ class _ConnectionAttempts:
         self._selector: selectors.BaseSelector | None = None
 
     def run(self) -> socket.socket | None:
-        """The first that is connected; None when all addresses have a problem, or the time is over."""
+        """The first connected socket; None if every address has failed, or the deadline has passed."""
         while not self._deadline.expired and len(self.problems) < len(self._addresses):
             sock = self._begin() or self._wait(0.0 if self._begun == 1 else STAGGER)
             if sock is not None:
@@ -91,26 +90,26 @@ class _ConnectionAttempts:
         return None
 
     def close(self) -> None:
-        """Give up what is pending."""
+        """Close the pending attempts."""
         for sock in self._pending:
             sock.close()
         if self._selector is not None:
             self._selector.close()
 
     def _begin(self) -> socket.socket | None:
-        """Begin one more attempt, at the next address; a connected socket when it succeeds at once."""
+        """Begin an attempt at the next address; return the socket if it connects at once."""
         left = [address for address in self._addresses if address not in self.problems]
         address = left[self._begun % len(left)]
         self._begun += 1
         try:
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
-        except OSError as error:  # no file left, or no such family here
+        except OSError as error:  # out of files, or an unsupported address family
             self._failed(address, error)
             return None
         close_in_forked_children(sock)
         try:
             tune(sock)  # before the first packet: how often it is repeated is one of the options
-            # Most are answered at once: those need no selector.
+            # Most succeed at once: those need no selector.
             sock.settimeout(self._at_most(PATIENCE) if self._begun == 1 else 0.0)
             sock.connect((address, self._port))
             return self._checked(sock)
@@ -145,7 +144,7 @@ class _ConnectionAttempts:
             self._drop(next(iter(self._pending)))
 
     def _wait(self, seconds: float) -> socket.socket | None:
-        """Wait for one that is connected until it is time for the next attempt."""
+        """Wait until a socket is connected, or until the next attempt is due."""
         end = time.monotonic() + seconds
         while self._pending and self._selector is not None:
             wait = self._at_most(end - time.monotonic())

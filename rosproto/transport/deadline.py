@@ -1,13 +1,11 @@
-"""Waiting: by one deadline for all steps of an operation, by a clock that tests replace, and so that Ctrl-C
-ends it.
+"""Deadlines, a replaceable clock, waits that Ctrl-C can end, and detection of a computer's sleep.
 
-On Windows a thread that waits for a lock, with or without a time-out, does not notice Ctrl-C until the wait
-is over: `for message in subscriber` could not be stopped while nothing came. There long waits are cut into
-slices; elsewhere they are what they were.
+On Windows a thread that waits for a lock does not notice Ctrl-C until the wait is over, so `for message in
+subscriber` could not be stopped while no message came. There, long waits are cut into slices.
 
-A computer may sleep (a laptop whose lid is closed). Linux and macOS stop the monotonic clock meanwhile, so no
-wait is over early when the computer wakes; Windows not, so a wait takes far longer than it was meant to.
-`SleepDetector` sees both.
+While the computer sleeps (a laptop with its lid closed), Linux and macOS stop the monotonic clock, so no wait
+ends early after waking. Windows does not, so a wait takes much longer than intended. `SleepDetector` detects
+both.
 """
 
 from __future__ import annotations
@@ -27,21 +25,21 @@ class Waitable(Protocol):
     """A `threading.Event` or a `threading.Condition` (held by the caller)."""
 
     def wait(self, timeout: float | None = None) -> bool:
-        """True when signalled, False when `timeout` seconds passed."""
+        """True if signalled, False if `timeout` seconds passed."""
 
 
 class Clock(Protocol):
-    """Time that never jumps, and waiting by it."""
+    """A clock that never jumps, and waiting by it."""
 
     def monotonic(self) -> float:
-        """Seconds since some fixed moment."""
+        """Seconds since an arbitrary fixed moment."""
 
     def wait(self, waitable: Waitable, timeout: float | None) -> bool:
-        """Wait until signalled, at most `timeout` seconds; True when signalled."""
+        """Wait until signalled, at most `timeout` seconds; True if signalled."""
 
 
 class SystemClock:
-    """The computer's own monotonic clock."""
+    """The computer's monotonic clock."""
 
     def monotonic(self) -> float:
         """`time.monotonic()`, seconds."""
@@ -58,7 +56,7 @@ SYSTEM = SystemClock()
 class Deadline:
     """A moment on the monotonic clock, `timeout` seconds from now; None never comes.
 
-    Made once at the start of a call and handed down, so that several steps share one budget.
+    Create it once at the start of a call and pass it on, so that all steps share one budget.
 
     Attributes:
         seconds: The whole budget, as given.
@@ -76,13 +74,13 @@ class Deadline:
         return "Deadline(None)" if left is None else f"Deadline({self.seconds} s, {left:.3f} s left)"
 
     def remaining(self) -> float | None:
-        """Seconds left, neither below 0 nor, by rounding, above `seconds`; None when there is no limit."""
+        """Seconds left, from 0 to `seconds`; None if there is no limit."""
         if self._at is None or self.seconds is None:
             return None
         return max(0.0, min(self.seconds, self._at - self._clock.monotonic()))
 
     def for_socket(self) -> float | None:
-        """What `settimeout` takes: `remaining()`, but never 0, which would make the socket non-blocking.
+        """The value for `settimeout`: `remaining()`, but never 0, which would make the socket non-blocking.
 
         Raises:
             TimeoutError: No time is left.
@@ -94,20 +92,20 @@ class Deadline:
 
     @property
     def expired(self) -> bool:
-        """No time is left."""
+        """Whether no time is left."""
         return self._at is not None and self._clock.monotonic() >= self._at
 
     def check(self, what: str) -> None:
-        """Raise when no time is left.
+        """Raise if no time is left.
 
         Raises:
-            RosTimeout: `what` is what was waited for.
+            RosTimeout: `what` did not happen in time.
         """
         if self.expired:
             raise self.error(what)
 
     def error(self, what: str) -> RosTimeout:
-        """The error for `what` not being done in time, to be raised by the caller."""
+        """The error to raise when `what` was not done in time."""
         return RosTimeout(
             led(what, say("not within {seconds} s", seconds=self.seconds)), what=what, seconds=self.seconds
         )
@@ -119,16 +117,16 @@ class Deadline:
 
 
 SLICE = 0.25 if sys.platform == "win32" else None
-"""Seconds until Ctrl-C is noticed; None: at once."""
+"""Longest time until Ctrl-C is noticed, seconds; None: at once."""
 
 
 def wait_for(condition: threading.Condition, predicate: Callable[[], object], timeout: float | None) -> bool:
-    """`condition.wait_for(predicate, timeout)`, the lock held; True when it came true."""
+    """`condition.wait_for(predicate, timeout)` with the lock held; True if the predicate became true."""
     return _in_slices(lambda seconds: bool(condition.wait_for(predicate, seconds)), timeout)
 
 
 def wait_event(event: threading.Event, timeout: float | None) -> bool:
-    """`event.wait(timeout)`; True when it is set."""
+    """`event.wait(timeout)`; True if it is set."""
     return _in_slices(event.wait, timeout)
 
 
@@ -146,22 +144,22 @@ def _in_slices(wait: Callable[[float | None], bool], timeout: float | None) -> b
 
 
 NOTICEABLE = 5.0
-"""Seconds; less is a busy computer, or a clock that was set."""
+"""Seconds; a shorter gap may be a busy computer or an adjusted clock."""
 
 
 def _time_with_sleep() -> float:
-    """Seconds that pass in sleep too: exact on Linux, elsewhere the wall clock, which may be set."""
+    """Seconds including sleep: exact on Linux; elsewhere the wall clock, which may be set."""
     if sys.platform == "linux":
         return time.clock_gettime(time.CLOCK_BOOTTIME)
     return time.time()
 
 
 class SleepDetector:
-    """Compares two clocks each time it is asked.
+    """Compares two clocks on each call.
 
     Args:
-        monotonic: Seconds awake.
-        with_sleep: Seconds awake and asleep.
+        monotonic: Seconds without sleep.
+        with_sleep: Seconds including sleep.
     """
 
     def __init__(
@@ -174,10 +172,10 @@ class SleepDetector:
         self._last = monotonic(), with_sleep()
 
     def slept(self, meant: float) -> float:
-        """Seconds asleep since this was asked last; 0 when it is not noticeable.
+        """Seconds asleep since the last call; 0 if too short to tell.
 
         Args:
-            meant: Seconds that were to pass at most until now.
+            meant: Longest time that was planned to pass since the last call, seconds.
         """
         now = self._monotonic(), self._with_sleep()
         awake, whole = (a - b for a, b in zip(now, self._last, strict=True))

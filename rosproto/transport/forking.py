@@ -1,9 +1,9 @@
-"""What a fork leaves to its parent.
+"""Close sockets in forked child processes.
 
-`os.fork` copies our sockets into the child, and none of the threads that use them. A message that the child
-sent would land in the middle of one of its parent's, its `close` would end connections that its parent still
-uses, and a connection whose parent is gone would stay open as long as the child lives. So in the child they
-are closed before it gets a say; a descriptor that is closed there does nothing to the parent's.
+`os.fork` copies the sockets into the child, but not the threads that use them. A message sent by the child
+would land inside one of the parent's, its `close` would end connections that the parent still uses, and a
+connection would stay open after the parent has ended. So the child closes its copies at once, which does not
+affect the parent.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ _in_child: list[Callable[[], object]] = []
 
 
 def close_in_forked_children(sock: socket.socket) -> None:
-    """Have a socket closed in every child that this process forks."""
+    """Close a socket in every child that this process forks."""
     on_fork(_close_all)
     _sockets.add(sock)
 
 
 def on_fork(action: Callable[[], object]) -> None:
-    """Have `action` called once in each forked child, where only the forking thread lives.
+    """Call `action` once in each forked child, where only the forking thread lives.
 
-    It must take no lock: one that another thread held will never be released there. Registered with the
-    interpreter when it is first asked for, not at import; without effect where there is no fork.
+    It must take no lock: a lock held by another thread is never released there. It is registered with the
+    interpreter on first use, not at import; without effect where there is no fork.
     """
     if action in _in_child:
         return
@@ -37,7 +37,7 @@ def on_fork(action: Callable[[], object]) -> None:
 
 
 def is_forked_child(opened_by: int) -> bool:
-    """Was this opened by another process, the parent of this one?"""
+    """Whether this process is a fork of the process `opened_by`."""
     return os.getpid() != opened_by
 
 

@@ -18,8 +18,8 @@ from rosproto.transport.uri import is_numeric, plain_host
 def resolve(host: str, deadline: Deadline | None = None) -> list[str]:
     """Numeric addresses of a host, the best first: IPv4 before IPv6 (ROS 1 peers speak IPv4).
 
-    Numeric addresses and `localhost` (127.0.0.1 before ::1: Windows would wait two seconds for the other)
-    are answered here. A name is looked up in a thread, because the system's resolver knows no time-out.
+    Numeric addresses and `localhost` need no lookup (127.0.0.1 before ::1, for which Windows would wait two
+    seconds). A name is looked up in a thread, because the system's resolver has no time-out.
 
     Raises:
         ConnectionLost: The name is unknown.
@@ -41,10 +41,10 @@ def resolve(host: str, deadline: Deadline | None = None) -> list[str]:
 
 
 def _wrong_ipv4(host: str) -> str | None:
-    """What is wrong with digits and dots that are no address; None for a name.
+    """Why a text of digits and dots is no address; None for a name.
 
-    No name server is asked: the last part of a name is never a number (RFC 3696, section 2). Short forms that
-    some systems' resolvers understand (127.1) are left to them.
+    No name server is asked, since the last part of a name is never a number (RFC 3696, section 2). Short
+    forms that some resolvers accept (127.1) are left to them.
     """
     parts = host.removesuffix(".").split(".")
     if not all(part.isascii() and part.isdigit() for part in parts) or len(parts) == 1:
@@ -62,7 +62,7 @@ def _wrong_ipv4(host: str) -> str | None:
 
 
 class _Lookup:
-    """A question to the name server that is under way, in a thread of its own."""
+    """A running lookup of a name, in a thread."""
 
     def __init__(self, host: str) -> None:
         self.host = host
@@ -83,8 +83,8 @@ class _Lookup:
             self.done.set()
 
 
-# Lookups under way, so that many links retrying one unknown name share one thread. It may hang for half a
-# minute, and nothing can end it earlier.
+# Running lookups, so that many links that retry one unknown name share one thread. It may hang for half a
+# minute and cannot be ended earlier.
 _lookups: dict[str, _Lookup] = {}
 _lookups_lock = threading.Lock()
 

@@ -1,7 +1,7 @@
-"""The addresses of this computer's network cards.
+"""List the addresses of this computer's network interfaces.
 
-Python has no function for it. POSIX systems have getifaddrs(3), Windows has GetAdaptersAddresses. Without
-them the resolver is asked for the computer's name; where there are, a line of the hosts file hides no card.
+Python has no function for it, so this calls getifaddrs(3) on POSIX and GetAdaptersAddresses on Windows. Where
+neither exists, the resolver is asked for the computer's own name, which may miss some.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 
 class _Entry(ctypes.Structure):
-    """struct ifaddrs, as far as it is the same everywhere."""
+    """struct ifaddrs, the fields that all systems share."""
 
 
 _Entry._fields_ = [
@@ -26,7 +26,7 @@ _Entry._fields_ = [
 
 
 class _Address(ctypes.Structure):
-    """IP_ADAPTER_UNICAST_ADDRESS, as far as it is needed."""
+    """IP_ADAPTER_UNICAST_ADDRESS, the fields that are used."""
 
 
 _Address._fields_ = [
@@ -37,7 +37,7 @@ _Address._fields_ = [
 
 
 class _Adapter(ctypes.Structure):
-    """IP_ADAPTER_ADDRESSES, as far as it is needed."""
+    """IP_ADAPTER_ADDRESSES, the fields that are used."""
 
 
 _Adapter._fields_ = [
@@ -53,18 +53,18 @@ _Adapter._fields_ = [
 ]
 
 _UP = 1
-"""The adapter works; nobody can listen at the address of one that does not."""
+"""The adapter is up; it is not possible to listen on the address of one that is down."""
 _ONLY_UNICAST = 0x2 | 0x4 | 0x8 | 0x20
 _TOO_SMALL, _NONE_THERE = 111, 232  # ERROR_BUFFER_OVERFLOW, ERROR_NO_DATA
 
 _FAMILIES = {int(socket.AF_INET): (4, 4), int(socket.AF_INET6): (8, 16)}
-"""Where in a socket address the numbers are, and how many bytes; the same on Linux, macOS and the BSDs."""
+"""Offset and length of the address in a socket address; the same on Linux, macOS and the BSDs."""
 
 
 def interface_addresses(family: socket.AddressFamily = socket.AF_INET) -> list[str]:
-    """Numeric addresses of all cards, the loopback's too, in the system's order and each once.
+    """Numeric addresses of all interfaces, loopback included, in the system's order, without repetition.
 
-    An IPv6 address of a link names its card (`fe80::1%eth0`). Empty when the system tells none.
+    A link-local IPv6 address names its interface (`fe80::1%eth0`). Empty if the system gives none.
     """
     try:
         found = list(_posix(family) if os.name == "posix" else _windows(family))
@@ -102,7 +102,7 @@ def _numeric(entry: _Entry, family: socket.AddressFamily) -> Iterator[str]:
 def _windows(family: socket.AddressFamily) -> Iterator[str]:
     library = getattr(ctypes, "windll").iphlpapi  # noqa: B009  (absent elsewhere)
     size = ctypes.c_ulong(16 * 1024)
-    for _ in range(4):  # a card may come between the two calls
+    for _ in range(4):  # an interface may appear between the two calls
         room = ctypes.create_string_buffer(size.value)
         status = library.GetAdaptersAddresses(int(family), _ONLY_UNICAST, None, room, ctypes.byref(size))
         if status != _TOO_SMALL:

@@ -1,7 +1,7 @@
-"""The seam where the operating system's errors become ours, with what to check next.
+"""Translate the operating system's errors into ours, with advice; and the limit on open files.
 
-A process may have so many files open, sockets included: terminals of macOS start programs with 256, Linux
-usually with 1024; Windows has no such number for sockets.
+The limit counts sockets as well: terminals on macOS start programs with 256, Linux usually with 1024. Windows
+has no such limit for sockets.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _NO_FILE_LEFT = {errno.EMFILE, errno.ENFILE, 10024}
 
 
 def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None = None) -> RosError:
-    """Our error for one of the system's; raise it `from error`.
+    """Our error for an OSError; raise it `from error`.
 
     Args:
-        error: What the system said.
-        doing: "connect to 10.0.0.7:11311", for the text.
+        error: The system's error.
+        doing: The operation, for the text: "connect to 10.0.0.7:11311".
         peer: The other side.
         deadline: The budget that a time-out used up.
     """
@@ -49,7 +49,7 @@ def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None =
 
 @contextmanager
 def system_errors(doing: str, peer: str = "") -> Iterator[None]:
-    """What the system refuses inside becomes our error, its cause chained; see `translate`.
+    """Translate an OSError raised inside, with its cause chained; see `translate`.
 
     Raises:
         RosTimeout, ConnectionLost: In place of an OSError.
@@ -67,32 +67,32 @@ def _code(error: OSError) -> int | None:
 
 
 def connection_is_over(error: OSError) -> bool:
-    """Does this say no more than that either side has closed or reset the connection?"""
+    """Whether the error only means that either side closed or reset the connection."""
     return _code(error) in _RESET | _CLOSED_HERE
 
 
 def interpreter_shuts_down(error: BaseException) -> bool:
-    """Was a thread refused because the interpreter shuts down (CPython 3.12)? That is nobody's failure."""
+    """Whether a thread was refused because the interpreter shuts down (CPython 3.12)."""
     return isinstance(error, RuntimeError) and "interpreter shutdown" in str(error)
 
 
 def is_out_of_files(error: OSError) -> bool:
-    """Has this process, or the computer, as many files and sockets open as it may?"""
+    """Whether the process, or the computer, has reached its limit of open files and sockets."""
     return _code(error) in _NO_FILE_LEFT
 
 
 def port_is_taken(error: object) -> bool:
-    """Does this say that somebody else listens there, or that we may not?"""
+    """Whether another program listens on the port, or this one is not permitted to."""
     return isinstance(error, OSError) and _code(error) in _IN_USE
 
 
 def address_is_not_ours(error: object) -> bool:
-    """Does this say that this computer has no such address?"""
+    """Whether this computer does not have the address."""
     return isinstance(error, OSError) and _code(error) in _NOT_OURS
 
 
 def no_route(error: object) -> bool:
-    """Does this say that the network has no way there at present: no address, the cable is out?"""
+    """Whether the network has no route at present: no address, or the cable is unplugged."""
     return isinstance(error, OSError) and _code(error) in _UNREACHABLE
 
 
@@ -127,12 +127,12 @@ def _too_many_files() -> str:
 
 
 def closed_by_peer(doing: str, peer: str) -> ConnectionLost:
-    """The error for an orderly end of the stream where more was expected."""
+    """The error for an orderly end of the stream where more data was expected."""
     return ConnectionLost(led(doing, "the connection was closed by the other side"), peer=peer)
 
 
 def open_file_limit() -> int | None:
-    """How many files this process may have open; None where there is no such number, or nobody tells."""
+    """How many files this process may have open; None if there is no limit, or it is unknown."""
     if sys.platform == "win32":
         return None
     try:
@@ -144,9 +144,9 @@ def open_file_limit() -> int | None:
 
 
 def allow_open_files(count: int) -> None:
-    """Have the system allow this process `count` open files, when it allows fewer and lets itself be asked.
+    """Raise the limit of open files to `count`, if it is lower and the system permits.
 
-    This is for commands, which own their process, and for simulated robots, which are many nodes in one.
+    For commands, which own their process, and for simulated robots, which run many nodes in one process.
     """
     if sys.platform == "win32":
         return

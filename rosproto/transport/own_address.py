@@ -1,8 +1,8 @@
 """Choose the address of this computer that a node announces, and the one that it listens on.
 
 The order: the argument `host`, `__hostname`, `__ip`, ROS_HOSTNAME, ROS_IP, else the address on the route to
-the master. A host *name* that resolves to loopback, as in Debian's /etc/hosts, is
-unreachable for others: the node announces it, and listens on the address towards the master.
+the master. A host *name* that resolves to loopback, as in Debian's /etc/hosts, is announced, but the node
+listens on the address towards the master, because others could not reach loopback.
 
 `rosproto/node/graph/listening.py` opens the sockets; `network_interfaces.py` lists every address of this
 computer.
@@ -44,13 +44,13 @@ def choose_own_address(host: str | None, master: tuple[str, int], timeout: float
 def host_from_environment(
     environment: Mapping[str, str], specials: Mapping[str, str] | None = None
 ) -> str | None:
-    """The host the user says this computer has: rosgraph.network's order, up to where it starts guessing.
+    """The host that the user gave for this computer; None if none was given.
 
-    `__hostname` and `__ip` (command line), then ROS_HOSTNAME, then ROS_IP; empty ones do not count. None:
-    nobody said, use `local_address_towards`.
+    The order is rosgraph.network's: `__hostname` and `__ip` (command line), then ROS_HOSTNAME, then ROS_IP;
+    empty ones do not count. Where rosgraph would guess, use `local_address_towards`.
 
     Raises:
-        ValueError: The value is a URI or has a port, which a host must not have.
+        ValueError: The value is a URI or has a port.
     """
     sources = [(specials or {}, "__hostname"), (specials or {}, "__ip")]
     sources += [(environment, "ROS_HOSTNAME"), (environment, "ROS_IP")]
@@ -70,10 +70,10 @@ def host_from_environment(
 
 
 def local_address_towards(host: str, port: int, timeout: float | None = 5.0) -> str:
-    """Our own address on the route to a peer: what the peer can connect back to.
+    """Our own address on the route to a peer: the address that the peer can connect to.
 
-    A UDP socket is connected, which picks a route; no packet is sent. Better than the host name, the
-    first interface or a public address, which rospy and roscpp take and which fail with VPNs and docker.
+    A UDP socket is connected, which picks a route without sending a packet. rospy and roscpp use the host
+    name, the first interface or a public address instead, which fails with VPNs and docker.
 
     Raises:
         ConnectionLost: The name is unknown or there is no route.

@@ -1,9 +1,9 @@
-"""Map the host names that a robot announces: given with `--resolve`, or unknown here.
+"""Map host names that a robot announces and this computer cannot resolve.
 
-A robot announces its nodes by a host name when its ROS_IP is not set, and a laptop beside it seldom knows
-that name. So a name may be given an address by hand; and one that cannot be resolved is taken for the
-computer of the master, which is known and on which a robot nearly always runs everything. If nothing answers
-there, the error says that the name was the reason.
+A robot whose ROS_IP is not set announces its nodes by a host name, which a laptop beside it seldom knows. The
+user can give an address for a name (`--resolve`); any other unresolvable name is assumed to be the master's
+computer, on which a robot nearly always runs everything. If a connection to that fails, the error names the
+unresolved name as the cause.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from rosproto.transport.uri import is_numeric
 VARIABLE = "ROSPROTO_RESOLVE"
 """Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
 PATIENCE = 1.5
-"""Seconds for a name server: one that is not there (a cable to a robot) is silent for half a minute."""
-MOST = 64  # names remembered, and warned of: peers announce what they like
+"""Seconds for a name server: where there is none (a cable to a robot), a lookup hangs for half a minute."""
+MOST = 64  # names remembered and warned of, since peers choose them
 AGAIN = 30.0  # seconds after which a name that was unknown is looked up again
 
 _PLAIN = re.compile(r"[a-z0-9._-]{1,253}", re.ASCII)
-"""What a host name is made of; anything else that a peer announces is looked up, and nothing more."""
+"""A host name; any other text that a peer announces is only looked up."""
 
 _log = get_logger("rosproto.transport")
 
@@ -38,12 +38,12 @@ class HostNames:
     """Resolves host names for one node or command. Thread-safe.
 
     Args:
-        given: Name -> address (or another name), by hand.
-        master: Host of the master, taken for names that cannot be resolved; "" for none.
-        quiet: Do not warn of those: who asks tells of them.
+        given: Name -> address (or another name), given by the user.
+        master: Host of the master, assumed for names that cannot be resolved; "" for none.
+        quiet: Do not log a warning for those; the caller reports them.
 
     Raises:
-        ValueError: A name or an address is not one.
+        ValueError: A name or an address is invalid.
     """
 
     def __init__(
@@ -60,24 +60,24 @@ class HostNames:
         return f"<HostNames {self.given}, else {self.master or 'as the system says'}>"
 
     def meant(self, host: str) -> str:
-        """The host that was given for this one, or itself."""
+        """The host given for this one, or the host itself."""
         return self.given.get(host.strip("[]").lower(), host)
 
     @property
     def unknown(self) -> list[str]:
-        """Names for which the master's host was taken, sorted."""
+        """Names for which the master's host was assumed, sorted."""
         with self._lock:
             return sorted(self._unknown)
 
     def is_guess(self, host: str) -> bool:
-        """Whether the master's host was taken for this one: that nobody answers there proves nothing."""
+        """Whether the master's host was assumed for this one, so that a refused connection proves nothing."""
         return self.meant(host).strip("[]").lower() in self.unknown
 
     def resolve(self, host: str, deadline: Deadline | None = None) -> list[str]:
         """Numeric addresses of a host, the best first; see `rosproto.transport.name_lookup.resolve`.
 
         Raises:
-            ConnectionLost: The name is unknown, and there is no master's host to take for it.
+            ConnectionLost: The name is unknown, and there is no master's host to assume.
             RosTimeout: The name server did not answer.
         """
         meant = self.meant(host).strip("[]")
@@ -97,7 +97,7 @@ class HostNames:
         return addresses
 
     def why(self, host: str) -> str:
-        """What to add to an error about this host: "" where its name was known."""
+        """A sentence to add to an error about this host; "" if its name was resolved."""
         meant = self.meant(host).strip("[]")
         if not self.is_guess(host):
             return ""
@@ -134,19 +134,19 @@ class HostNames:
 
 
 def hosts_file(platform: str | None = None) -> str:
-    """Where the system keeps names by hand."""
+    """Path of the system's hosts file."""
     if (platform or sys.platform) == "win32":
         return r"C:\Windows\System32\drivers\etc\hosts"
     return "/etc/hosts"
 
 
 def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform: str = sys.platform) -> str:
-    """What to do about a name that does not resolve: the line, the file, and what does without both.
+    """Advice for a name that does not resolve: the line for the hosts file, and the alternatives.
 
     Args:
         name: The host name.
-        address: Its address; None when that is not known.
-        sure: False when it is likely only: it is the master's, and does not answer.
+        address: Its address; None if unknown.
+        sure: False if the address is only assumed to be the master's, and does not answer.
         platform: As `sys.platform`; None for this one.
     """
     shown = address or "ADDRESS"
@@ -172,10 +172,10 @@ def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform:
 
 
 def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
-    """Name -> address of "NAME=IP" texts; one text may hold several, with commas or blanks between them.
+    """Name -> address of "NAME=IP" texts; one text may hold several, separated by commas or blanks.
 
     Raises:
-        ValueError: One cannot be read; the text says how it is written.
+        ValueError: One cannot be parsed; the text shows the correct form.
     """
     found = {}
     for text in texts:

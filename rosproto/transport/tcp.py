@@ -1,9 +1,9 @@
-"""TCP sockets: listening on one address, the options for robots, and waiting. Connecting is in connecting.py.
+"""TCP sockets: listen on one address, set the options for robots, limit waits. Connecting is in
+connecting.py.
 
-The kernel keeps how long a send or receive may wait: `socket.settimeout` makes Python poll before every
-call, which is two system calls more per service call on each side. SO_RCVTIMEO and SO_SNDTIMEO do the same
-without; Windows keeps `settimeout`, and so do the sockets that gevent puts in the place of Python's, which
-never wait in the kernel.
+Time-outs are set in the kernel (SO_RCVTIMEO, SO_SNDTIMEO): with `socket.settimeout` Python polls before every
+call, two more system calls per service call on each side. Windows keeps `settimeout`, and so do the sockets
+of gevent, which never wait in the kernel.
 """
 
 from __future__ import annotations
@@ -20,36 +20,36 @@ from rosproto.transport.os_errors import system_errors, translate
 from rosproto.transport.uri import format_address
 
 # A peer that vanished (power, Wi-Fi) is noticed after idle + count * interval = 30 s; the system's own
-# defaults are two hours, and a quarter of an hour when data is on its way. What we send to subscribers is
-# looked after more closely (rosproto/node/outgoing/link_monitor.py).
+# defaults are two hours, and a quarter of an hour while data is unacknowledged. Links to subscribers are
+# watched more closely (rosproto/node/outgoing/link_monitor.py).
 KEEPALIVE_IDLE = 10
 KEEPALIVE_INTERVAL = 5
 KEEPALIVE_COUNT = 4
 
-# Where we only receive, and come back by ourselves, after 5 s. A shorter silence is left to TCP.
+# Where we only receive and reconnect by ourselves: 5 s. A shorter silence is left to TCP.
 SILENCE_IDLE = 2
 SILENCE_INTERVAL = 1
 SILENCE_COUNT = 3
 
-# What is not acknowledged is sent again after ever longer pauses, up to two minutes: a network that was away
-# for half a minute would bring nothing for another half. linux/tcp.h, since Linux 6.15; Python has no name
-# for it. One second is the least it takes.
+# Unacknowledged data is sent again after growing pauses of up to two minutes: after an outage of half a
+# minute nothing would arrive for another half. linux/tcp.h, since Linux 6.15; Python has no name for it.
+# One second is the smallest value.
 _TCP_RTO_MAX_MS = 44
 _RTO_MAX_MS = 1000
 _WINDOWS_PROBES = 10  # cannot be chosen there
 
-# How long a system repeats what nobody acknowledges before it gives the connection up, in seconds; Python has
-# no names for these. TCP_MAXRT of ws2ipdef.h, TCP_RXT_CONNDROPTIME of macOS's netinet/tcp.h.
+# Seconds for which a system repeats unacknowledged data before it gives the connection up; Python has no
+# names for these. TCP_MAXRT of ws2ipdef.h, TCP_RXT_CONNDROPTIME of macOS's netinet/tcp.h.
 _GIVE_UP = {"win32": 5, "darwin": 0x80}
 
 
 def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
-    """A listening socket on exactly this address; port 0 takes a free one (ask `getsockname`).
+    """Return a listening socket on exactly this address; port 0 takes a free one (ask `getsockname`).
 
-    The backlog is long (systems cut it to what they allow): whoever finds it full in a flood of connections
-    is not refused but waits a whole second for TCP to ask again.
+    The backlog is long (systems cut it to what they allow): a client that finds it full is not refused but
+    waits a whole second for TCP to try again.
 
-    "0.0.0.0" and "::" listen on every interface: only when the caller says so.
+    "0.0.0.0" and "::" listen on every interface: only when the caller asks for that.
 
     Raises:
         ConnectionLost: The port is taken, or the address is not this computer's.
@@ -79,11 +79,11 @@ def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
 def bind_beside(sock: socket.socket, listener: socket.socket, address: tuple[str, int]) -> None:
     """Bind a socket that will connect to the address that another one listens on.
 
-    Linux allows that to sockets which both share their port. The listener does for this moment; afterwards
-    the port can be shared by programs of the same user which ask for that, and by nobody else.
+    Linux allows it if both sockets share their port. The listener does so for this moment; afterwards only
+    programs of the same user that ask for it can share the port.
 
     Raises:
-        OSError: This system does not, or the address is not this computer's any more.
+        OSError: The system does not allow it, or the address is no longer this computer's.
     """
     if sys.platform != "linux":
         raise OSError("this system does not bind beside a listening socket")
@@ -97,9 +97,9 @@ def bind_beside(sock: socket.socket, listener: socket.socket, address: tuple[str
 
 
 def reuse_address(sock: socket.socket) -> None:
-    """Before `bind`: let a restarted server have its port at once, and let no other socket listen there.
+    """Before `bind`: let a restarted server have its port back at once, without sharing the port.
 
-    On Windows SO_REUSEADDR would let another program take over a port in use, and without
+    On Windows, SO_REUSEADDR would let another program take over a port in use, and without
     SO_EXCLUSIVEADDRUSE another socket could listen on 0.0.0.0 beside one on 127.0.0.1.
     """
     exclusive = getattr(socket, "SO_EXCLUSIVEADDRUSE", None)
@@ -112,8 +112,8 @@ def reuse_address(sock: socket.socket) -> None:
 def tune(sock: socket.socket, nodelay: bool = True) -> None:
     """Set the options of a TCPROS or XML-RPC connection: no Nagle delay, dead peers noticed in 30 s.
 
-    TCP_USER_TIMEOUT (Linux) also ends a connection whose peer has not read for 30 s although it lives;
-    it reconnects when it does. Where the system can (Linux 6.15), what was lost is repeated every second.
+    TCP_USER_TIMEOUT (Linux) also ends a connection whose peer is alive but has not read for 30 s; the peer
+    reconnects when it reads again. From Linux 6.15 on, lost data is repeated every second.
     """
     if nodelay:
         _try_option(sock, socket.IPPROTO_TCP, "TCP_NODELAY", 1)
@@ -123,30 +123,30 @@ def tune(sock: socket.socket, nodelay: bool = True) -> None:
 
 
 def expect_data(sock: socket.socket) -> None:
-    """Let a connection on which we only receive end after 5 s without a sign of life (`SILENCE_IDLE`).
+    """End a connection on which we only receive after 5 s without a sign of life (`SILENCE_IDLE`).
 
-    The other side's system gives the signs, also when its program has nothing to say or is stopped.
+    The peer's system sends these signs, also while its program sends nothing or is stopped.
     """
     _probe(sock, SILENCE_IDLE, SILENCE_INTERVAL, SILENCE_COUNT)
 
 
 def expect_acknowledgement(sock: socket.socket, seconds: int) -> bool:
-    """Have the system end a connection when the other one has not acknowledged what was sent for that long.
+    """Have the system end a connection when the peer has not acknowledged data for that long.
 
-    For Windows and macOS; on Linux `unsent_bytes.py` tells more, and the owner of the connection judges. The
-    other system acknowledges by itself, also while its program is slow or stopped.
+    For Windows and macOS; on Linux the owner of the connection decides with `unsent_bytes.py`. The peer's
+    system acknowledges by itself, also while its program is slow or stopped.
 
     Returns:
-        Whether the system does.
+        Whether the system supports it.
     """
     option = _GIVE_UP.get(sys.platform)
     return option is not None and _try_number(sock, socket.IPPROTO_TCP, option, seconds)
 
 
 def set_linger(sock: socket.socket, linger: bool) -> None:
-    """Whether what was sent is still delivered after the socket is closed, or its program killed.
+    """Choose whether unsent data is still delivered after the socket is closed or the program killed.
 
-    False has the system throw it away and reset the connection (SO_LINGER of 0 s).
+    False discards it and resets the connection (SO_LINGER of 0 s).
     """
     value = struct.pack("hh" if sys.platform == "win32" else "ii", not linger, 0)
     try:
@@ -156,7 +156,7 @@ def set_linger(sock: socket.socket, linger: bool) -> None:
 
 
 def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:
-    """Have the system ask for signs of life after `idle` seconds, `count` times (keep-alive)."""
+    """Have the system probe the peer after `idle` seconds, `count` times (keep-alive)."""
     _try_option(sock, socket.SOL_SOCKET, "SO_KEEPALIVE", 1)
     if sys.platform == "win32":
         _probe_windows(sock, idle, interval * count / _WINDOWS_PROBES)
@@ -166,21 +166,21 @@ def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:
     _try_option(sock, socket.IPPROTO_TCP, name, idle)
     _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPINTVL", interval)
     _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPCNT", count)
-    # Linux looks at this and not at the count when both are set.
+    # Linux uses this instead of the count when both are set.
     _try_option(sock, socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", 1000 * (idle + interval * count))
 
 
 def interrupt(sock: socket.socket) -> None:
     """End a connection in both directions and wake the threads that read or write it; from any thread.
 
-    The owner still closes the socket. On POSIX it is only shut down here, because closing would let a new
-    socket take its number while another thread still reads. On Windows a read that waits ends only when
-    its socket is closed.
+    The owner still closes the socket. On POSIX it is only shut down here: closing would let a new socket
+    reuse its number while another thread still reads. On Windows a waiting read ends only when its socket is
+    closed.
     """
     try:
         sock.shutdown(socket.SHUT_RDWR)
     except OSError:
-        pass  # the peer was faster
+        pass  # the peer closed first
     if sys.platform == "win32":
         sock.close()
 
@@ -214,9 +214,9 @@ _KERNEL = sys.platform in ("linux", "darwin") and _TIMEVAL.size == 16
 
 
 def limit_waits(sock: socket.socket, seconds: float | None) -> None:
-    """Let every later send or receive that waits this long fail; None lets it wait for ever.
+    """Set a time-out for every later send or receive; None waits for ever.
 
-    It fails with BlockingIOError or TimeoutError. Do not mix with `settimeout` on the same socket.
+    It raises BlockingIOError or TimeoutError. Do not mix with `settimeout` on the same socket.
     """
     if not (_KERNEL and isinstance(sock, _socket.socket)):
         sock.settimeout(seconds)
@@ -239,7 +239,7 @@ def open_selector(doing: str) -> selectors.BaseSelector:
 
 
 def wake_pair(doing: str) -> tuple[socket.socket, socket.socket]:
-    """Two sockets joined to each other: the one to wait for, and the one to write to.
+    """Two connected sockets: one to wait for, and one to write to.
 
     Raises:
         ConnectionLost: No file is left to open.

@@ -1,13 +1,13 @@
-"""Accepts TCP connections and gives each its own thread, within bounds.
+"""Accept TCP connections and give each a thread, within limits.
 
-The accept loop never reads: one silent peer cannot keep the others waiting (it does in rospy).
+The accept loop never reads, so a silent peer does not block others (in rospy it does).
 
-A connection is in one of three states. *Pending*: accepted, its handshake not over. *Established*: the
-handler said so. *Idle*: the handler said it is kept open for a next request only. When too many are pending,
-the oldest pending one is dropped: an honest handshake takes milliseconds, so the oldest is the one that
-holds back. When all connections are taken, the longest idle one is dropped, and without an idle one the new
-one is refused. When the system allows no more files before that, the oldest pending one goes, or the longest
-idle one.
+A connection is in one of three states. *Pending*: accepted, its handshake not finished. *Established*: the
+handler called `established`. *Idle*: the handler called `idle`; it is kept open for a next request. When too
+many are pending, the oldest pending one is dropped: a normal handshake takes milliseconds, so the oldest is
+the one that stalls. When the limit of connections is reached, the longest idle one is dropped; if none is
+idle, the new one is refused. When the system runs out of files earlier, the oldest pending one is dropped, or
+else the longest idle one.
 """
 
 from __future__ import annotations
@@ -55,24 +55,23 @@ class ServerStats:
 class TcpServer:
     """Listens on exactly one address and calls `on_connection(sock, (host, port))` in a thread per peer.
 
-    The socket is blocking and tuned. It is closed when `on_connection` returns, so a handler stays in it
-    (as the reader of its link) as long as the connection lives, or calls `hand_over` to let the connection
-    outlive its thread. Errors it raises cost that connection only.
-    After its handshake it calls `established(sock)`; a connection that never does counts as established when
-    `limits.handshake_seconds` are over.
+    The socket is blocking and tuned. It is closed when `on_connection` returns, so a handler runs as long as
+    the connection lives (as the reader of its link), or calls `hand_over` to let the connection outlive its
+    thread. An error that it raises ends that connection only. After its handshake the handler calls
+    `established(sock)`; otherwise the connection counts as established after `limits.handshake_seconds`.
 
     Args:
-        host: Address to listen on; nothing else is listened on.
+        host: The only address to listen on.
         port: Port, 0 for a free one.
         on_connection: The handler.
         limits: `connections`, `pending_handshakes` and `handshake_seconds` are used.
         allow: Who may connect: addresses, or a function of the address; None for everybody.
         name: For thread names and log lines.
-        clock: Ages of connections are measured by it.
+        clock: Measures the ages of connections.
 
     Attributes:
         host: As given.
-        port: The real port.
+        port: The actual port.
         stats: Counters.
     """
 
@@ -125,10 +124,10 @@ class TcpServer:
         self._acceptor.start()
 
     def bind_beside(self, sock: socket.socket, address: tuple[str, int]) -> None:
-        """Bind a socket that is to connect from where this one listens; see `tcp.bind_beside`.
+        """Bind a socket that will connect from the address this server listens on; see `tcp.bind_beside`.
 
         Raises:
-            OSError: It cannot.
+            OSError: The system does not allow it.
         """
         with self._lock:
             bind_beside(sock, self._listener, address)
@@ -145,39 +144,39 @@ class TcpServer:
 
     @property
     def closed(self) -> bool:
-        """`close()` was called."""
+        """Whether `close()` was called."""
         return self._closing.is_set()
 
     @property
     def connections(self) -> int:
-        """Open connections, in whatever state."""
+        """Number of open connections in any state."""
         with self._lock:
             return self._count()
 
     @property
     def pending(self) -> int:
-        """Connections whose handshake is not over."""
+        """Number of connections whose handshake is not finished."""
         with self._lock:
             self._age_pending()
             return len(self._pending)
 
     def established(self, sock: socket.socket) -> None:
-        """The handshake is over (or an idle connection is busy again)."""
+        """Mark the handshake as finished (or an idle connection as busy again)."""
         with self._lock:
             self._pending.pop(sock, None)
             self._idle.pop(sock, None)
 
     def idle(self, sock: socket.socket) -> None:
-        """The connection is open for a next request only; it may be dropped to make room."""
+        """Mark the connection as idle: it may be dropped to make room."""
         with self._lock:
             self._pending.pop(sock, None)
             if sock in self._threads:
                 self._idle[sock] = None
 
     def hand_over(self, sock: socket.socket) -> None:
-        """The connection lives on without its thread: whoever has the socket closes it, this server does not.
+        """Let the connection outlive its thread: the new owner of the socket closes it, this server does not.
 
-        It is counted against `limits.connections` until `released` is called for it.
+        It counts against `limits.connections` until `released` is called for it.
         """
         with self._lock:
             self._pending.pop(sock, None)
@@ -186,7 +185,7 @@ class TcpServer:
                 self._handed_over.add(sock)
 
     def released(self, sock: socket.socket) -> None:
-        """A connection that was handed over is closed."""
+        """Report that a connection that was handed over is closed."""
         with self._lock:
             self._handed_over.discard(sock)
 
@@ -301,7 +300,7 @@ class TcpServer:
         return True
 
     def _give_up_one(self) -> None:
-        """The system ran out of files before our own bounds were reached: make room as at those."""
+        """Drop a connection because the system ran out of files before our own limits were reached."""
         with self._lock:
             if self._pending:
                 sock, _ = self._pending.popitem(last=False)
@@ -339,7 +338,7 @@ class TcpServer:
                 sock.close()
 
     def _forget(self, sock: socket.socket) -> bool:
-        """The handler has returned; says whether it handed the connection over."""
+        """Remove a connection whose handler has returned; return whether it was handed over."""
         with self._lock:
             self._threads.pop(sock, None)
             self._pending.pop(sock, None)

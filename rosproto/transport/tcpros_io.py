@@ -1,7 +1,7 @@
-"""The connection header on a blocking socket, and writing all of some bytes, each under a deadline.
+"""Read and write the connection header on a blocking socket, and write whole buffers, each within a deadline.
 
-rospy's connect time-out ends with the connect, so that its handshake can hang for ever; here one deadline
-covers both. The socket is blocking again when a function returns.
+In rospy the connect time-out does not cover the handshake, which can hang for ever; here one deadline covers
+both. The socket is blocking again when a function returns.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from rosproto.transport.uri import format_address
 
 
 class ClosedBeforeHeader(ConnectionLost):
-    """The peer connected and closed without a byte: somebody looked whether we are there. No error."""
+    """The peer connected and closed without sending a byte, as port probes do; not a failure."""
 
 
 def peer_name(sock: socket.socket) -> str:
-    """ "host:port" of the other side, or "peer" when it is gone."""
+    """ "host:port" of the other side, or "peer" if it has gone."""
     try:
         return format_address(*sock.getpeername()[:2])
     except (OSError, TypeError):
@@ -31,7 +31,7 @@ def peer_name(sock: socket.socket) -> str:
 
 
 def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing: str) -> int:
-    """Read what there is; 0 when the peer has closed."""
+    """Read available bytes; return 0 if the peer has closed."""
     try:
         sock.settimeout(deadline.for_socket())
         count = sock.recv_into(space)
@@ -52,7 +52,7 @@ def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadlin
 
     Raises:
         ConnectionLost: The peer closed.
-        RosTimeout: The peer did not take them before the deadline.
+        RosTimeout: The peer did not accept them before the deadline.
     """
     try:
         sock.settimeout(deadline.for_socket())
@@ -64,14 +64,14 @@ def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadlin
 
 
 def read_header(sock: socket.socket, limits: Limits, deadline: Deadline) -> dict[str, str]:
-    """Read one connection header; not a byte more, so that messages after it stay in the socket.
+    """Read one connection header and nothing after it, so that messages stay in the socket.
 
     Raises:
         ClosedBeforeHeader: The peer closed without a byte.
-        ConnectionLost: The peer closed in between.
+        ConnectionLost: The peer closed in the middle.
         RosTimeout: The deadline passed.
         TooLarge: `Limits.header_bytes`.
-        RemoteProtocolError: These bytes are no header.
+        RemoteProtocolError: The bytes are no header.
     """
     doing = "read a connection header"
     frames = FrameDecoder(limits.header_bytes, "header_bytes")
@@ -92,6 +92,6 @@ def write_header(sock: socket.socket, fields: Mapping[str, str], deadline: Deadl
     Raises:
         LocalProtocolError: A field cannot be encoded.
         ConnectionLost: The peer closed.
-        RosTimeout: The peer did not take it before the deadline.
+        RosTimeout: The peer did not accept it before the deadline.
     """
     write_all(sock, encode_header(fields), deadline)

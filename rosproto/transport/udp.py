@@ -1,4 +1,4 @@
-"""UDP sockets, for topics in datagrams (UDPROS)."""
+"""UDP sockets for UDPROS: one to receive on, one to send from."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BUFFER_BYTES = 2 << 20  # asked for; systems give what they allow. A picture is 
 
 
 def open_receiver(host: str) -> socket.socket:
-    """A socket for datagrams to this address of ours, on a free port.
+    """Return a socket that receives datagrams on this address of ours, on a free port.
 
     Raises:
         ConnectionLost: It is no address of this computer.
@@ -30,10 +30,10 @@ def open_receiver(host: str) -> socket.socket:
 
 
 def open_sender(host: str, port: int, deadline: Deadline) -> socket.socket:
-    """A connected socket: the system reports on it when nobody takes the datagrams.
+    """Return a connected socket; the system then reports when nothing receives the datagrams.
 
     Raises:
-        ConnectionLost: The host is unknown, or there is no way to it.
+        ConnectionLost: The host is unknown, or there is no route to it.
         RosTimeout: The name server does not answer.
     """
     peer = format_address(host, port)

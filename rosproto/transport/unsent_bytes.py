@@ -1,7 +1,7 @@
-"""How much of what was written to a socket the other side does not have yet, where the system tells (Linux).
+"""How many bytes written to a TCP socket the peer has not received yet (Linux only).
 
-That is what its system has not acknowledged: what is lost again and again while the network is away, and what
-does not fit into its receive buffer while its program does not read.
+Received means acknowledged by the peer's system. The rest is retransmitted while the network is down, or does
+not fit into the peer's receive buffer while its program does not read.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ _UNACKED = 24  # struct tcp_info, linux/tcp.h: segments on their way
 
 
 class UnsentBytes(NamedTuple):
-    """What lies between two programs.
+    """The bytes between two programs.
 
     Attributes:
-        waiting: Bytes that were written here and are not there.
-        in_flight: Some of them were sent and nobody has acknowledged them: the other side's system should.
+        waiting: Bytes written here and not acknowledged.
+        in_flight: Some of them were sent and are not acknowledged yet, so the peer's system should reply.
     """
 
     waiting: int
@@ -27,7 +27,7 @@ class UnsentBytes(NamedTuple):
 
 
 def unsent_bytes(sock: socket.socket) -> UnsentBytes | None:
-    """What was written to a TCP connection and is not there yet; None where nobody tells."""
+    """The unacknowledged bytes of a TCP connection; None where the system does not provide them."""
     if sys.platform != "linux":
         return None
     import fcntl

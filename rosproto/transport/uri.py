@@ -1,4 +1,4 @@
-"""Parse, compare and write URIs, hosts and ports: text only, no name is looked up."""
+"""Parse, compare and format URIs, hosts and ports as text; no name is looked up."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import socket
 from rosproto.sentence import say
 
 DEFAULT_MASTER_URI = "http://localhost:11311/"
-_DOTS = "\u3002\uff0e\uff61"  # what RFC 3490 takes for a dot, besides the dot
+_DOTS = "\u3002\uff0e\uff61"  # RFC 3490 treats these as dots, too
 
 
 def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
     """Host and port of an `http://` or `rosrpc://` URI; the host without brackets, in lower case.
 
-    Trailing slash, path and scheme may be absent; "" is the default master. A missing port is
-    `default_port`: 80, as rosgraph's parse_http_host_and_port has it, not 11311.
+    Trailing slash, path and scheme may be absent; "" is the default master. The default port is 80, not
+    11311, as in rosgraph's parse_http_host_and_port.
 
     Raises:
-        ValueError: There is no host, or the port is not a port.
+        ValueError: There is no host, or the port is invalid.
     """
     host, port = _split_authority(_authority(uri or DEFAULT_MASTER_URI), uri)
     if not host or any(character.isspace() or character in "@[]" for character in host):
@@ -31,13 +31,13 @@ def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
 
 
 def plain_host(host: str) -> str:
-    """The host, unless it has digits or dots of other scripts.
+    """Return the host if its digits and dots are ASCII.
 
-    Resolvers read those as ASCII, so that what an input method wrote would be another computer to people and
-    to `is_loopback` than to the system. Letters of other scripts are names.
+    Resolvers read digits and dots of other scripts (from an input method) as ASCII, so that people and
+    `is_loopback` would see another host than the system. Letters of other scripts are allowed in names.
 
     Raises:
-        ValueError: It has such.
+        ValueError: It has other digits or dots.
     """
     if not host.isascii() and any(c in _DOTS or (c.isdigit() and not c.isascii()) for c in host):
         raise ValueError(
@@ -73,14 +73,14 @@ def _split_authority(authority: str, uri: str) -> tuple[str, str]:
 
 
 def uri_path(uri: str) -> str:
-    """The path of a URI; "/" when there is none (every ROS server answers on it)."""
+    """The path of a URI; "/" if there is none (every ROS server answers on it)."""
     rest = _after_scheme(uri)
     slash = rest.find("/")
     return rest[slash:] if slash >= 0 else "/"
 
 
 def format_address(host: str, port: int) -> str:
-    """ "host:port", an IPv6 host in brackets."""
+    """ "host:port", with an IPv6 host in brackets."""
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
@@ -90,7 +90,7 @@ def make_uri(host: str, port: int, scheme: str = "http") -> str:
 
 
 def same_uri(one: str, other: str) -> bool:
-    """Do two URIs mean the same server: host (any case) and port, as roscpp compares them."""
+    """Whether two URIs mean the same server: host (in any case) and port, as roscpp compares them."""
     if one == other:
         return True
     try:
@@ -100,18 +100,18 @@ def same_uri(one: str, other: str) -> bool:
 
 
 def is_loopback(host: str) -> bool:
-    """Is this `localhost`, 127.* or ::1? Judged by the text alone, no name is looked up."""
+    """Whether the host is `localhost`, 127.* or ::1. Only the text counts; no name is looked up."""
     host = host.lower().strip("[]").removeprefix("::ffff:")
     return host in ("localhost", "::1") or (host.startswith("127.") and _family(host) == socket.AF_INET)
 
 
 def is_numeric(host: str) -> bool:
-    """Is this an address, so that no name has to be looked up?"""
+    """Whether the host is an address, so that no name has to be looked up."""
     return _family(host.strip("[]")) is not None
 
 
 def _family(host: str) -> socket.AddressFamily | None:
-    """The family of a numeric address, None for a name. (Scope ids as in fe80::1%eth0 belong to IPv6.)"""
+    """The family of a numeric address, None for a name. IPv6 may have a scope id, as fe80::1%eth0."""
     for family, text in ((socket.AF_INET, host), (socket.AF_INET6, host.partition("%")[0])):
         try:
             socket.inet_pton(family, text)

@@ -1,4 +1,4 @@
-"""Calls XML-RPC methods of masters and nodes: keep-alive, one deadline per call, errors that say where."""
+"""An XML-RPC client for masters and nodes: keep-alive, one deadline per call, errors that name the peer."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ _IDLE_SECONDS = 20.0  # roscpp and rosmaster close idle connections later than t
 
 
 class XmlRpcClient:
-    """A client of one server. Thread-safe: calls from several threads run side by side.
+    """A client of one server. Thread-safe: calls from several threads run in parallel.
 
-    Connections are kept for the next call. One that the server closed meanwhile is noticed before it is
-    used; when it closes in the very moment of the call, before a byte of the answer, the call is sent once
-    more on a new connection, as roscpp does: the calls of the master and slave API may safely arrive twice.
+    Connections are kept for the next call. One that the server has closed is noticed before it is used. If it
+    closes during the call, before a byte of the reply, the call is sent once more on a new connection, as in
+    roscpp: the calls of the master and slave API may be repeated safely.
 
     Args:
         uri: "http://host:port/"; see `parse_uri` for the forms.
-        limits: `xml_body_bytes`, `xml_depth` and `http_head_bytes` bound the answers.
-        timeout: Seconds for a call that names no own; None waits for ever.
-        hosts: Knows names that the system does not.
+        limits: `xml_body_bytes`, `xml_depth` and `http_head_bytes` limit the replies.
+        timeout: Default seconds for a call; None waits for ever.
+        hosts: Resolves names that the system does not know.
 
     Raises:
-        ValueError: The URI is not one.
+        ValueError: The URI is invalid.
     """
 
     def __init__(
@@ -76,14 +76,14 @@ class XmlRpcClient:
             method: XML-RPC method name.
             params: Its arguments.
             timeout: Seconds for connecting, sending and receiving together; None takes the client's.
-            retry: Send once more when a kept connection turned out to be closed; False for a method that
-                must not run twice.
+            retry: Send once more if a kept connection turns out to be closed; False for a method that must
+                not run twice.
 
         Raises:
-            MasterError: The server answered a fault.
-            ConnectionLost: It is not there, or the connection broke.
-            RosTimeout: The time was over.
-            RemoteProtocolError: The answer is no XML-RPC response.
+            MasterError: The server replied with a fault.
+            ConnectionLost: It cannot be reached, or the connection broke.
+            RosTimeout: The time-out passed.
+            RemoteProtocolError: The reply is no XML-RPC response.
             LocalProtocolError: An argument cannot be sent.
         """
         deadline = Deadline(self.timeout if timeout is None else timeout, self._clock)
@@ -102,12 +102,12 @@ class XmlRpcClient:
             raise MasterError(method, fault.code, fault.text, uri=self.uri) from fault
 
     def abandon(self) -> None:
-        """In a fork of this process: closed, without touching what other threads held in the parent."""
+        """Close in a forked child, without taking locks that threads of the parent held."""
         self._lock, self._closed = threading.Lock(), True
         self._idle, self._busy = [], set()
 
     def close(self) -> None:
-        """Close all connections; calls that are under way end with ConnectionLost."""
+        """Close all connections; running calls raise ConnectionLost."""
         with self._lock:
             self._closed = True
             idle, self._idle = self._idle, []
@@ -118,7 +118,9 @@ class XmlRpcClient:
             link.abort()
 
     def reconnect(self) -> None:
-        """Let go of all connections, this computer has another address. Calls on kept ones are sent again."""
+        """Drop all connections, because this computer has a new address. Running calls on kept connections
+        are sent again.
+        """
         with self._lock:
             busy = list(self._busy)
         self._drop_idle()
@@ -194,9 +196,9 @@ class _Link:
     """One connection of a client.
 
     Attributes:
-        used: An exchange succeeded on it before: the server may have closed it since.
-        answered: Part of an answer to the current call has arrived.
-        idle_since: When it was last given back.
+        used: An exchange has succeeded on it, so the server may have closed it since.
+        answered: Part of the reply to the current call has arrived.
+        idle_since: When its last call ended.
     """
 
     __slots__ = ("_client", "_http", "_path", "_sock", "answered", "idle_since", "used")
@@ -211,7 +213,7 @@ class _Link:
         self.idle_since = 0.0
 
     def fresh(self, now: float) -> bool:
-        """Not idle for long, and nothing to read: readable would mean closed (or garbage)."""
+        """Whether it was not idle for long and has nothing to read (readable would mean closed)."""
         if now - self.idle_since > _IDLE_SECONDS or self._http.mid_message:
             return False
         try:
@@ -224,12 +226,12 @@ class _Link:
         return False
 
     def exchange(self, method: str, body: bytes, deadline: Deadline) -> Response:
-        """Send a request and read its response; a request that failed is not delivered later either."""
+        """Send a request and read its response; a failed request is not delivered later either."""
         try:
             return self._exchange(method, body, deadline)
         except BaseException:
-            # What a silent network has kept of it would reach the server when the network is back, behind
-            # what was asked for since: a publisher that was taken back would be registered for ever.
+            # After an outage the network would deliver the old request behind newer ones, and register a
+            # publisher for ever that was unregistered meanwhile.
             set_linger(self._sock, False)
             raise
 
@@ -253,7 +255,7 @@ class _Link:
         return response
 
     def _read(self, deadline: Deadline) -> Response | None:
-        """The response; None when the server closed without one."""
+        """The response; None if the server closed without one."""
         while True:
             event = self._http.next_event()
             if isinstance(event, Response):
@@ -277,7 +279,7 @@ class _Link:
 def unpack(method: str, reply: object, uri: str = "") -> object:
     """The value of a ROS reply `[code, statusMessage, value]`.
 
-    Peers are not exact: a missing value is None, a code may be a bool.
+    Peers are inexact: a missing value is None, a code may be a bool.
 
     Raises:
         MasterError: The code is not 1 (-1: the caller's error, 0: the other side failed).

@@ -1,7 +1,7 @@
 """The XML-RPC server of masters and nodes (wiki.ros.org/ROS/Master_API, Slave_API).
 
-A thread per connection, keep-alive. Every peer has a bounded time for each request, and a broken or hostile
-request costs its own connection only.
+A thread per connection, keep-alive. The time for each request is limited, and a broken or hostile request
+ends its own connection only.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ PARSE_ERROR, INTERNAL_ERROR, MULTICALL_ERROR = -32700, 1, -32600
 
 
 class Peer(str):
-    """Who called, as "host:port".
+    """The caller, as "host:port".
 
     Attributes:
         host: The caller's address.
         port: The caller's port.
-        local_host: Our own address that the caller used: what it can reach us at.
+        local_host: Our own address that the caller connected to.
     """
 
     __slots__ = ("host", "local_host", "port")
@@ -70,23 +70,23 @@ Dispatch = Callable[[str, list[object], Peer], object]
 
 
 class XmlRpcServer:
-    """Answers XML-RPC calls with `dispatch(method, params, peer)`, called in the connection's own thread.
+    """Answers XML-RPC calls with `dispatch(method, params, peer)`, called in the connection's thread.
 
-    What `dispatch` returns is the answer; `xmlrpc.Fault` becomes a fault; any other exception is logged and
-    becomes fault 1 with its text. `system.multicall` is answered here (rospy unregisters through it).
+    The result of `dispatch` is the reply; `xmlrpc.Fault` becomes a fault; any other exception is logged and
+    becomes fault 1 with its text. `system.multicall` is handled here (rospy unregisters with it).
 
     Args:
-        host: Address to listen on, and nothing else.
+        host: The only address to listen on.
         port: Port, 0 for a free one.
         dispatch: The method table.
-        limits: Bounds of sizes, times and connections.
+        limits: Limits of sizes, times and connections.
         allow: Who may connect: addresses, or a function of the address; None for everybody.
         name: For thread names and log lines.
-        advertise: Host in `uri` when it is not `host` (which may be 0.0.0.0).
+        advertise: Host in `uri` if it is not `host` (which may be 0.0.0.0).
 
     Attributes:
         host: As given.
-        port: The real port.
+        port: The actual port.
         uri: "http://host:port/".
     """
 
@@ -133,14 +133,14 @@ class XmlRpcServer:
 
     @property
     def connections(self) -> int:
-        """Open connections."""
+        """Number of open connections."""
         return self._server.connections
 
     def close(self, timeout: float = 5.0) -> None:
         """Stop listening, drop all connections, wait for running calls up to `timeout` seconds.
 
-        Answers that are on their way are let out first, for a moment: the call may be the one that asked for
-        this end.
+        Replies that are being written get a moment to finish, because the call may be the one that requested
+        this shutdown.
         """
         own = {threading.get_ident()}
         with self._answered:
@@ -156,7 +156,7 @@ class XmlRpcServer:
 
     @contextmanager
     def answering(self) -> Iterator[None]:
-        """Around an answer, from the call until it is written."""
+        """Context of a reply, from the call until it is written."""
         thread = threading.get_ident()
         with self._answered:
             self._answering.add(thread)
@@ -168,7 +168,7 @@ class XmlRpcServer:
                 self._answered.notify_all()
 
     def answer(self, body: bytes, peer: Peer) -> bytes:
-        """The response document for a call document; never raises for what a peer or handler did."""
+        """The response document for a call document; never raises for an error of the peer or the handler."""
         try:
             method, params = xmlrpc.decode_call(body, self._limits)
         except RemoteProtocolError as error:
@@ -184,7 +184,7 @@ class XmlRpcServer:
             return xmlrpc.encode_response(result)
         except xmlrpc.Fault as fault:
             return xmlrpc.encode_fault(fault.code, fault.text)
-        except RosError as error:  # a result that XML-RPC cannot carry
+        except RosError as error:  # a result that XML-RPC cannot encode
             log.warning("! %s: %s: the result cannot be sent: %s", self._name, method, error)
             return xmlrpc.encode_fault(INTERNAL_ERROR, f"{method}: {error}")
 
@@ -204,7 +204,7 @@ class XmlRpcServer:
         return [self._multicall_entry(call, peer) for call in calls]
 
     def _multicall_entry(self, call: object, peer: Peer) -> object:
-        """One result in its own list, or a fault's struct: xmlrpc.client's MultiCall expects these."""
+        """One result in a list, or a fault's struct, as xmlrpc.client's MultiCall expects."""
         try:
             method = call.get("methodName") if isinstance(call, dict) else None
             params = call.get("params", []) if isinstance(call, dict) else None
@@ -222,7 +222,7 @@ class XmlRpcServer:
 
 
 class _HttpConnection:
-    """One connection: requests in, responses out, until either side has enough."""
+    """One connection: requests in, responses out, until either side closes."""
 
     def __init__(self, server: XmlRpcServer, sock: socket.socket, peer: Peer) -> None:
         self._server = server
@@ -247,7 +247,7 @@ class _HttpConnection:
             first = False
 
     def _read_request(self, first: bool) -> Request | None:
-        """The next request; None when the peer closed, or was idle or slow for too long."""
+        """The next request; None if the peer closed, or was idle or slow for too long."""
         received, begun = 0, self._clock.monotonic()
         while True:
             event: Event | None = self._http.next_event()
@@ -275,7 +275,7 @@ class _HttpConnection:
             self._http.receive(data)
 
     def _receive(self, seconds: float) -> bytes | None:
-        """Bytes, b"" at the end of the stream, None when there was no time or the peer reset."""
+        """Bytes; b"" at the end of the stream; None on a time-out or reset."""
         if seconds <= 0:
             return None
         try:
@@ -285,7 +285,7 @@ class _HttpConnection:
             return None
 
     def _respond(self, request: Request) -> bool:
-        """Answer one request; says whether the connection goes on."""
+        """Answer one request; return whether the connection stays open."""
         if request.method != "POST":
             status, allow = (405, "POST") if request.method in ("GET", "HEAD", "PUT", "DELETE") else (501, "")
             self._send(self._http.encode_response(status, keep_alive=False, allow=allow))
@@ -299,7 +299,7 @@ class _HttpConnection:
         return request.keep_alive
 
     def _send(self, data: bytes) -> None:
-        """Write it all; a peer that does not take the next piece within handshake_seconds is dropped."""
+        """Write everything; drop a peer that does not accept the next piece within handshake_seconds."""
         view = memoryview(data)
         for start in range(0, len(data), _SEND_BYTES):
             deadline = Deadline(self._limits.handshake_seconds, self._clock)
@@ -314,7 +314,7 @@ class _HttpConnection:
             pass  # the peer is gone, and the connection ends here anyway
 
     def _linger(self) -> None:
-        """Read on for a moment: closing with unread bytes resets the connection, and the answer is lost."""
+        """Read for a moment: closing with unread bytes resets the connection, and the reply is lost."""
         self._sock.shutdown(socket.SHUT_WR)
         deadline, left = Deadline(_LINGER_SECONDS, self._clock), _LINGER_BYTES
         while left > 0:
