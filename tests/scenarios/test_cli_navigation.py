@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -162,11 +163,12 @@ def test_a_mark_is_kept_where_the_robot_is(sim, woosh, document, private_config)
     assert MarkFile(private_config / "marks.json").names == ["here"]
 
 
-def test_goto_knows_the_places_that_only_the_list_has(sim, woosh, private_config):
-    """As the page saves them, and `--place` does: the chassis has no mark of this name."""
+@pytest.mark.parametrize("words", [("--pose", "0.5", "0", "0"), ("--place", "--pose", "0.5", "0", "0")])
+def test_goto_drives_to_the_pose_of_a_place(sim, woosh, private_config, words):
+    """As the page saves it: the chassis has no mark of this name."""
     code, _, err = woosh("marks", "add", "mine", "--place", "--no-pose")
     assert (code, "it needs a pose" in err) == (2, True)
-    assert woosh("marks", "add", "mine", "--place", "--pose", "0.5", "0", "0")[0] == 0
+    assert woosh("marks", "add", "mine", *words)[0] == 0
     assert list(MarkFile(private_config / "marks.json")) == [
         UserMark("mine", Pose2D(0.5, 0.0), on_chassis=False)
     ]
@@ -174,6 +176,46 @@ def test_goto_knows_the_places_that_only_the_list_has(sim, woosh, private_config
     assert (code, "going to mark mine" in out) == (0, True)
     with sim.lock:
         assert sim.world.body.pose.distance_to(Pose2D(0.5, 0.0)) < 0.2
+
+
+def test_a_place_is_kept_where_the_robot_is_and_found_again(sim, woosh, private_config):
+    """`marks add desk`, then `goto desk` from elsewhere."""
+    assert woosh("goto", "--pose", "0.6", "0.2", "0")[0] == 0
+    assert woosh("marks", "add", "desk")[0] == 0
+    assert woosh("goto", "--pose", "0", "0", "0")[0] == 0
+    assert woosh("goto", "desk")[0] == 0
+    with sim.lock:
+        assert sim.world.body.pose.distance_to(Pose2D(0.6, 0.2)) < 0.2
+
+
+def test_a_mark_of_the_chassis_is_asked_for_by_name(sim, woosh, private_config):
+    """`--on-chassis`, and `--no-pose`; a pose that is added later makes a place of it, and this is said."""
+    assert woosh("marks", "add", "B1", "--on-chassis", "--pose", "9", "9", "0")[0] == 0
+    assert woosh("goto", "B1")[0] == 0  # the pose is outside the hall
+    code, out, _ = woosh("marks", "add", "B1", "--pose", "0.5", "0", "0")
+    assert (code, "`woosh goto B1` drives to this pose now" in out) == (0, True)
+    assert woosh("marks", "add", "B1", "--no-pose")[0] == 0
+    assert list(MarkFile(private_config / "marks.json")) == [UserMark("B1")]
+
+
+def test_marks_of_a_simulated_robot_are_kept_in_no_list_of_a_real_one(capsys, private_config, tmp_path):
+    assert main(["--sim", "marks", "add", "desk"]) == 2
+    assert "your list is for real robots" in capsys.readouterr().err
+    assert not (private_config / "marks.json").exists()
+    kept = tmp_path / "sim.json"
+    assert main(["--sim", "marks", "--file", str(kept), "add", "desk"]) == 0
+    assert MarkFile(kept).names == ["desk"]
+    capsys.readouterr()
+    assert main(["--sim", "marks", "list", "--json"]) == 0
+    assert {"A1", "B1"} <= {mark["name"] for mark in json.loads(capsys.readouterr().out)}
+
+
+def test_with_sim_goto_takes_no_place_of_the_list(capsys, private_config):
+    """The list is of another map."""
+    assert main(["--master", "http://127.0.0.1:1", "marks", "add", "B1", "--pose", "90", "90", "0"]) == 0
+    capsys.readouterr()
+    assert main(["--sim", "--sim-speed", "8", "goto", "B1"]) == 0
+    assert "x 90" not in capsys.readouterr().out
 
 
 def test_no_mark_is_kept_of_a_robot_that_is_lost(capsys, private_config):

@@ -218,7 +218,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "localization pose": ("woosh localization pose 1 0.5 90",),
     "footprint": ("woosh footprint --rectangle 0.8 0.6",),
     "mode": ("woosh mode wait-then-avoid --waiting-timeout 10 --max-speed 0.5",),
-    "marks add": ("woosh marks add 仓库 --note 'east door'", "woosh marks add A1 --pose 3 1 90"),
+    "marks add": ("woosh marks add 仓库 --note 'east door'", "woosh marks add A1 --on-chassis --pose 3 1 90"),
     "led": ("woosh led idle", "woosh led red", "woosh led --color ff8000 --strip both"),
     "say": ("woosh say 你好",),
     "record": ("woosh record -O drive.bag --duration 10m",),

@@ -34,7 +34,7 @@ def run(args: Namespace, out: Output) -> int:
         raise ValueError(mark_missing(args, "give a mark or --pose X Y DEGREES"))
     if args.mark is not None and args.pose is not None:
         raise ValueError("give a mark or --pose X Y DEGREES, and not both")
-    target = pose(args.pose) if args.pose else _place(args.mark, out)
+    target = pose(args.pose) if args.pose else _place(args, out)
     with connect(args, out) as chassis:
         line = DriveLine(chassis, target)
         where = target if args.mark is None else say("mark {name}", name=args.mark)
@@ -48,8 +48,11 @@ def run(args: Namespace, out: Output) -> int:
         return report(outcome, out, pose=here)
 
 
-def _place(mark: str, out: Output) -> Pose2D | None:
-    """Where a place is that only the user's list has, as the page saves it; None for the chassis's marks."""
+def _place(args: Namespace, out: Output) -> Pose2D | None:
+    """The pose of a place in the user's list; None for marks of the chassis, and with --sim."""
+    if args.sim:
+        return None  # the user's places are of another map than the simulated hall
+    mark = args.mark
     try:
         marks = MarkFile(config.mark_file())
     except (OSError, ValueError) as error:
