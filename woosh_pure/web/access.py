@@ -29,15 +29,30 @@ from rosproto.transport import is_loopback
 
 _AUTHORITY = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::([0-9]{1,5}))?")
 LEAST_TOKEN = 8
+NO_TOKEN = (
+    "this needs the token that `woosh web` was started with; send it as `Authorization: Bearer TOKEN`, "
+    "or log in"
+)
+WRONG_TOKEN = (
+    "this is not the token that `woosh web` was started with; send it as `Authorization: Bearer TOKEN`, "
+    "or log in"
+)
 MOST_BUCKETS = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why a request is refused: an HTTP status and a sentence."""
+    """Why a request is refused.
+
+    Attributes:
+        status: The HTTP status.
+        text: The sentence.
+        kind: The key of the problem; "" for that of the status.
+    """
 
     status: int
     text: str
+    kind: str = ""
 
 
 def host_of(header: str) -> str:
@@ -134,8 +149,11 @@ class AccessRules:
             return None
         return Refusal(
             421,
-            f"this server is not called {name[:80]!r}; call it by its address, or start it with "
-            "--host-name NAME (a page of another name could reach the robot through it)",
+            say(
+                "this server is not called {name!r:.80}; call it by its address, or start it with "
+                "--host-name NAME (a page of another name could reach the robot through it)",
+                name=name,
+            ),
         )
 
     def check_origin(
@@ -160,7 +178,10 @@ class AccessRules:
                 return None
         return Refusal(
             403,
-            f"a page of {(origin or site or '')[:100]!r} may not do this; only the page of this server may",
+            say(
+                "a page of {origin!r:.100} may not do this; only the page of this server may",
+                origin=origin or site or "",
+            ),
         )
 
     def check_token(self, given: str | None, who: str, now: float) -> Refusal | None:
@@ -171,9 +192,10 @@ class AccessRules:
         if given is not None and hmac.compare_digest(given.encode("utf-8", "surrogateescape"), self._token):
             return None
         if given is not None and not bucket.take(now):
-            return Refusal(429, "too many wrong tokens from this address; wait a minute")
-        missing = "this needs the token that `woosh web` was started with" if given is None else "wrong token"
-        return Refusal(401, f"{missing}; send it as `Authorization: Bearer TOKEN`, or log in")
+            return Refusal(429, "too many wrong tokens from this address; wait a minute", "too-many-tokens")
+        if given is None:
+            return Refusal(401, NO_TOKEN)
+        return Refusal(401, WRONG_TOKEN, "wrong-token")
 
     def log_in(self, place: str) -> str:
         """What a browser keeps in place of the token.

@@ -66,6 +66,15 @@ class MarkList:
         with self._lock:
             return self._now().get(name)
 
+    def get(self, name: str) -> UserMark:
+        """The mark of that name.
+
+        Raises:
+            Problem: There is no such mark, or the file cannot be read now.
+        """
+        with self._lock:
+            return _require(self._now(), name)
+
     def add(self, mark: UserMark) -> UserMark:
         """Add a mark.
 
@@ -78,7 +87,7 @@ class MarkList:
         def act(marks: dict[str, UserMark]) -> UserMark:
             _require_free(marks, mark.name)
             if len(marks) >= MOST_MARKS:
-                raise Problem(409, say("there are {most} marks already", most=MOST_MARKS), "marks")
+                raise Problem(409, say("there are {most} marks already", most=MOST_MARKS), "too-many-marks")
             marks[mark.name] = mark
             return mark
 
@@ -152,14 +161,14 @@ def _require(marks: dict[str, UserMark], name: str) -> UserMark:
 def _require_free(marks: dict[str, UserMark], name: str) -> None:
     if name in marks:
         text = "there is a mark {name!r:.80} already; take another name, or change that one"
-        raise Problem(409, say(text, name=name), "marks")
+        raise Problem(409, say(text, name=name), "mark-exists")
 
 
 def _not_kept(what: str, error: Exception) -> Problem:
     """Where this computer keeps its files is not told to clients."""
     _logger.error("! the list of marks cannot be %s: %s", what, error)
     text = "the list of marks cannot be {what}; the log of the server says why"
-    return Problem(503, say(text, what=say(what)), "marks")
+    return Problem(503, say(text, what=say(what)), "marks-not-kept")
 
 
 def _as_mark(mark: Any) -> UserMark:

@@ -254,7 +254,9 @@ async def _say_good_bye(scope: Scope, send: _Sending) -> None:
 
 
 async def _refuse(scope: Scope, refusal: Refusal, send: Send, language: str = "en") -> None:
-    body = json.dumps(Problem(refusal.status, refusal.text).document(scope["path"], language)).encode()
+    body = json.dumps(
+        Problem(refusal.status, refusal.text, refusal.kind).document(scope["path"], language)
+    ).encode()
     headers = [(b"content-type", MEDIA_TYPE.encode()), (b"content-length", str(len(body)).encode())]
     if refusal.status == 401:
         headers.append((b"www-authenticate", b'Bearer realm="woosh"'))

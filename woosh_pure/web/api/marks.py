@@ -40,10 +40,7 @@ def create_mark(body: models.MarkRequest, request: Request, response: Response) 
 
 def get_mark(request: Request, mark: str = _NAME) -> dict[str, Any]:
     """One mark by its name."""
-    found = robot_of(request).marks.find(mark)
-    if found is None:
-        raise Problem(404, f"there is no mark {mark[:80]!r} on the list of this server")
-    return mark_part(found)
+    return mark_part(robot_of(request).marks.get(mark))
 
 
 def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 from string import Formatter
@@ -12,7 +13,7 @@ from woosh_pure.enums import RobotMode, RobotState, TaskState
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.web.goals import COMMANDS
-from woosh_pure.web.http_errors import KINDS
+from woosh_pure.web.http_errors import KINDS, TITLES
 
 PAGE = Path(__file__).parents[4] / "woosh_pure" / "web" / "page" / "js"
 
@@ -35,9 +36,28 @@ def test_each_key_has_words(language: str) -> None:
         *(f"why.{one}" for one in ReasonKey),
         *(f"todo.{one}" for one in ReasonKey if one is not ReasonKey.CALL),
         *(f"what.{one}" for one in COMMANDS),
-        *(f"problem.{kind}" for _, _, kind in KINDS),
     ]
     assert [key for key in asked if key not in known] == []
+
+
+def kinds_of_problems() -> set[str]:
+    """The keys given to `Problem` and `Refusal` in the sources, and those that follow from a status."""
+    found = {kind for _, _, kind in KINDS}
+    for path in (PAGE.parents[1]).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if not (isinstance(node, ast.Call) and ast.unparse(node.func) in ("Problem", "Refusal")):
+                continue
+            status, _, *kind = (getattr(arg, "value", None) for arg in node.args)
+            text = kind[0] if kind else TITLES[status].lower().replace(" ", "-") if status in TITLES else ""
+            found |= {text} if isinstance(text, str) and text else set()
+    return found
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_each_problem_has_words(language: str) -> None:
+    kinds = kinds_of_problems()
+    assert {"mark-exists", "too-many-tokens", "not-this-server", "timeout"} <= kinds
+    assert [kind for kind in sorted(kinds) if f"problem.{kind}" not in words(language)] == []
 
 
 @pytest.mark.parametrize("language", ["en", "zh"])
