@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import itertools
 import os
+import re
 import subprocess
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -127,6 +128,31 @@ def used_by(node: ast.AST, other_names: Mapping[str, str]) -> str:
     if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith(PATHS):
         return repr(node.value)
     return ""
+
+
+def test_the_places_on_the_page_about_portability_exist() -> None:
+    """Each is a file, or a name that a file defines."""
+    page = (ROOT / "docs/portability.md").read_text("utf-8")
+    places = re.findall(r"`([\w./-]+/[\w.-]+|\.gitattributes)(?:::(\w+))?`", page)
+    assert len(places) > 40
+    missing = [
+        place for place in places if not (ROOT / place[0]).exists() or place[1] not in defined(place[0])
+    ]
+    assert missing == []
+
+
+def defined(file: str) -> set[str]:
+    """What a Python file defines at its top level, also below a test of the platform; and nothing at all."""
+    if not file.endswith(".py"):
+        return {""}
+    names = {""}
+    for node in ast.walk(ast.parse((ROOT / file).read_text("utf-8"))):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            names.add(node.name)
+        elif isinstance(node, ast.Assign):
+            for target in node.targets:
+                names |= {name.id for name in ast.walk(target) if isinstance(name, ast.Name)}
+    return names
 
 
 @pytest.mark.slow  # reads all sources

@@ -197,7 +197,7 @@ def is_there(directive: str) -> bool:
 
 IN_ENGLISH_ONLY = {
     "interface", "commands",  # made from docstrings and help texts, which are English
-    "architecture", "wire", "performance",  # for whoever changes the code, which is English, too
+    "architecture", "wire", "performance", "portability",  # for those who change the code, which is English
 }  # fmt: skip
 NAME = re.compile(r"[/~]\w+(/\w+)*|\w+/\w+|[A-Z]\d|[\d.:]+")  # of topics, types, marks, chassis
 LINK = re.compile(r"\[(?!English\]|中文|教程\])[^]]*\]\(([^)#\s]+)")
