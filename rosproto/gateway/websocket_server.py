@@ -27,13 +27,16 @@ from rosproto.gateway.client_channel import Channel, Session
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.outbox_writer import Outgoing, closed_error
 from rosproto.gateway.pending_connections import AT_ONCE, BACKLOG, Listener
+from rosproto.gateway.websocket_connection import (
+    FRAGMENTS,
+    WRITE_BUFFER,
+    connection_type,
+    peer_of,
+    read_message,
+)
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
-WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
-FRAGMENTS = 4096
-"""Of one message. Empty ones cost memory too, which no limit of bytes sees; `websockets` counts them itself
-from 17.4 on, which needs Python 3.11."""
 UNREAD = 0  # messages of a client read ahead of the one that waits for its session
 TURN = 0.001  # seconds of the loop's time, after which a client waits for its turn
 SHARE = 0.1  # of the loop's time; who takes less never waits
@@ -176,7 +179,9 @@ class WebSocketServer:
             **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
             process_request=self._judge,
             subprotocols=list(self._strangers.subprotocols) or None,
-            create_connection=_connection_type(self._websockets.ServerConnection, self),
+            create_connection=connection_type(
+                self._websockets.ServerConnection, self, WRITE_BUFFER + limits.answer_bytes
+            ),
             compression=None,
             open_timeout=limits.handshake_seconds,
             ping_interval=limits.silence_seconds,
@@ -208,14 +213,14 @@ class WebSocketServer:
 
     # -- strangers ------------------------------------------------------------------------------------------
 
-    def began(self, connection: Any, transport: Any) -> None:
+    def connected(self, connection: Any, transport: Any) -> None:
         """A connection has a transport, which is over TLS where there is TLS."""
         self._transports[connection] = transport
 
-    def over(self, connection: Any, error: Exception | None) -> None:
+    def disconnected(self, connection: Any, error: Exception | None) -> None:
         """A connection is lost; `error` when it was torn down."""
         self._transports.pop(connection, None)
-        self.takes_again(connection)
+        self.write_resumed(connection)
         channel = self._channels.get(connection)
         if channel is not None:
             channel.gone = True
@@ -231,7 +236,9 @@ class WebSocketServer:
             return None
         self._listener.answered(connection.remote_address)
         self.refused[verdict.reason] += 1
-        self.said.warning(verdict.reason, "! %s: refused %s: %s", self._name, _peer(connection), verdict.text)
+        self.said.warning(
+            verdict.reason, "! %s: refused %s: %s", self._name, peer_of(connection), verdict.text
+        )
         return connection.respond(verdict.status, f"{verdict.text}\n")
 
     # -- clients --------------------------------------------------------------------------------------------
@@ -245,7 +252,7 @@ class WebSocketServer:
             return  # it went while its handshake ended
         self._tasks.add(task)
         channel = Channel(
-            _peer(connection),
+            peer_of(connection),
             self.limits,
             self._outgoing.wake,
             self._end,
@@ -298,7 +305,7 @@ class WebSocketServer:
         """
         spent, before = 0.0, time.monotonic()
         while True:
-            data = await _message(connection)
+            data = await read_message(connection)
             if channel.lost:
                 return
             if data is None:
@@ -366,7 +373,7 @@ class WebSocketServer:
 
     # -- clients that take nothing --------------------------------------------------------------------------
 
-    def takes_no_more(self, connection: Any) -> None:
+    def write_paused(self, connection: Any) -> None:
         """What is written waits here. Until that has gone, the library's pings wait behind it, unanswered."""
         transport = self._transports.get(connection)
         if transport is not None:
@@ -375,7 +382,7 @@ class WebSocketServer:
                 self.limits.silence_seconds, self._look_for_progress, connection, transport, unread
             )
 
-    def takes_again(self, connection: Any) -> None:
+    def write_resumed(self, connection: Any) -> None:
         """It has caught up."""
         timer = self._unread.pop(connection, None)
         if timer is not None:
@@ -383,13 +390,13 @@ class WebSocketServer:
 
     def _look_for_progress(self, connection: Any, transport: Any, unread: int) -> None:
         if transport.get_write_buffer_size() < unread:
-            self.takes_no_more(connection)
+            self.write_paused(connection)
             return
         self.said.warning(
             "stalled",
             "! %s: %s has read nothing for %g s and is cut off",
             self._name,
-            _peer(connection),
+            peer_of(connection),
             self.limits.silence_seconds,
         )
         self.stalled += 1
@@ -447,65 +454,7 @@ class WebSocketServer:
             )
 
 
-async def _message(connection: Any) -> str | bytes | None:
-    """A client's next message; None when it comes in too many fragments."""
-    fragments: list[Any] = []
-    async for fragment in connection.recv_streaming():
-        if len(fragments) == FRAGMENTS:
-            return None
-        fragments.append(fragment)
-    whole: str | bytes = fragments[0] if len(fragments) == 1 else type(fragments[0])().join(fragments)
-    return whole
-
-
-def _connection_type(base: Any, server: WebSocketServer) -> Any:
-    """The library's connection, told of to the server from the first byte to the last."""
-
-    def connection_made(self: Any, transport: Any) -> None:
-        transport = _Transport(transport, WRITE_BUFFER + server.limits.answer_bytes)
-        base.connection_made(self, transport)
-        server.began(self, transport)
-
-    def connection_lost(self: Any, error: Exception | None) -> None:
-        server.over(self, error)
-        base.connection_lost(self, error)
-
-    def pause_writing(self: Any) -> None:
-        base.pause_writing(self)
-        server.takes_no_more(self)
-
-    def resume_writing(self: Any) -> None:
-        base.resume_writing(self)
-        server.takes_again(self)
-
-    own = connection_made, connection_lost, pause_writing, resume_writing
-    return type("Connection", (base,), {each.__name__: each for each in own})
-
-
-class _Transport:
-    """A client's transport, on which nothing is written once it is closing: the library writes on until it is
-    told of the end, and asyncio logs each of 40,000 pongs. Nor do more than `most` bytes of them wait."""
-
-    def __init__(self, transport: Any, most: int) -> None:
-        self._transport, self._most = transport, most
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._transport, name)
-
-    def write(self, data: Any) -> None:
-        """Write, or drop what nobody will get any more."""
-        if self._transport.get_write_buffer_size() > self._most:
-            self._transport.abort()
-        if not self._transport.is_closing():
-            self._transport.write(data)
-
-
 def _current() -> BaseException | None:
     import sys
 
     return sys.exc_info()[1]
-
-
-def _peer(connection: Any) -> str:
-    address = connection.remote_address
-    return f"{address[0]}:{address[1]}" if address else "?"

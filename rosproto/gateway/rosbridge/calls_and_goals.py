@@ -17,7 +17,8 @@ from rosproto.action.goal_handle import GoalHandle
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.rosbridge.action_mapping import action_status, action_type
-from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, Id, SendActionGoal
+from rosproto.gateway.rosbridge.fields import Id
+from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, SendActionGoal
 from rosproto.gateway.rosbridge.replies import Answers
 from rosproto.gateway.rosbridge.rosapi import RosapiError
 from rosproto.gateway.rosbridge.server_state import Shared

@@ -1,7 +1,7 @@
-"""What a client of rosbridge asks for: one class for each operation, and the table that is made of them.
+"""The operations of rosbridge that a client sends: one class for each, and the table that reads them.
 
-`Protocol.receive` reads them, and the session carries them out. Fields have the names of the wire; the kind
-of each, with its check, is its annotation, and one without a default is required. An optional field that is
+`Protocol.receive` reads them, and the session carries them out. Fields have the names of the wire; the
+annotation of each is its kind (`fields.py`), and one without a default is required. An optional field that is
 null counts as left out. The values of messages (`msg`, `args`, `values`) are as JSON had them:
 `values.from_values` checks them against a definition.
 
@@ -14,119 +14,33 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
-from typing import Annotated, Any, Literal, get_args, get_type_hints
+from typing import Any, get_args, get_type_hints
 
-from rosproto.gateway.rosbridge.action_mapping import ActionStatus
-from rosproto.gateway.rosbridge.status_levels import Level, level_named
-from rosproto.text import printable
-
-LARGEST = 2**31 - 1
-"""Of every whole number: sizes, rates and counts beyond it mean nothing."""
-_SHOWN = 60  # characters of a wrong value in a sentence
-_COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+from rosproto.gateway.rosbridge.fields import (
+    Anything,
+    Arguments,
+    Check,
+    Compression,
+    Count,
+    FieldError,
+    Flag,
+    Id,
+    Name,
+    Number,
+    Seconds,
+    Size,
+    Status,
+    StatusLevel,
+    Text,
+    read_id,
+    shown,
+)
 
 RECEIVED_PARTS = ("fragment", "png")
 """Operations that hold another one; the protocol itself reads them."""
 
-Id = str | float | None
-"""Names an interaction; the client's choice, and back to it in every answer. A number has any JSON form."""
-
 Payload = str | bytes
 """One message of the WebSocket: text, or binary."""
-
-
-class FieldError(Exception):
-    """A field is missing or wrong; the text is a sentence for the client."""
-
-
-Check = Callable[[Any, int], Any]
-"""(value, longest text) -> value; ValueError with what is expected."""
-
-
-# -- kinds of fields
-
-
-def _text(value: Any, longest: int) -> str:
-    if isinstance(value, str) and len(value) <= longest:
-        return value
-    raise ValueError(f"a text of at most {longest} characters")
-
-
-def _name(value: Any, longest: int) -> str:
-    if isinstance(value, str) and 0 < len(value) <= longest:
-        return value
-    raise ValueError(f"a text of 1 to {longest} characters")
-
-
-def _flag(value: Any, _longest: int) -> bool:
-    if isinstance(value, bool):
-        return value
-    raise ValueError("true or false")
-
-
-def _whole(least: int) -> Check:
-    def check(value: Any, _longest: int) -> int:
-        number = int(value) if isinstance(value, float) and value.is_integer() else value
-        if type(number) is int and least <= number <= LARGEST:
-            return number
-        raise ValueError(f"a whole number from {least} to {LARGEST}")
-
-    return check
-
-
-def _seconds(value: Any, _longest: int) -> float | None:
-    """roslib has every number at or below zero for "no time-out of mine"; the original reads none at all."""
-    return float(value) if type(value) in (int, float) and 0 < value <= LARGEST else None
-
-
-def _number(value: Any, _longest: int) -> float:
-    if type(value) in (int, float) and abs(value) <= 2**63:
-        return float(value)
-    raise ValueError("a number")
-
-
-def _compression(value: Any, _longest: int) -> str:
-    if isinstance(value, str) and value in _COMPRESSIONS:
-        return value
-    raise ValueError(f"one of {', '.join(_COMPRESSIONS)}")
-
-
-def _level(value: Any, _longest: int) -> str:
-    level = level_named(value) if isinstance(value, str) else None
-    if level is not None:
-        return level
-    raise ValueError("one of none, error, warning, info")
-
-
-def _arguments(value: Any, _longest: int) -> Any:
-    if isinstance(value, (dict, list)):
-        return value
-    raise ValueError("an object by field, or an array by position")
-
-
-def _status(value: Any, _longest: int) -> int:
-    if type(value) is int and value in range(len(ActionStatus)):
-        return value
-    raise ValueError(f"a status of a goal, from 0 to {len(ActionStatus) - 1}")
-
-
-def _anything(value: Any, _longest: int) -> Any:
-    return value
-
-
-# Each with the check that makes it of what JSON had.
-Anything = Annotated[Any, _anything]
-Text = Annotated[str, _text]
-Name = Annotated[str, _name]
-Flag = Annotated[bool, _flag]
-Count = Annotated[int, _whole(0)]
-Size = Annotated[int, _whole(1)]
-Seconds = Annotated[float, _seconds]
-Number = Annotated[float, _number]
-Compression = Annotated[Literal["none", "png", "cbor", "cbor-raw"], _compression]
-StatusLevel = Annotated[Level, _level]
-Arguments = Annotated[dict[str, Any] | list[Any], _arguments]
-Status = Annotated[int, _status]
 
 
 # -- operations
@@ -482,7 +396,7 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Effect
             try:
                 given[each.name] = each.check(value, text_length)
             except ValueError as error:
-                raise FieldError(f"field {each.name} is {_shown(value)}; expected {error}") from None
+                raise FieldError(f"field {each.name} is {shown(value)}; expected {error}") from None
         elif each.required:
             raise FieldError(f"field {each.name} is missing; it is required")
     if op in _APPENDED:
@@ -512,33 +426,3 @@ def failed_answer(op: object, id: Id, text: str) -> ServiceResponse | ActionResu
     if op == "service_response":
         return ServiceResponse(id, "", text, result=False)
     return ActionResult(id, "", text, result=False) if op == "action_result" else None
-
-
-def read_id(message: dict[str, Any], text_length: int) -> Id:
-    """The id of a message, None where it has none.
-
-    Raises:
-        FieldError: It is neither a text nor a number, or it is too long to be sent back.
-    """
-    value = message.get("id")
-    if value is None or (isinstance(value, (int, float)) and abs(value) < 2**63):  # not a NaN
-        return value
-    if isinstance(value, str) and len(value) <= text_length:
-        return value
-    raise FieldError(
-        f"field id is {_shown(value)}; expected a text of at most {text_length} characters or a number"
-    )
-
-
-def _shown(value: Any) -> str:
-    """A client's value for a sentence: short, and one line."""
-    if isinstance(value, (dict, list)):
-        return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
-    if isinstance(value, str):
-        cut = value if len(value) <= _SHOWN else f"{value[:_SHOWN]}..."
-        return f"'{printable(cut)}'"
-    if isinstance(value, bool) or value is None:
-        return {True: "true", False: "false", None: "null"}[value]
-    if isinstance(value, int) and value.bit_length() > 64:
-        return "a number of more than 64 bits"
-    return repr(value)

@@ -19,6 +19,7 @@ from typing import Protocol as Structural
 
 from rosproto.gateway.chunks import ChunkedMessage, chunked
 from rosproto.gateway.json_text import JsonError, JsonReader, is_short
+from rosproto.gateway.rosbridge.fields import FieldError, Id, read_id
 from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
 from rosproto.gateway.rosbridge.operations import (
     OPERATIONS,
@@ -26,15 +27,12 @@ from rosproto.gateway.rosbridge.operations import (
     CallService,
     Close,
     Effect,
-    FieldError,
-    Id,
     Payload,
     Reply,
     Rest,
     SendActionGoal,
     SetLevel,
     failed_answer,
-    read_id,
     read_operation,
     unread_request,
 )

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.gateway.client_channel import Channel
-from rosproto.gateway.rosbridge.operations import Id, Payload
+from rosproto.gateway.rosbridge.fields import Id
+from rosproto.gateway.rosbridge.operations import Payload
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.status_levels import Level
 

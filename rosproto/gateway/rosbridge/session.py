@@ -24,7 +24,8 @@ from rosproto.gateway.client_publications import Publication
 from rosproto.gateway.rosbridge import operations
 from rosproto.gateway.rosbridge.advertised_by_client import ProvidedActions, ProvidedServices
 from rosproto.gateway.rosbridge.calls_and_goals import Calls, Goals
-from rosproto.gateway.rosbridge.operations import Effect, Id, Payload, op_of
+from rosproto.gateway.rosbridge.fields import Id
+from rosproto.gateway.rosbridge.operations import Effect, Payload, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.replies import Answers
 from rosproto.gateway.rosbridge.server_state import Shared

@@ -20,7 +20,8 @@ from rosproto.gateway.chunks import ChunkedMessage
 from rosproto.gateway.client_channel import Channel, Payload
 from rosproto.gateway.message_event import MessageEvent
 from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_chunks
-from rosproto.gateway.rosbridge.operations import Compression, Id, Subscribe
+from rosproto.gateway.rosbridge.fields import Compression, Id
+from rosproto.gateway.rosbridge.operations import Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
 from rosproto.gateway.values import to_json, to_json_parts
