@@ -3,11 +3,13 @@
     with rosproto.gateway.Rosbridge(node, port=9090) as bridge:
         print(bridge.url)
 
-Both share the robot's topics between clients (`Taps`), the access rules (`Access`) and the limits for a
-client (`GatewayLimits`). Nothing is written to the graph unless `Access(write=...)` permits it.
+Both share the robot's topics between clients (`SharedSubscriptions`), the access rules (`Access`) and the
+limits for a client (`GatewayLimits`). Nothing is written to the graph unless `Access(write=...)` permits it.
 """
 
 from __future__ import annotations
+
+import warnings
 
 from rosproto.gateway.access import Access, Refusal
 from rosproto.gateway.client_limits import GatewayLimits
@@ -16,7 +18,7 @@ from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.outbox import Outbox
 from rosproto.gateway.rosbridge.server import Rosbridge
-from rosproto.gateway.shared_subscriptions import Tap, Taps
+from rosproto.gateway.shared_subscriptions import SharedSubscription, SharedSubscriptions
 
 __all__ = [
     "Access",
@@ -29,7 +31,18 @@ __all__ = [
     "Outbox",
     "Refusal",
     "Rosbridge",
-    "Tap",
-    "Taps",
+    "SharedSubscription",
+    "SharedSubscriptions",
     "TopicDescription",
 ]
+
+_RENAMED = {"Tap": "SharedSubscription", "Taps": "SharedSubscriptions"}
+
+
+def __getattr__(name: str) -> object:
+    """The former names of two classes, with a DeprecationWarning."""
+    if name not in _RENAMED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn(f"rosproto.gateway.{name} is now {_RENAMED[name]}", DeprecationWarning, stacklevel=2)
+    found: object = globals()[_RENAMED[name]]
+    return found

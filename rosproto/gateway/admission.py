@@ -20,7 +20,7 @@ _SHOWN = 200  # characters of a client's text in a sentence
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class AdmissionRefusal:
     """Why a request is refused.
 
     Attributes:
@@ -35,7 +35,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Strangers:
+class Admission:
     """What is asked of those who want to connect to one server.
 
     Attributes:
@@ -51,7 +51,7 @@ class Strangers:
     token: str | None = None
     subprotocols: Sequence[str] = ()
 
-    def judge(self, path: str, header: Callable[[str], Sequence[str]]) -> Verdict | None:
+    def check(self, path: str, header: Callable[[str], Sequence[str]]) -> AdmissionRefusal | None:
         """Why a request is refused; None when it is not.
 
         Args:
@@ -60,20 +60,20 @@ class Strangers:
         """
         hosts, origins = header("Host"), header("Origin")
         if len(hosts) > 1 or len(origins) > 1:
-            return Verdict(HTTPStatus.BAD_REQUEST, "headers", "a header is there twice")
+            return AdmissionRefusal(HTTPStatus.BAD_REQUEST, "headers", "a header is there twice")
         why = foreign_host(hosts[0] if hosts else None, self.bound)
         if why is not None:
-            return Verdict(HTTPStatus.FORBIDDEN, "host", why)
+            return AdmissionRefusal(HTTPStatus.FORBIDDEN, "host", why)
         why = foreign_origin(origins[0] if origins else None, self.origins)
         if why is not None:
-            return Verdict(HTTPStatus.FORBIDDEN, "origin", why)
+            return AdmissionRefusal(HTTPStatus.FORBIDDEN, "origin", why)
         if not token_fits(_token(path, header("Authorization")), self.token):
             why = "the token is missing or wrong; give it as ?token=... or as Authorization: Bearer ..."
-            return Verdict(HTTPStatus.UNAUTHORIZED, "token", why)
+            return AdmissionRefusal(HTTPStatus.UNAUTHORIZED, "token", why)
         offered = {name.strip() for line in header("Sec-WebSocket-Protocol") for name in line.split(",")}
         if self.subprotocols and offered.isdisjoint(self.subprotocols):
             why = f"the client speaks none of the protocols {', '.join(self.subprotocols)}"
-            return Verdict(HTTPStatus.BAD_REQUEST, "protocol", why)
+            return AdmissionRefusal(HTTPStatus.BAD_REQUEST, "protocol", why)
         return None
 
 

@@ -14,7 +14,7 @@ Payload = str | bytes | ChunkedMessage
 """One message of a WebSocket: text or binary, whole or in chunks."""
 
 
-class Late(Protocol):
+class DeferredPayload(Protocol):
     """Payloads that are made when they are sent, for a client that may never take them."""
 
     @property
@@ -25,7 +25,7 @@ class Late(Protocol):
         """What is to be sent."""
 
 
-class Session(Protocol):
+class ClientSession(Protocol):
     """What a server does with one client's messages."""
 
     @property
@@ -39,7 +39,7 @@ class Session(Protocol):
         """The connection is over; called once, in a thread that may wait some seconds."""
 
 
-class Channel:
+class ClientChannel:
     """The way to one client; every method may be called from any thread.
 
     Attributes:
@@ -59,14 +59,14 @@ class Channel:
         self,
         peer: str,
         limits: GatewayLimits,
-        wake: Callable[[Channel], object],
-        end: Callable[[Channel], object],
+        wake: Callable[[ClientChannel], object],
+        end: Callable[[ClientChannel], object],
         later: Callable[[float, Callable[[], object]], object],
         subprotocol: str | None = None,
     ) -> None:
         self.peer = peer
         self.since = time.monotonic()
-        self.outbox: Outbox[Payload | Late] = Outbox(limits, lambda: wake(self))
+        self.outbox: Outbox[Payload | DeferredPayload] = Outbox(limits, lambda: wake(self))
         self.busy = False
         self.sent = self.sent_bytes = 0
         self.received = 0
@@ -96,15 +96,17 @@ class Channel:
     def answer(self, payloads: tuple[str | bytes, ...]) -> None:
         """Send something that is never dropped; a client that does not take its answers is cut off."""
         for payload in payloads:
-            self.answer_late(len(payload), payload)
+            self.answer_deferred(len(payload), payload)
 
-    def answer_late(self, size: int, payload: Payload | Late) -> None:
+    def answer_deferred(self, size: int, payload: Payload | DeferredPayload) -> None:
         """As `answer`, of what counts for so many bytes while it waits."""
         self.outbox.put(None, size, payload)
         if self.outbox.overflow:
             self.close(1013, "answers wait that are not read")
 
-    def offer(self, key: object, size: int, payload: Payload | Late, keep: int | None = None) -> None:
+    def offer(
+        self, key: object, size: int, payload: Payload | DeferredPayload, keep: int | None = None
+    ) -> None:
         """Send a message of a topic, if the client keeps up; see `Outbox.put`."""
         self.outbox.put(key, size, payload, keep)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from rosproto.codec import Message, encode
 from rosproto.errors import LocalProtocolError
-from rosproto.gateway.velocity_watchdog import WriteGuard, is_velocity
+from rosproto.gateway.velocity_watchdog import VelocityWatchdog, is_velocity
 from rosproto.logs import get_logger
 from rosproto.node import Node, Publisher
 from rosproto.watchdog import LastMessage, Watchdog, watched_node_of
@@ -28,7 +28,7 @@ EARLY_BYTES = 4 << 20
 LATE_VELOCITIES = 1  # that wait for a slow robot: an old one is of no use
 
 
-class _Early:
+class _EarlyMessages:
     """Messages published in the first second, kept for subscribers that connect within it."""
 
     def __init__(self) -> None:
@@ -64,8 +64,8 @@ class _Early:
                 publisher.publish_to(caller_id, data)
 
 
-class Publication:
-    """A topic that one client publishes; made by `Publications.open`. Close it at the end.
+class ClientPublication:
+    """A topic that one client publishes; made by `ClientPublications.open`. Close it at the end.
 
     Attributes:
         client: The client.
@@ -75,7 +75,7 @@ class Publication:
     """
 
     def __init__(
-        self, owner: Publications, client: Hashable, publisher: Publisher, early: _Early | None
+        self, owner: ClientPublications, client: Hashable, publisher: Publisher, early: _EarlyMessages | None
     ) -> None:
         self._owner = owner
         self._publisher = publisher
@@ -100,7 +100,7 @@ class Publication:
             if self._early.publish(message):
                 return
             self._early = None
-        self._owner.guard.publish(self.client, self._publisher, message)
+        self._owner.velocity_watchdog.publish(self.client, self._publisher, message)
 
     @property
     def connections(self) -> int:
@@ -114,12 +114,12 @@ class Publication:
             self._owner.closed(self, self._publisher)
 
 
-class Publications:
+class ClientPublications:
     """Opens publications for clients.
 
     Args:
         node: The node that publishes.
-        guard: Watches velocities.
+        velocity_watchdog: Watches velocities.
         linger: Seconds that a publisher stays after its handle was closed.
         watchdog: Sends zero where a client drives when this process is gone; None for none.
     """
@@ -127,12 +127,12 @@ class Publications:
     def __init__(
         self,
         node: Node,
-        guard: WriteGuard,
+        velocity_watchdog: VelocityWatchdog,
         *,
         linger: float = LINGER,
         watchdog: Watchdog | None = None,
     ) -> None:
-        self.guard = guard
+        self.velocity_watchdog = velocity_watchdog
         self._watchdog = watchdog
         self._watching = threading.Lock()
         self._watched: set[str] = set()
@@ -151,7 +151,7 @@ class Publications:
         *,
         latch: bool = False,
         queue_size: int = 100,
-    ) -> Publication:
+    ) -> ClientPublication:
         """Publish a topic for a client. Asks the master.
 
         Raises:
@@ -163,7 +163,7 @@ class Publications:
             raise LocalProtocolError(f"{topic}: the gateway is closed")
         name = type if isinstance(type, str) else type._type
         velocity = is_velocity(name)
-        early = None if velocity or latch else _Early()
+        early = None if velocity or latch else _EarlyMessages()
         publisher = self._node.publisher(
             topic,
             type,
@@ -183,7 +183,7 @@ class Publications:
             raise LocalProtocolError(f"{topic}: the gateway is closed")
         if velocity and self._watchdog is not None:
             self._watch(self._watchdog, publisher)
-        return Publication(self, client, publisher, early)
+        return ClientPublication(self, client, publisher, early)
 
     def _watch(self, watchdog: Watchdog, publisher: Publisher) -> None:
         """Wait until the watchdog could send zero there: before the first velocity."""
@@ -193,11 +193,13 @@ class Publications:
                 return
             self._watched.add(topic)
             zero = LastMessage(topic, kind._type, kind._full_text, encode(kind()))
-            self.guard.watch(topic, watchdog.watch(watched_node_of(self._node), messages=[zero], armed=False))
+            self.velocity_watchdog.watch(
+                topic, watchdog.watch(watched_node_of(self._node), messages=[zero], armed=False)
+            )
 
-    def closed(self, publication: Publication, publisher: Publisher) -> None:
+    def closed(self, publication: ClientPublication, publisher: Publisher) -> None:
         """Take note of a closed handle."""
-        self.guard.gone(publication.client, publication.topic)
+        self.velocity_watchdog.gone(publication.client, publication.topic)
         with self._lock:
             if self._closed or publisher not in self._open:
                 return
@@ -215,7 +217,7 @@ class Publications:
         if last and publisher.topic in self._watched:
             with self._watching:
                 self._watched.discard(publisher.topic)
-                self.guard.unwatch(publisher.topic)
+                self.velocity_watchdog.unwatch(publisher.topic)
         try:
             publisher.close()
         except Exception as error:  # the master is away: there is nobody to tell
@@ -223,7 +225,7 @@ class Publications:
 
     def close(self) -> None:
         """Close all of them, after zeros (half a second when somebody drives). May be called again."""
-        self.guard.close()
+        self.velocity_watchdog.close()
         with self._lock:
             self._closed = True
             timers, self._leaving = list(self._leaving.values()), {}

@@ -55,7 +55,7 @@ class LocalTopic:
         for receiver in receivers:
             self._offer(receiver, event)
 
-    def open(self, receiver: Receiver) -> _LocalTap:
+    def open(self, receiver: Receiver) -> _LocalSubscription:
         """Add a receiver; close what this returns to remove it."""
         with self._opening:
             with self._lock:
@@ -66,7 +66,7 @@ class LocalTopic:
                 self._wanted(True)
         if last is not None:
             self._offer(receiver, last)
-        return _LocalTap(self, receiver)
+        return _LocalSubscription(self, receiver)
 
     def leave(self, receiver: Receiver) -> None:
         """Remove a receiver."""
@@ -88,7 +88,7 @@ class LocalTopic:
         return f"<LocalTopic {self.name} {self.type._type}, {self.receivers} receivers>"
 
 
-class _LocalTap:
+class _LocalSubscription:
     """One receiver at a local topic."""
 
     def __init__(self, topic: LocalTopic, receiver: Receiver) -> None:

@@ -17,7 +17,7 @@ from typing import Any
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
-from rosproto.gateway.client_channel import Channel, Late, Payload
+from rosproto.gateway.client_channel import ClientChannel, DeferredPayload, Payload
 from rosproto.logs import PeerLog
 
 SHORT = 16 << 10  # bytes of a message that is written without its client's task
@@ -29,57 +29,57 @@ def closed_error() -> Any:
     return import_module("websockets.exceptions").ConnectionClosed
 
 
-class Outgoing:
+class OutboxWriter:
     """The clients' writers. Everything runs in the loop's thread, but for `wake`.
 
     Args:
         loop: The server's.
         pool: Threads for what takes time to be made.
-        said: Where it is told what could not be sent.
+        peer_log: Where it is told what could not be sent.
         name: In those words.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, pool: Pool, said: PeerLog, name: str) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop, pool: Pool, peer_log: PeerLog, name: str) -> None:
         self._loop = loop
         self._pool = pool
-        self._said = said
+        self._peer_log = peer_log
         self._name = name
         self._lock = threading.Lock()
-        self._woken: deque[Channel] = deque()
-        self._told = False
-        self._clients: dict[Channel, tuple[Any, Any, asyncio.Event]] = {}
-        self._tasks: dict[Channel, asyncio.Future[None]] = {}
+        self._woken: deque[ClientChannel] = deque()
+        self._wake_scheduled = False
+        self._clients: dict[ClientChannel, tuple[Any, Any, asyncio.Event]] = {}
+        self._tasks: dict[ClientChannel, asyncio.Future[None]] = {}
         self._closed_error = closed_error()
         self._broadcast = import_module("websockets.asyncio.server").broadcast
 
-    def add(self, channel: Channel, connection: Any, transport: asyncio.Transport) -> None:
+    def add(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> None:
         """Begin to write to a client, by its WebSocket over this transport."""
         self._clients[channel] = connection, transport, asyncio.Event()
         self._tasks[channel] = asyncio.ensure_future(self._write(channel))
 
-    def remove(self, channel: Channel) -> None:
+    def remove(self, channel: ClientChannel) -> None:
         """It has gone."""
         del self._clients[channel]
         self._tasks.pop(channel).cancel()
 
-    def wake(self, channel: Channel) -> None:
+    def wake(self, channel: ClientChannel) -> None:
         """Something waits for a client; from any thread. One wake does for all that comes together."""
         with self._lock:
             self._woken.append(channel)
-            told, self._told = self._told, True
-        if not told:
+            scheduled, self._wake_scheduled = self._wake_scheduled, True
+        if not scheduled:
             notify(self._loop, self._wake_all)
 
     def _wake_all(self) -> None:
         with self._lock:
             woken, self._woken = self._woken, deque()
-            self._told = False
+            self._wake_scheduled = False
         for channel in woken:
             client = self._clients.get(channel)
             if client is not None and not self._write_at_once(channel, *client[:2]):
                 client[2].set()
 
-    def _write_at_once(self, channel: Channel, connection: Any, transport: asyncio.Transport) -> bool:
+    def _write_at_once(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> bool:
         """Write what waits, as far as it is short and the client takes it; True when nothing is left."""
         for _ in range(TURN):
             # `broadcast` passes over a client that is being sent a long message, or has gone.
@@ -98,7 +98,7 @@ class Outgoing:
                 self._say_not_sent(channel)
         return not channel.outbox
 
-    async def _write(self, channel: Channel) -> None:
+    async def _write(self, channel: ClientChannel) -> None:
         """What waits for a client, one after the other; ends with its connection."""
         connection, _, event = self._clients[channel]
         turn = 0
@@ -128,13 +128,13 @@ class Outgoing:
             if turn % TURN == 0:
                 await asyncio.sleep(0)
 
-    def _say_not_sent(self, channel: Channel) -> None:
-        self._said.error(
+    def _say_not_sent(self, channel: ClientChannel) -> None:
+        self._peer_log.error(
             channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=sys.exc_info()[1]
         )
 
 
-def _payloads(item: Payload | Late) -> tuple[Payload, ...]:
+def _payloads(item: Payload | DeferredPayload) -> tuple[Payload, ...]:
     return (item,) if isinstance(item, (str, bytes, ChunkedMessage)) else item.payloads()
 
 

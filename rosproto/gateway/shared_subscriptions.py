@@ -30,45 +30,46 @@ class Receiver(Protocol):
     """A receiver of the messages of a topic."""
 
     def offer(self, event: MessageEvent) -> None:
-        """Take a message; called in a thread of the library, also before `Taps.open` has returned.
+        """Take a message; called in a thread of the library.
 
-        Must not block. Exceptions it raises are logged.
+        The first call may come before `SharedSubscriptions.open` has returned. It must not block; exceptions
+        are logged.
         """
 
 
-class Tap:
-    """A receiver's connection to a topic; made by `Taps.open`. Close it at the end.
+class SharedSubscription:
+    """A receiver's connection to a topic; made by `SharedSubscriptions.open`. Close it at the end.
 
     Attributes:
         topic: Resolved name.
     """
 
-    def __init__(self, source: _Source, receiver: Receiver) -> None:
-        self.topic = source.topic
-        self._source = source
+    def __init__(self, shared_topic: _SharedTopic, receiver: Receiver) -> None:
+        self.topic = shared_topic.topic
+        self._shared_topic = shared_topic
         self.receiver = receiver
         self.closed = False
 
     @property
     def description(self) -> TopicDescription | None:
         """The topic's description by the publisher of the last message; None before the first one."""
-        return self._source.latest
+        return self._shared_topic.latest
 
     @property
     def connections(self) -> int:
         """Publishers connected now."""
-        subscriber = self._source.subscriber
+        subscriber = self._shared_topic.subscriber
         return 0 if subscriber is None else subscriber.connections
 
     def close(self) -> None:
         """Stop receiving; one message that is on its way may still come. May be called again."""
-        self._source.remove(self)
+        self._shared_topic.remove(self)
 
     def __repr__(self) -> str:
         return f"<Tap {self.topic}{', closed' if self.closed else ''}>"
 
 
-class Taps:
+class SharedSubscriptions:
     """The topics that the clients of one gateway, or of several on the same node, want at the moment.
 
     Args:
@@ -80,16 +81,16 @@ class Taps:
         self._node = node
         self._limits = limits or GatewayLimits()
         self._lock = threading.Lock()
-        self._sources: dict[str, _Source] = {}
+        self._shared_topics: dict[str, _SharedTopic] = {}
         self._closed = False
 
     @property
     def topics(self) -> tuple[str, ...]:
         """Topics subscribed now, including those that linger."""
         with self._lock:
-            return tuple(self._sources)
+            return tuple(self._shared_topics)
 
-    def open(self, topic: str, receiver: Receiver) -> Tap:
+    def open(self, topic: str, receiver: Receiver) -> SharedSubscription:
         """Offer every message of a topic to a receiver, beginning with each latched publisher's last one.
 
         Asks the master, so it may take seconds while the master is away.
@@ -108,19 +109,19 @@ class Taps:
             with self._lock:
                 if self._closed:
                     raise LocalProtocolError(f"{name}: the gateway is closed")
-                source = self._sources.get(name)
-                if source is None:
-                    source = self._sources[name] = _Source(self, self._node, name)
-            tap = source.add(receiver)
-            if tap is not None:
-                return tap
+                shared_topic = self._shared_topics.get(name)
+                if shared_topic is None:
+                    shared_topic = self._shared_topics[name] = _SharedTopic(self, self._node, name)
+            subscription = shared_topic.add(receiver)
+            if subscription is not None:
+                return subscription
             # It was just being unsubscribed: make another one.
 
-    def forget(self, source: _Source) -> None:
+    def forget(self, shared_topic: _SharedTopic) -> None:
         """Forget a source that has been unsubscribed."""
         with self._lock:
-            if self._sources.get(source.topic) is source:
-                del self._sources[source.topic]
+            if self._shared_topics.get(shared_topic.topic) is shared_topic:
+                del self._shared_topics[shared_topic.topic]
 
     @property
     def linger(self) -> float:
@@ -131,52 +132,52 @@ class Taps:
         """Unsubscribe all topics now. May be called again."""
         with self._lock:
             self._closed = True
-            sources = list(self._sources.values())
-        for source in sources:
-            source.end()
+            shared_topics = list(self._shared_topics.values())
+        for shared_topic in shared_topics:
+            shared_topic.end()
 
 
-class _Source:
+class _SharedTopic:
     """One topic at the robot.
 
     `_state` guards who receives; `_opening` is held while the master is asked, which may take seconds.
     """
 
-    def __init__(self, taps: Taps, node: Node, topic: str) -> None:
+    def __init__(self, shared_subscriptions: SharedSubscriptions, node: Node, topic: str) -> None:
         self.topic = topic
         self.subscriber: Subscriber | None = None
         self.latest: TopicDescription | None = None
-        self._taps = taps
+        self._shared_subscriptions = shared_subscriptions
         self._node = node
         self._clock = node.clock
         self._opening = threading.Lock()
         self._state = threading.Lock()
-        self._receivers: tuple[Tap, ...] = ()
+        self._receivers: tuple[SharedSubscription, ...] = ()
         self._latched: dict[str, MessageEvent] = {}  # by publisher
         self._header: tuple[dict[str, str], TopicDescription | None] | None = None
         self._timer: threading.Timer | None = None
         self._ended = False
         self._descriptions: dict[tuple[object, ...], TopicDescription] = {}
-        self._told = False
+        self._warned = False
 
     # -- receivers ------------------------------------------------------------------------------------------
 
-    def add(self, receiver: Receiver) -> Tap | None:
+    def add(self, receiver: Receiver) -> SharedSubscription | None:
         """Add a receiver; None when this source has ended."""
-        tap = Tap(self, receiver)
+        subscription = SharedSubscription(self, receiver)
         with self._state:
             if self._ended:
                 return None
             self._stop_timer()
             for event in self._still_latched():
-                self._offer(tap, event)
-            self._receivers = (*self._receivers, tap)
+                self._offer(subscription, event)
+            self._receivers = (*self._receivers, subscription)
         try:
             self._subscribe()
         except BaseException:
-            self.remove(tap)
+            self.remove(subscription)
             raise
-        return tap
+        return subscription
 
     def _subscribe(self) -> None:
         with self._opening:
@@ -185,15 +186,15 @@ class _Source:
                     self.topic, AnyMsg, self._received, queue_size=MOST_WAITING, raw=True
                 )
 
-    def remove(self, tap: Tap) -> None:
+    def remove(self, subscription: SharedSubscription) -> None:
         with self._state:
-            if tap.closed:
+            if subscription.closed:
                 return
-            tap.closed = True
-            self._receivers = tuple(other for other in self._receivers if other is not tap)
+            subscription.closed = True
+            self._receivers = tuple(other for other in self._receivers if other is not subscription)
             if self._receivers or self._ended:
                 return
-            linger = self._taps.linger
+            linger = self._shared_subscriptions.linger
             if linger > 0.0 and self.subscriber is not None:
                 self._timer = threading.Timer(linger, self._leave)
                 self._timer.daemon = True
@@ -218,11 +219,11 @@ class _Source:
                 return
             self._ended = True
             self._stop_timer()
-            for tap in self._receivers:
-                tap.closed = True
+            for subscription in self._receivers:
+                subscription.closed = True
             self._receivers = ()
             self._latched.clear()
-        self._taps.forget(self)
+        self._shared_subscriptions.forget(self)
         with self._opening:
             if self.subscriber is not None:
                 self.subscriber.close()
@@ -241,13 +242,13 @@ class _Source:
             if description.latched:
                 self._remember(description.publisher, event)
             receivers = self._receivers
-        for tap in receivers:
-            if not tap.closed:
-                self._offer(tap, event)
+        for subscription in receivers:
+            if not subscription.closed:
+                self._offer(subscription, event)
 
-    def _offer(self, tap: Tap, event: MessageEvent) -> None:
+    def _offer(self, subscription: SharedSubscription, event: MessageEvent) -> None:
         try:
-            tap.receiver.offer(event)
+            subscription.receiver.offer(event)
         except Exception:  # one receiver's error must not affect the others
             _log.exception("! %s: a receiver of the gateway raised", self.topic)
 
@@ -278,22 +279,22 @@ class _Source:
         kind, md5sum = header.get("type", "*"), header.get("md5sum", "*")
         publisher, latched = header.get("callerid", ""), header.get("latching") == "1"
         if kind == "*" or md5sum == "*":
-            if not self._told:
-                self._told = True
+            if not self._warned:
+                self._warned = True
                 _log.warning(
                     "! %s: %s publishes AnyMsg, whose type nobody knows; no client gets it",
                     self.topic,
                     publisher[:200],
                 )
             return None
-        told = header.get("message_definition", "")
-        key = kind, md5sum, told, latched, publisher
+        text = header.get("message_definition", "")
+        key = kind, md5sum, text, latched, publisher
         known = self._descriptions.get(key)
         if known is None:
             if len(self._descriptions) >= MOST_DESCRIPTIONS:
                 self._descriptions.clear()
             known = self._descriptions[key] = TopicDescription(
-                self.topic, kind, md5sum, told or _bundled(kind, md5sum), latched=latched, publisher=publisher
+                self.topic, kind, md5sum, text or _bundled(kind, md5sum), latched=latched, publisher=publisher
             )
         return known
 

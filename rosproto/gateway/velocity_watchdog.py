@@ -47,7 +47,7 @@ def is_velocity(type_name: str) -> bool:
     return type_name in VELOCITY_TYPES
 
 
-class Publishes(Protocol):
+class VelocityPublisher(Protocol):
     """What is needed of a publisher here."""
 
     @property
@@ -192,7 +192,7 @@ class DriveTable:
         return min(times, default=None)
 
 
-class WriteGuard:
+class VelocityWatchdog:
     """Publishes for clients, and zeros after them. One for each gateway.
 
     Its thread runs only while somebody drives.
@@ -206,7 +206,7 @@ class WriteGuard:
         self._stamp = stamp
         self._table = table or DriveTable()
         self._changed = threading.Condition()
-        self._publishers: dict[str, Publishes] = {}
+        self._publishers: dict[str, VelocityPublisher] = {}
         self._frames: dict[str, str] = {}
         self._watches: dict[str, Watch] = {}
         self._thread: threading.Thread | None = None
@@ -232,7 +232,7 @@ class WriteGuard:
         if watch is not None:
             watch.drop()
 
-    def publish(self, client: Hashable, publisher: Publishes, message: Any) -> None:
+    def publish(self, client: Hashable, publisher: VelocityPublisher, message: Any) -> None:
         """Publish a client's message; a velocity is watched from now on.
 
         Args:
@@ -285,7 +285,7 @@ class WriteGuard:
         if thread is not None and thread is not threading.current_thread():
             thread.join(2 * OVER + 1.0)
 
-    def _arm(self, topic: str, publisher: Publishes) -> None:
+    def _arm(self, topic: str, publisher: VelocityPublisher) -> None:
         """Called with the lock held, before what moves is sent."""
         watch = self._watches.get(topic)
         if watch is not None and not watch.armed:
@@ -320,7 +320,7 @@ class WriteGuard:
                 _log.warning("! %s: zero could not be published after its client: %s", topic, error)
         self._disarm()
 
-    def _zero(self, topic: str, publisher: Publishes) -> Any:
+    def _zero(self, topic: str, publisher: VelocityPublisher) -> Any:
         zero: Any = publisher.message_class()
         if publisher.message_class._has_header:
             zero.header.frame_id = self._frames.get(topic, "")

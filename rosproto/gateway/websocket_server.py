@@ -22,10 +22,10 @@ from typing import Any
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
-from rosproto.gateway.admission import Strangers, Verdict, require_token_off_loopback
-from rosproto.gateway.client_channel import Channel, Session
+from rosproto.gateway.admission import Admission, AdmissionRefusal, require_token_off_loopback
+from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.outbox_writer import Outgoing, closed_error
+from rosproto.gateway.outbox_writer import OutboxWriter, closed_error
 from rosproto.gateway.pending_connections import AT_ONCE, BACKLOG, Listener
 from rosproto.gateway.websocket_connection import (
     FRAGMENTS,
@@ -71,7 +71,7 @@ class WebSocketServer:
         origins: Origins of pages that may connect, besides those of this computer.
         token: What a client has to know; None only on loopback.
         subprotocols: Names of the protocol, the best first; a client has to offer one of them. Empty: it
-            need not. `Channel.subprotocol` is the one.
+            need not. `ClientChannel.subprotocol` is the one.
         name: For threads and errors.
 
     Raises:
@@ -88,7 +88,7 @@ class WebSocketServer:
 
     def __init__(
         self,
-        open_session: Callable[[Channel], Session],
+        open_session: Callable[[ClientChannel], ClientSession],
         *,
         host: str = "127.0.0.1",
         port: int = 0,
@@ -109,14 +109,14 @@ class WebSocketServer:
         self.refused: Counter[str] = Counter()
         self.accepted = self.stalled = 0
         self.pool = Pool(4 * self.limits.connections, name=name)
-        self.said = PeerLog("rosproto.gateway")
+        self.peer_log = PeerLog("rosproto.gateway")
         self._open_session = open_session
         self._tls = tls
-        self._strangers = Strangers(host, tuple(origins), token, tuple(subprotocols))
+        self._admission = Admission(host, tuple(origins), token, tuple(subprotocols))
         self._name = name
         self._lock = threading.Lock()
-        self._sockets: dict[Channel, Any] = {}
-        self._channels: dict[Any, Channel] = {}
+        self._sockets: dict[ClientChannel, Any] = {}
+        self._channels: dict[Any, ClientChannel] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
         self._transports: dict[Any, Any] = {}
         self._unread: dict[Any, asyncio.TimerHandle] = {}
@@ -127,7 +127,7 @@ class WebSocketServer:
         self.port: int = self._listener.getsockname()[1]
         self._started: Future[None] = Future()
         self._loop = asyncio.SelectorEventLoop()  # it calls `Listener.accept`; that of Windows does not
-        self._outgoing = Outgoing(self._loop, self.pool, self.said, name)
+        self._outbox_writer = OutboxWriter(self._loop, self.pool, self.peer_log, name)
         self._stop = asyncio.Event()
         self._turn = asyncio.Lock()
         self._served = 0  # messages so far
@@ -147,7 +147,7 @@ class WebSocketServer:
         return f"{'wss' if self.secure else 'ws'}://{shown}:{self.port}"
 
     @property
-    def channels(self) -> tuple[Channel, ...]:
+    def channels(self) -> tuple[ClientChannel, ...]:
         """Clients now."""
         with self._lock:
             return tuple(self._sockets)
@@ -177,8 +177,8 @@ class WebSocketServer:
             backlog=AT_ONCE,
             ssl=self._tls,
             **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
-            process_request=self._judge,
-            subprotocols=list(self._strangers.subprotocols) or None,
+            process_request=self._check_request,
+            subprotocols=list(self._admission.subprotocols) or None,
             create_connection=connection_type(
                 self._websockets.ServerConnection, self, WRITE_BUFFER + limits.answer_bytes
             ),
@@ -226,20 +226,20 @@ class WebSocketServer:
             channel.gone = True
             channel.lost = error is not None
 
-    def _judge(self, connection: Any, request: Any) -> Any:
+    def _check_request(self, connection: Any, request: Any) -> Any:
         """An HTTP answer to a request that is refused; None to go on."""
-        verdict = self._strangers.judge(request.path, request.headers.get_all)
-        if verdict is None and len(self._sockets) >= self.limits.connections:
+        refusal = self._admission.check(request.path, request.headers.get_all)
+        if refusal is None and len(self._sockets) >= self.limits.connections:
             why = f"{self.limits.connections} clients are connected, which is the limit"
-            verdict = Verdict(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
-        if verdict is None:
+            refusal = AdmissionRefusal(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
+        if refusal is None:
             return None
         self._listener.answered(connection.remote_address)
-        self.refused[verdict.reason] += 1
-        self.said.warning(
-            verdict.reason, "! %s: refused %s: %s", self._name, peer_of(connection), verdict.text
+        self.refused[refusal.reason] += 1
+        self.peer_log.warning(
+            refusal.reason, "! %s: refused %s: %s", self._name, peer_of(connection), refusal.text
         )
-        return connection.respond(verdict.status, f"{verdict.text}\n")
+        return connection.respond(refusal.status, f"{refusal.text}\n")
 
     # -- clients --------------------------------------------------------------------------------------------
 
@@ -251,10 +251,10 @@ class WebSocketServer:
         if transport is None:
             return  # it went while its handshake ended
         self._tasks.add(task)
-        channel = Channel(
+        channel = ClientChannel(
             peer_of(connection),
             self.limits,
-            self._outgoing.wake,
+            self._outbox_writer.wake,
             self._end,
             self._later,
             connection.subprotocol,
@@ -275,9 +275,9 @@ class WebSocketServer:
             self._tasks.discard(task)
             del self._channels[connection]
 
-    async def _serve_client(self, connection: Any, channel: Channel, transport: Any) -> None:
-        self._outgoing.add(channel, connection, transport)
-        session: Session | None = None
+    async def _serve_client(self, connection: Any, channel: ClientChannel, transport: Any) -> None:
+        self._outbox_writer.add(channel, connection, transport)
+        session: ClientSession | None = None
         try:
             session = self._open_session(channel)
             await self._read(connection, channel, session)
@@ -285,7 +285,7 @@ class WebSocketServer:
             if end.sent is not None and end.sent.code == _TOO_BIG:
                 self._say_too_long(channel, self.limits.message_bytes)
         except Exception:
-            self.said.error(
+            self.peer_log.error(
                 channel.peer, "! %s: %s is cut off", self._name, channel.peer, exc_info=_current()
             )
             channel.close(1011, "an error of the gateway")
@@ -293,11 +293,11 @@ class WebSocketServer:
             with self._lock:
                 self._sockets.pop(channel, None)
             channel.outbox.close()
-            self._outgoing.remove(channel)
+            self._outbox_writer.remove(channel)
             if session is not None:
                 self._say_goodbye(session)
 
-    async def _read(self, connection: Any, channel: Channel, session: Session) -> None:
+    async def _read(self, connection: Any, channel: ClientChannel, session: ClientSession) -> None:
         """Give a client's messages to its session.
 
         One that takes more than its share of the loop's time goes on when its turn has come: between two
@@ -310,7 +310,7 @@ class WebSocketServer:
                 return
             if data is None:
                 why = f"a message may have {FRAGMENTS} fragments"
-                self.said.warning("fragments", "! %s: %s is cut off: %s", self._name, channel.peer, why)
+                self.peer_log.warning("fragments", "! %s: %s is cut off: %s", self._name, channel.peer, why)
                 await self._close_connection(connection, _TOO_BIG, why)
                 return
             longest = session.longest
@@ -333,7 +333,7 @@ class WebSocketServer:
                 spent = 0.0
                 self._look_for_reset(connection, channel)
 
-    def _look_for_reset(self, connection: Any, channel: Channel) -> None:
+    def _look_for_reset(self, connection: Any, channel: ClientChannel) -> None:
         """Of a connection that was torn down the system still gives what had come before; nobody wants it."""
         transport = self._transports.get(connection)
         if transport is None or transport.is_closing():
@@ -346,8 +346,8 @@ class WebSocketServer:
             channel.gone = channel.lost = True
             transport.abort()
 
-    def _say_too_long(self, channel: Channel, longest: int) -> None:
-        self.said.warning(
+    def _say_too_long(self, channel: ClientChannel, longest: int) -> None:
+        self.peer_log.warning(
             "too long",
             "! %s: %s is cut off: a message has more than %d bytes (--message-bytes, "
             "GatewayLimits.message_bytes; less where nothing may be written)",
@@ -356,7 +356,7 @@ class WebSocketServer:
             longest,
         )
 
-    def _say_goodbye(self, session: Session) -> None:
+    def _say_goodbye(self, session: ClientSession) -> None:
         done: Future[None] = Future()
         self._leaving.add(done)
 
@@ -364,7 +364,7 @@ class WebSocketServer:
             try:
                 session.ended()
             except Exception:
-                self.said.error("ended", "! %s: a session ended badly", self._name, exc_info=_current())
+                self.peer_log.error("ended", "! %s: a session ended badly", self._name, exc_info=_current())
             finally:
                 self._leaving.discard(done)
                 done.set_result(None)
@@ -392,7 +392,7 @@ class WebSocketServer:
         if transport.get_write_buffer_size() < unread:
             self.write_paused(connection)
             return
-        self.said.warning(
+        self.peer_log.warning(
             "stalled",
             "! %s: %s has read nothing for %g s and is cut off",
             self._name,
@@ -407,10 +407,10 @@ class WebSocketServer:
     def _later(self, seconds: float, function: Callable[[], object]) -> None:
         notify(self._loop, self._loop.call_later, seconds, function)
 
-    def _end(self, channel: Channel) -> None:
+    def _end(self, channel: ClientChannel) -> None:
         notify(self._loop, self._close_channel, channel)
 
-    def _close_channel(self, channel: Channel) -> None:
+    def _close_channel(self, channel: ClientChannel) -> None:
         connection = self._sockets.get(channel)
         if connection is None or channel.ending is None:
             return

@@ -47,7 +47,7 @@ class TopicSchema(NamedTuple):
     definition: str
 
 
-class OfferedChannel(NamedTuple):
+class AdvertisedChannel(NamedTuple):
     """A topic as viewers are offered it; with another schema it is another channel.
 
     Attributes:
@@ -61,7 +61,7 @@ class OfferedChannel(NamedTuple):
     schema: TopicSchema
 
 
-class OfferedService(NamedTuple):
+class AdvertisedService(NamedTuple):
     """A service whose type is known.
 
     Attributes:
@@ -75,7 +75,7 @@ class OfferedService(NamedTuple):
     kind: Any
 
 
-class Offers:
+class AdvertisedChannels:
     """The channels and services of one server, with numbers that are the same for all viewers.
 
     Args:
@@ -91,10 +91,10 @@ class Offers:
         self._lock = threading.Lock()
         self._numbers = count(1)
         self._view: GraphView | None = None
-        self._channels: dict[str, OfferedChannel] = {}
-        self._services: dict[str, OfferedService] = {}
+        self._channels: dict[str, AdvertisedChannel] = {}
+        self._services: dict[str, AdvertisedService] = {}
 
-    def channels(self, view: GraphView) -> Mapping[str, OfferedChannel]:
+    def channels(self, view: GraphView) -> Mapping[str, AdvertisedChannel]:
         """The topics of a view that viewers may see, and this program's own. May ask publishers."""
         with self._lock:
             if self._view is not view:
@@ -102,7 +102,7 @@ class Offers:
                 self._channels = {
                     topic: known
                     if (known := before.get(topic)) is not None and known.schema == schema
-                    else OfferedChannel(next(self._numbers), topic, schema)
+                    else AdvertisedChannel(next(self._numbers), topic, schema)
                     for topic, schema in self._found(view).items()
                 }
                 self._view = view
@@ -122,14 +122,14 @@ class Offers:
                 found[name] = TopicSchema(told.type_name, told.md5sum, told.definition)
         return found
 
-    def services(self, present: Mapping[str, Any]) -> Mapping[str, OfferedService]:
+    def services(self, present: Mapping[str, Any]) -> Mapping[str, AdvertisedService]:
         """Services by name, from their classes."""
         with self._lock:
             before = self._services
             self._services = {
                 name: known
                 if (known := before.get(name)) is not None and known.kind is kind
-                else OfferedService(next(self._numbers), name, kind)
+                else AdvertisedService(next(self._numbers), name, kind)
                 for name, kind in present.items()
             }
             return self._services
@@ -184,12 +184,12 @@ class _TopicSchemas:
             return None
         for publisher in publishers[:MAX_PROBES]:
             try:
-                said = probe_topic(self._node, topic, publisher, Deadline(PROBE_SECONDS))
+                probed = probe_topic(self._node, topic, publisher, Deadline(PROBE_SECONDS))
             except (RosError, OSError) as problem:
                 _log.info("! %s: %s does not tell its type: %s", topic, publisher, problem)
                 continue
-            if said.message_definition and said.type_name == type_name:
-                heard = TopicSchema(type_name, said.md5sum, said.message_definition)
+            if probed.message_definition and probed.type_name == type_name:
+                heard = TopicSchema(type_name, probed.md5sum, probed.message_definition)
                 with self._lock:
                     self._known[topic] = heard
                 return heard

@@ -23,7 +23,7 @@ MOST_BYTES = 32 << 20
 
 
 class AssetAnswer:
-    """A file for a viewer, read when it is its turn to be sent; see `channel.Late`."""
+    """A file for a viewer, read when it is its turn to be sent; see `channel.DeferredPayload`."""
 
     quick = False
 

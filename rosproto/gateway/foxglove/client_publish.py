@@ -15,14 +15,14 @@ from typing import NamedTuple, Protocol
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RosError
 from rosproto.gateway.access import Access, Refused
-from rosproto.gateway.client_channel import Channel
+from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.client_publications import Publication, Publications
+from rosproto.gateway.client_publications import ClientPublication, ClientPublications
 from rosproto.gateway.foxglove.messages import (
     ENCODINGS,
     SCHEMA_ENCODING,
     Advertise,
-    ClientChannel,
+    ClientAdvertisement,
     Publish,
     Unadvertise,
 )
@@ -32,11 +32,11 @@ from rosproto.gateway.velocity_watchdog import is_velocity
 from rosproto.node import Node
 
 
-class NotOpen(Refused):
+class NotWritable(Refused):
     """No pattern opens the topic. Told when the client publishes: viewers advertise unasked."""
 
 
-class Advert(NamedTuple):
+class AdvertisedTopic(NamedTuple):
     """A topic that one client publishes on one of its channels.
 
     Attributes:
@@ -44,7 +44,7 @@ class Advert(NamedTuple):
         encoding: One of `ENCODINGS`.
     """
 
-    publication: Publication
+    publication: ClientPublication
     encoding: str
 
 
@@ -68,7 +68,7 @@ class ClientTopics:
         node: Node,
         access: Access,
         limits: GatewayLimits,
-        publications: Publications,
+        publications: ClientPublications,
         json: JsonReader,
     ) -> None:
         self._node = node
@@ -79,7 +79,7 @@ class ClientTopics:
         self.refusals = 0
         self.most = limits.advertised_per_client
 
-    def advertise(self, client: Hashable, channel: ClientChannel) -> Advert:
+    def advertise(self, client: Hashable, channel: ClientAdvertisement) -> AdvertisedTopic:
         """Open a topic that a client wants to publish. Asks the master.
 
         Args:
@@ -87,7 +87,7 @@ class ClientTopics:
             channel: What it says of it.
 
         Raises:
-            NotOpen: No pattern opens the topic.
+            NotWritable: No pattern opens the topic.
             Refused: It may not be published in this way.
             RosError: The master refuses the registration.
         """
@@ -100,7 +100,7 @@ class ClientTopics:
         name = definition_name(channel.schema_name)
         refusal = self._access.may_write("topic", topic, name)
         if refusal is not None:
-            raise NotOpen(refusal.text)
+            raise NotWritable(refusal.text)
         if channel.encoding not in ENCODINGS:
             raise Refused(
                 f"publishing on {topic} is refused: it comes as {channel.encoding[:40]!r}; "
@@ -110,9 +110,9 @@ class ClientTopics:
             publication = self._publications.open(client, topic, self._kind(topic, name, channel))
         except LocalProtocolError as problem:
             raise Refused(str(problem)) from None
-        return Advert(publication, channel.encoding)
+        return AdvertisedTopic(publication, channel.encoding)
 
-    def _kind(self, topic: str, name: str, channel: ClientChannel) -> type[Message]:
+    def _kind(self, topic: str, name: str, channel: ClientAdvertisement) -> type[Message]:
         """The class known here if the client means the same type, else one made from its definition."""
         text = channel.schema if channel.schema_encoding in ("", SCHEMA_ENCODING) else ""
         known: type[Message] | None = None
@@ -136,7 +136,7 @@ class ClientTopics:
             ) from None
         return known if known is not None and known._md5sum == told._md5sum else told
 
-    def publish(self, advert: Advert, data: bytes) -> None:
+    def publish(self, advert: AdvertisedTopic, data: bytes) -> None:
         """Publish a message.
 
         Raises:
@@ -165,13 +165,13 @@ class ClientTopics:
 class Viewer(Protocol):
     """What is needed here of a session: it stands for the client where zeros follow what that drove."""
 
-    channel: Channel
+    channel: ClientChannel
 
     def __hash__(self) -> int: ...
     def status(self, text: str) -> None: ...
 
 
-class Publishing:
+class ClientPublisher:
     """The topics that one client publishes, in the order in which it asks. Only `publish` may wait.
 
     Args:
@@ -191,7 +191,7 @@ class Publishing:
         self._viewer = viewer
         self._queue = queue
         self._lock = threading.Lock()
-        self._adverts: dict[int, Advert | str] = {}  # a text: why nothing is published there
+        self._adverts: dict[int, AdvertisedTopic | str] = {}  # a text: why nothing is published there
         self._behind: Counter[int] = Counter()  # what is queued of each channel
         self._closed = False
 
@@ -233,15 +233,15 @@ class Publishing:
             self._behind[channel] += 1
         self._queue(do)
 
-    def _advertise(self, channel: ClientChannel) -> None:
-        opened: Advert | str
+    def _advertise(self, channel: ClientAdvertisement) -> None:
+        opened: AdvertisedTopic | str
         try:
             if channel.id in self._adverts:
                 raise Refused(f"channel {channel.id} is advertised already")
             if len(self._adverts) >= self._topics.most:
                 raise Refused(f"{self._topics.most} topics are published: no more for this client")
             opened = self._topics.advertise(self._viewer, channel)
-        except NotOpen as problem:
+        except NotWritable as problem:
             opened = str(problem)
         except (Refused, RosError) as problem:
             self._topics.refusals += 1
@@ -251,13 +251,13 @@ class Publishing:
             closed = self._closed
             if not closed:
                 self._adverts[channel.id] = opened
-        if closed and isinstance(opened, Advert):
+        if closed and isinstance(opened, AdvertisedTopic):
             opened.publication.close()
 
     def _unadvertise(self, id: int) -> None:
         with self._lock:
             advert = self._adverts.pop(id, None)
-        if isinstance(advert, Advert):
+        if isinstance(advert, AdvertisedTopic):
             advert.publication.close()
 
     def publish(self, asked: Publish) -> None:
@@ -287,5 +287,5 @@ class Publishing:
             adverts = list(self._adverts.values())
             self._adverts.clear()
         for advert in adverts:
-            if isinstance(advert, Advert):
+            if isinstance(advert, AdvertisedTopic):
                 advert.publication.close()

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.gateway.json_text import JsonError, JsonReader
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.advertised_channels import OfferedChannel, OfferedService
+    from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannel, AdvertisedService
     from rosproto.gateway.foxglove.graph import ConnectionGraph
 
 SUBPROTOCOLS = "foxglove.sdk.v1", "foxglove.websocket.v1"
@@ -41,7 +41,7 @@ class Level(IntEnum):
     ERROR = 2
 
 
-class Wrong(ValueError):
+class MessageError(ValueError):
     """A message is none of the protocol; the text is a sentence for the client."""
 
 
@@ -67,7 +67,7 @@ class Unsubscribe:
 
 
 @dataclass(frozen=True, slots=True)
-class ClientChannel:
+class ClientAdvertisement:
     """A channel on which a client publishes.
 
     Attributes:
@@ -87,7 +87,7 @@ class ClientChannel:
 
 @dataclass(frozen=True, slots=True)
 class Advertise:
-    channels: tuple[ClientChannel, ...]
+    channels: tuple[ClientAdvertisement, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +180,7 @@ def read(data: str | bytes, reader: JsonReader) -> Request:
     """One message of a client.
 
     Raises:
-        Wrong: It is none.
+        MessageError: It is none.
     """
     return _read_binary(data) if isinstance(data, bytes) else _read_text(data, reader)
 
@@ -189,18 +189,18 @@ def _read_text(text: str, reader: JsonReader) -> Request:
     try:
         values = reader.read(text)
     except JsonError as problem:
-        raise Wrong(f"the message {problem}") from None
+        raise MessageError(f"the message {problem}") from None
     document = values[0] if values else None
     if not isinstance(document, dict):
-        raise Wrong("the message is no JSON object")
+        raise MessageError("the message is no JSON object")
     op = document.get("op")
     read_fields = _OPERATIONS.get(op) if isinstance(op, str) else None
     if read_fields is None:
-        raise Wrong(f"the message's op is {_short(op)}; expected one of {', '.join(_OPERATIONS)}")
+        raise MessageError(f"the message's op is {_short(op)}; expected one of {', '.join(_OPERATIONS)}")
     try:
         return read_fields(document)
-    except Wrong as problem:
-        raise Wrong(f"{op}: {problem}") from None
+    except MessageError as problem:
+        raise MessageError(f"{op}: {problem}") from None
 
 
 def _read_binary(data: bytes) -> Request:
@@ -213,8 +213,8 @@ def _read_binary(data: bytes) -> Request:
             encoding = data[13 : 13 + length].decode("utf-8", "replace")
             return Call(service, call, encoding, data[13 + length :])
     if op not in (1, 2):
-        raise Wrong(f"a binary message begins with {op}; expected 1, a message, or 2, a call")
-    raise Wrong(f"a binary message of kind {op} ends too early, after {len(data)} bytes")
+        raise MessageError(f"a binary message begins with {op}; expected 1, a message, or 2, a call")
+    raise MessageError(f"a binary message of kind {op} ends too early, after {len(data)} bytes")
 
 
 _UINT32, _THREE = struct.Struct("<I"), struct.Struct("<III")
@@ -225,27 +225,27 @@ def _text(document: Mapping[str, Any], name: str, default: str | None = None) ->
     if value is None and default is not None:
         return default
     if not isinstance(value, str):
-        raise Wrong(f"{name} is {_short(value)}; expected a text")
+        raise MessageError(f"{name} is {_short(value)}; expected a text")
     return value
 
 
 def _number(value: object, name: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 1 << 32:
-        raise Wrong(f"{name} is {_short(value)}; expected a whole number of 32 bits")
+        raise MessageError(f"{name} is {_short(value)}; expected a whole number of 32 bits")
     return value
 
 
 def _list(document: Mapping[str, Any], name: str) -> list[Any]:
     value = document.get(name)
     if not isinstance(value, list):
-        raise Wrong(f"{name} is {_short(value)}; expected a list")
+        raise MessageError(f"{name} is {_short(value)}; expected a list")
     return value
 
 
 def _objects(document: Mapping[str, Any], name: str) -> list[dict[str, Any]]:
     found = _list(document, name)
     if not all(isinstance(one, dict) for one in found):
-        raise Wrong(f"{name} has what is no object")
+        raise MessageError(f"{name} has what is no object")
     return found
 
 
@@ -256,7 +256,7 @@ def _numbers(document: Mapping[str, Any], name: str) -> tuple[int, ...]:
 def _names(document: Mapping[str, Any]) -> tuple[str, ...]:
     found = _list(document, "parameterNames")
     if not all(isinstance(one, str) for one in found):
-        raise Wrong("parameterNames has what is no text")
+        raise MessageError("parameterNames has what is no text")
     return tuple(found)
 
 
@@ -276,7 +276,7 @@ def _subscribe(document: Mapping[str, Any]) -> Request:
 def _advertise(document: Mapping[str, Any]) -> Request:
     return Advertise(
         tuple(
-            ClientChannel(
+            ClientAdvertisement(
                 _number(one.get("id"), "id"),
                 _text(one, "topic"),
                 _text(one, "encoding"),
@@ -308,7 +308,7 @@ def _value(one: Mapping[str, Any]) -> object:
             return [float(each) for each in value]
     except (binascii.Error, TypeError, ValueError, OverflowError):
         pass
-    raise Wrong(f"the value of {_short(one.get('name'))} is no {_short(kind)}")
+    raise MessageError(f"the value of {_short(one.get('name'))} is no {_short(kind)}")
 
 
 _OPERATIONS: dict[str, Callable[[Mapping[str, Any]], Request]] = {
@@ -358,7 +358,7 @@ def remove_status(id: str) -> str:
     return _document("removeStatus", statusIds=[id])
 
 
-def advertise(channels: Iterable[OfferedChannel]) -> str:
+def advertise(channels: Iterable[AdvertisedChannel]) -> str:
     return _document(
         "advertise",
         channels=[
@@ -377,7 +377,7 @@ def unadvertise(channels: Iterable[int]) -> str:
     return _document("unadvertise", channelIds=list(channels))
 
 
-def advertise_services(services: Iterable[OfferedService]) -> str:
+def advertise_services(services: Iterable[AdvertisedService]) -> str:
     return _document(
         "advertiseServices",
         services=[

@@ -13,8 +13,8 @@ from rosproto.gateway.access import Access
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
-from rosproto.gateway.foxglove.server_state import Robot, Viewer
-from rosproto.gateway.foxglove.session import Session
+from rosproto.gateway.foxglove.server_state import ServerState, Viewer
+from rosproto.gateway.foxglove.session import FoxgloveSession
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.logs import get_logger
@@ -112,7 +112,7 @@ class Foxglove:
         self.access = access or Access()
         self.limits = limits or GatewayLimits()
         self._closed = False
-        self._robot = Robot(
+        self._state = ServerState(
             node,
             name=name or f"rosproto {node.name}",
             access=self.access,
@@ -123,7 +123,7 @@ class Foxglove:
         )
         try:
             self._server = WebSocketServer(
-                lambda channel: Session(self._robot, channel),
+                lambda channel: FoxgloveSession(self._state, channel),
                 host=host,
                 port=port,
                 limits=self.limits,
@@ -134,7 +134,7 @@ class Foxglove:
                 name="foxglove",
             )
         except BaseException:
-            self._robot.close(1.0)
+            self._state.close(1.0)
             raise
         node.before_close(self._stop_driving)
         node.add_closer(self.close)
@@ -165,23 +165,23 @@ class Foxglove:
     @property
     def clients(self) -> tuple[ClientFacts, ...]:
         """The connected clients."""
-        return tuple(_facts(session) for session in self._robot.sessions)
+        return tuple(_facts(session) for session in self._state.sessions)
 
     def stats(self) -> FoxgloveStats:
         """The counters now."""
-        robot, server = self._robot, self._server
+        state, server = self._state, self._server
         return FoxgloveStats(
-            clients=len(robot.sessions),
+            clients=len(state.sessions),
             accepted=server.accepted,
             refused=sum(server.refused.values()),
             stalled=server.stalled,
-            refusals=robot.client_topics.refusals,
-            topics=robot.taps.topics,
-            zeros=robot.guard.zeros,
+            refusals=state.client_topics.refusals,
+            topics=state.shared_subscriptions.topics,
+            zeros=state.velocity_watchdog.zeros,
         )
 
     def __repr__(self) -> str:
-        state = "closed" if self._closed else f"{len(self._robot.sessions)} clients"
+        state = "closed" if self._closed else f"{len(self._state.sessions)} clients"
         return f"<Foxglove {self.url}, {state}>"
 
     # -- the end --------------------------------------------------------------------------------------------
@@ -197,15 +197,15 @@ class Foxglove:
         self._closed = True
         self.node.remove_closer(self.close)
         end = time.monotonic() + timeout
-        self._robot.guard.close()
+        self._state.velocity_watchdog.close()
         try:
             self._server.close(max(0.1, end - time.monotonic()))
         finally:
-            self._robot.close(max(0.1, end - time.monotonic()))
+            self._state.close(max(0.1, end - time.monotonic()))
 
     def _stop_driving(self, reason: str) -> None:
         """The node is about to close: zeros while it still can."""
-        self._robot.guard.close()
+        self._state.velocity_watchdog.close()
 
     def __enter__(self) -> Foxglove:
         return self

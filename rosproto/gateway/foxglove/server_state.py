@@ -10,10 +10,10 @@ from typing import Any, Protocol
 from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
-from rosproto.gateway.client_channel import Channel
+from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.client_publications import Publications
-from rosproto.gateway.foxglove.advertised_channels import OfferedService, Offers
+from rosproto.gateway.client_publications import ClientPublications
+from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannels, AdvertisedService
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.client_publish import ClientTopics
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
@@ -23,8 +23,8 @@ from rosproto.gateway.foxglove.services import CallCount, ServiceTypes
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
-from rosproto.gateway.shared_subscriptions import Receiver, Tap, Taps
-from rosproto.gateway.velocity_watchdog import WriteGuard
+from rosproto.gateway.shared_subscriptions import Receiver, SharedSubscription, SharedSubscriptions
+from rosproto.gateway.velocity_watchdog import VelocityWatchdog
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
@@ -40,7 +40,7 @@ class Viewer(Protocol):
     """One viewer's session, as far as the server and its state use it."""
 
     @property
-    def channel(self) -> Channel: ...
+    def channel(self) -> ClientChannel: ...
 
     @property
     def since(self) -> float: ...
@@ -67,7 +67,7 @@ class Viewer(Protocol):
     def restart(self) -> None: ...
 
 
-class Robot:
+class ServerState:
     """The robot's side of a server, and the list of its sessions.
 
     Args:
@@ -99,18 +99,18 @@ class Robot:
         self.pool = Pool(name="foxglove work")
         self.json = JsonReader(limits.message_values, limits.nesting)
         self.calls = CallCount(CALLS, "all clients")
-        self.taps = Taps(node, limits)
-        self.guard = WriteGuard(node.clock.now)
-        self.publications = Publications(node, self.guard, watchdog=watchdog)
+        self.shared_subscriptions = SharedSubscriptions(node, limits)
+        self.velocity_watchdog = VelocityWatchdog(node.clock.now)
+        self.publications = ClientPublications(node, self.velocity_watchdog, watchdog=watchdog)
         self.client_topics = ClientTopics(node, access, limits, self.publications, self.json)
         self.parameters = ParameterView(node, access, limits)
         self._local = {topic.name: topic for topic in topics}
-        self.offers = Offers(node, access, self._local.values())
+        self.advertised = AdvertisedChannels(node, access, self._local.values())
         self._service_types = ServiceTypes(node, access)
         self._lock = threading.Lock()
         self._sessions: set[Viewer] = set()
-        self._clock_tap: Tap | None = None
-        self._telling_time = threading.Lock()
+        self._clock_subscription: SharedSubscription | None = None
+        self._time_lock = threading.Lock()
         self._simulated_now = 0
         self._closed = False
         self._watch = GraphWatch(
@@ -143,7 +143,7 @@ class Robot:
             session.status(_outdated(self._watch.problem), Level.ERROR, MASTER_STATUS)
         if self.node.clock.simulated:
             self._follow_clock()
-            with self._telling_time:
+            with self._time_lock:
                 now = max(self._simulated_now, self.node.clock.now_nsec())
                 if now:
                     session.tell_time(now)
@@ -154,9 +154,11 @@ class Robot:
         """A session has ended."""
         with self._lock:
             self._sessions.discard(session)
-            tap, self._clock_tap = (self._clock_tap, None) if not self._sessions else (None, self._clock_tap)
-        if tap is not None:
-            tap.close()
+            clock, self._clock_subscription = (
+                (self._clock_subscription, None) if not self._sessions else (None, self._clock_subscription)
+            )
+        if clock is not None:
+            clock.close()
             self._simulated_now = 0
 
     # -- the graph ------------------------------------------------------------------------------------------
@@ -166,13 +168,13 @@ class Robot:
         """The latest view of the graph."""
         return self._watch.view
 
-    def offered_services(self, view: GraphView) -> Mapping[str, OfferedService]:
+    def advertised_services(self, view: GraphView) -> Mapping[str, AdvertisedService]:
         """The services of a view that viewers may see and whose type is known."""
-        return self.offers.services(self._service_types.present(view))
+        return self.advertised.services(self._service_types.present(view))
 
     def differs(self, description: TopicDescription) -> None:
         """A publisher's definition differs from what viewers were told. Called in a thread of the node."""
-        if self.offers.learn(description):
+        if self.advertised.learn(description):
             self.pool.spawn(self._show)
 
     def _show(self) -> None:
@@ -180,7 +182,7 @@ class Robot:
             session.show(self.view)
 
     def _changed(self, view: GraphView) -> None:
-        self.offers.keep_only(set(view.types))
+        self.advertised.keep_only(set(view.types))
         self._service_types.forget(view)
         self._show()
         self.pool.spawn(self._ask_services)
@@ -211,24 +213,24 @@ class Robot:
 
     # -- topics ---------------------------------------------------------------------------------------------
 
-    def tap(self, topic: str, receiver: Receiver) -> Any:
+    def subscribe(self, topic: str, receiver: Receiver) -> Any:
         """Follow a topic of the robot or of this program; close what this returns. Asks the master."""
         local = self._local.get(topic)
-        return self.taps.open(topic, receiver) if local is None else local.open(receiver)
+        return self.shared_subscriptions.open(topic, receiver) if local is None else local.open(receiver)
 
     def _follow_clock(self) -> None:
         """Follow /clock for all sessions."""
         with self._lock:
-            if self._clock_tap is not None or not self._sessions:
+            if self._clock_subscription is not None or not self._sessions:
                 return
             try:
-                self._clock_tap = self.taps.open("/clock", _ClockReceiver(self))
+                self._clock_subscription = self.shared_subscriptions.open("/clock", _ClockReceiver(self))
             except RosError as problem:
                 _log.warning("! foxglove: simulated time cannot be followed: %s", problem)
 
     def tell_time(self, nanoseconds: int) -> None:
         """Tell all viewers the simulated time."""
-        with self._telling_time:
+        with self._time_lock:
             self._simulated_now = nanoseconds
             for session in self.sessions:
                 session.tell_time(nanoseconds)
@@ -248,7 +250,7 @@ class Robot:
             self._closed = True
         self._watch.close(timeout)
         self.publications.close()
-        self.taps.close()
+        self.shared_subscriptions.close()
         self.pool.close()
 
 
@@ -259,10 +261,10 @@ def _outdated(problem: RosError) -> str:
 class _ClockReceiver:
     """Tells all sessions the simulated time."""
 
-    def __init__(self, robot: Robot) -> None:
-        self._robot = robot
+    def __init__(self, state: ServerState) -> None:
+        self._state = state
 
     def offer(self, event: MessageEvent) -> None:
         if event.type_name == "rosgraph_msgs/Clock":
             seconds = event.message.clock
-            self._robot.tell_time(seconds.secs * 1_000_000_000 + seconds.nsecs)
+            self._state.tell_time(seconds.secs * 1_000_000_000 + seconds.nsecs)

@@ -15,7 +15,7 @@ from rosproto.codec import decode, encode, service_class
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.access import Access, Refused, insist
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.foxglove.advertised_channels import OfferedService
+from rosproto.gateway.foxglove.advertised_channels import AdvertisedService
 from rosproto.gateway.foxglove.graph import GraphView
 from rosproto.gateway.foxglove.messages import ROS1, Call
 from rosproto.logs import get_logger
@@ -129,7 +129,7 @@ class CallCount:
             self._now -= 1
 
 
-def call(service: OfferedService, asked: Call, node: Node, access: Access, limits: GatewayLimits) -> bytes:
+def call(service: AdvertisedService, asked: Call, node: Node, access: Access, limits: GatewayLimits) -> bytes:
     """Call a service for a client; waits for the answer.
 
     Raises:

@@ -19,16 +19,16 @@ from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused
 from rosproto.gateway.chunks import framed
-from rosproto.gateway.client_channel import Channel
+from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.client_limits import READER_BYTES
 from rosproto.gateway.foxglove import messages
-from rosproto.gateway.foxglove.advertised_channels import OfferedChannel, OfferedService
+from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannel, AdvertisedService
 from rosproto.gateway.foxglove.assets import AssetAnswer
-from rosproto.gateway.foxglove.client_publish import Publishing
+from rosproto.gateway.foxglove.client_publish import ClientPublisher
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
 from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.parameters import FollowedParameters
-from rosproto.gateway.foxglove.server_state import Robot
+from rosproto.gateway.foxglove.server_state import ServerState
 from rosproto.gateway.foxglove.services import CallCount, call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
@@ -41,33 +41,33 @@ MOST_WAITING = 8  # requests of a client that wait for the robot, before its nex
 ASSET_SIZE = 64 << 10  # bytes for which a file counts while it waits to be read and sent
 
 
-class Session:
-    """One viewer of a server; see `gateway.channel.Session`.
+class FoxgloveSession:
+    """One viewer of a server; see `gateway.channel.FoxgloveSession`.
 
     Args:
-        robot: What all sessions share.
+        state: What all sessions share.
         channel: The way to the viewer.
 
     Attributes:
         since: When it came, seconds since 1970.
     """
 
-    def __init__(self, robot: Robot, channel: Channel) -> None:
+    def __init__(self, state: ServerState, channel: ClientChannel) -> None:
         self.channel = channel
         self.since = time.time()
-        self._robot = robot
+        self._state = state
         self._closed = False
         self._lock = threading.RLock()
         self._told: dict[str, float] = {}
-        self._queue = _Queue(robot.pool)
-        self._publishing = Publishing(robot.client_topics, self, self._queue.put)
-        self._channels: dict[str, OfferedChannel] = {}
-        self._services: dict[str, OfferedService] = {}
+        self._queue = _Queue(state.pool)
+        self._publishing = ClientPublisher(state.client_topics, self, self._queue.put)
+        self._channels: dict[str, AdvertisedChannel] = {}
+        self._services: dict[str, AdvertisedService] = {}
         self._subscriptions: dict[int, _Subscription] = {}
-        self._calls = CallCount(robot.limits.calls_per_client, "this client")
+        self._calls = CallCount(state.limits.calls_per_client, "this client")
         self._graph: ConnectionGraph | None = None  # as it was told; None while it is not wanted
         self._followed = FollowedParameters(
-            robot.node, robot.access, robot.limits.subscriptions_per_client, self._parameters_changed
+            state.node, state.access, state.limits.subscriptions_per_client, self._parameters_changed
         )
         self._perform: dict[type, Callable[[Any], None]] = {
             messages.Subscribe: self._subscribe,
@@ -78,16 +78,16 @@ class Session:
             messages.LeaveParameters: lambda asked: self._followed.leave(asked.names),
             messages.WantGraph: self._want_graph,
         }
-        self._leaving: list[_Closes] = []
-        self._send(messages.server_info(robot.name, robot.capabilities(), robot.run))
-        first = robot.add(self)
-        self._queue.put(lambda: robot.welcome(self, first))
+        self._leaving: list[Closable] = []
+        self._send(messages.server_info(state.name, state.capabilities(), state.run))
+        first = state.add(self)
+        self._queue.put(lambda: state.welcome(self, first))
 
     @property
     def topics(self) -> tuple[str, ...]:
         """The topics that it follows now."""
         with self._lock:
-            return tuple(sorted(one.topic for one in self._subscriptions.values() if one.tap is not None))
+            return tuple(sorted(one.topic for one in self._subscriptions.values() if one.shared is not None))
 
     @property
     def dropped(self) -> dict[str, int]:
@@ -107,26 +107,26 @@ class Session:
     @property
     def longest(self) -> int:
         """Bytes that its next message may have: what could not be carried out need not be read."""
-        limits = self._robot.limits
-        if not self._robot.access.writes_anything:
+        limits = self._state.limits
+        if not self._state.access.writes_anything:
             return min(READER_BYTES, limits.message_bytes)
         return limits.message_bytes
 
     async def received(self, data: str | bytes) -> None:
         """Carry out one message; in the server's loop."""
-        robot = self._robot
+        state = self._state
         try:
             if isinstance(data, bytes) or is_short(data):
-                asked = messages.read(data, robot.json)
+                asked = messages.read(data, state.json)
             else:
-                asked = await robot.pool.run(partial(messages.read, data, robot.json))
-        except messages.Wrong as problem:
+                asked = await state.pool.run(partial(messages.read, data, state.json))
+        except messages.MessageError as problem:
             self.status(str(problem), Level.ERROR)
             return
         if isinstance(asked, messages.Publish):
             if self._publishing.publish_at_once(asked):
                 return
-            await robot.pool.run(partial(self._publishing.publish, asked))
+            await state.pool.run(partial(self._publishing.publish, asked))
         elif isinstance(asked, messages.Call):
             self._call(asked)
         elif isinstance(asked, messages.FetchAsset):
@@ -138,13 +138,13 @@ class Session:
         else:
             self._queue.put(partial(self._perform[type(asked)], asked))
         if self._queue.full:
-            await robot.pool.run(self._queue.wait_for_room)
+            await state.pool.run(self._queue.wait_for_room)
 
     # -- what is offered ------------------------------------------------------------------------------------
 
     def show(self, view: GraphView) -> None:
         """Offer exactly the topics and services of a view; may ask publishers."""
-        wanted = self._robot.offers.channels(view)
+        wanted = self._state.advertised.channels(view)
         with self._lock:
             if self._closed:
                 return
@@ -153,11 +153,11 @@ class Session:
             if new:
                 self._channels.update((one.topic, one) for one in new)
                 self._send(messages.advertise(new))
-            if self._graph is not None and (now := connection_graph(view, self._robot.access)) != self._graph:
+            if self._graph is not None and (now := connection_graph(view, self._state.access)) != self._graph:
                 self._tell_graph(self._graph, now)
         self.show_services(view)
 
-    def _withdraw(self, channels: Iterable[OfferedChannel]) -> None:
+    def _withdraw(self, channels: Iterable[AdvertisedChannel]) -> None:
         """Take back channels, and end what subscribes them. The lock is held."""
         gone = {one.id for one in channels}
         if not gone:
@@ -169,7 +169,7 @@ class Session:
 
     def show_services(self, view: GraphView) -> None:
         """Offer exactly the services of a view whose type is known."""
-        wanted = self._robot.offered_services(view)
+        wanted = self._state.advertised_services(view)
         with self._lock:
             if self._closed:
                 return
@@ -190,7 +190,7 @@ class Session:
             self._services = {}
             if self._graph is not None:
                 self._graph = ConnectionGraph()
-            self._send(messages.server_info(self._robot.name, self._robot.capabilities(), self._robot.run))
+            self._send(messages.server_info(self._state.name, self._state.capabilities(), self._state.run))
 
     def status(self, text: str, level: Level = Level.WARNING, id: str | None = None) -> None:
         """Show the viewer a text; the same text only once in a while."""
@@ -219,7 +219,7 @@ class Session:
             if not asked.wanted:
                 self._graph = None
             elif self._graph is None:
-                now = connection_graph(self._robot.view, self._robot.access)
+                now = connection_graph(self._state.view, self._state.access)
                 self._tell_graph(ConnectionGraph(), now)
 
     def _tell_graph(self, before: ConnectionGraph, now: ConnectionGraph) -> None:
@@ -237,7 +237,7 @@ class Session:
                 self.status(str(problem))
 
     def _subscribe_one(self, id: int, number: int) -> None:
-        most = self._robot.limits.subscriptions_per_client
+        most = self._state.limits.subscriptions_per_client
         with self._lock:
             if self._closed:
                 return
@@ -250,9 +250,9 @@ class Session:
                 raise Refused(f"{channel.topic} is followed already")
             if len(self._subscriptions) >= most:
                 raise Refused(f"{channel.topic} is not followed: {most} topics are followed, no more can be")
-            made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._robot.differs)
+            made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._state.differs)
         try:
-            tap = self._robot.tap(channel.topic, made)
+            shared = self._state.subscribe(channel.topic, made)
         except BaseException as problem:
             with self._lock:
                 self._end_subscription(id, made)
@@ -262,9 +262,9 @@ class Session:
         with self._lock:
             kept = self._subscriptions.get(id) is made
             if kept:
-                made.tap = tap
+                made.shared = shared
         if not kept:
-            tap.close()
+            shared.close()
 
     def _unsubscribe(self, asked: messages.Unsubscribe) -> None:
         with self._lock:
@@ -279,21 +279,21 @@ class Session:
         del self._subscriptions[id]
         subscription.ended = True
         self.channel.outbox.forget(subscription.topic)
-        if subscription.tap is not None:
-            self._leaving.append(subscription.tap)
+        if subscription.shared is not None:
+            self._leaving.append(subscription.shared)
             self._queue.put(self._leave)
 
     def _leave(self) -> None:
         with self._lock:
             leaving, self._leaving = self._leaving, []
-        for tap in leaving:
-            tap.close()
+        for shared in leaving:
+            shared.close()
 
     # -- what it asks for -----------------------------------------------------------------------------------
 
     def _call(self, asked: messages.Call) -> None:
         """Call a service in a thread of its own, if not too many wait."""
-        robot = self._robot
+        state = self._state
         with self._lock:
             service = next((one for one in self._services.values() if one.id == asked.service), None)
         try:
@@ -301,20 +301,20 @@ class Session:
                 raise Refused(f"service {asked.service} is not offered, or not any more")
             self._calls.begin()
             try:
-                robot.calls.begin()
+                state.calls.begin()
             except Refused:
                 self._calls.end()
                 raise
         except Refused as problem:
             self._send(messages.service_failure(asked, str(problem)))
         else:
-            robot.pool.spawn(partial(self._wait_for_answer, service, asked))
+            state.pool.spawn(partial(self._wait_for_answer, service, asked))
 
-    def _wait_for_answer(self, service: OfferedService, asked: messages.Call) -> None:
-        robot = self._robot
+    def _wait_for_answer(self, service: AdvertisedService, asked: messages.Call) -> None:
+        state = self._state
         answer: str | bytes
         try:
-            data = call(service, asked, robot.node, robot.access, robot.limits)
+            data = call(service, asked, state.node, state.access, state.limits)
             answer = messages.service_response(asked, data)
         except (Refused, RosError) as problem:
             answer = messages.service_failure(asked, str(problem))
@@ -323,35 +323,35 @@ class Session:
             _log.exception("! foxglove: a call of %s for %s", service.name, self.channel.peer)
         finally:
             self._calls.end()
-            robot.calls.end()
+            state.calls.end()
         self._send(answer)
 
     def _fetch(self, asked: messages.FetchAsset) -> None:
-        assets = self._robot.assets
+        assets = self._state.assets
         if not assets:
             self._send(messages.asset_failure(asked.request, "no files are given here (--assets)"))
         else:
-            self.channel.answer_late(ASSET_SIZE, AssetAnswer(assets, asked))
+            self.channel.answer_deferred(ASSET_SIZE, AssetAnswer(assets, asked))
 
     def _get_parameters(self, asked: messages.GetParameters) -> None:
         try:
-            found = self._robot.parameters.get(asked.names)
+            found = self._state.parameters.get(asked.names)
         except RosError as problem:
             self.status(f"parameters cannot be told: {problem}")
             found = {}
         self._send(messages.parameter_values(found.items(), asked.id))
 
     def _set_parameters(self, asked: messages.SetParameters) -> None:
-        robot = self._robot
-        for name, value in asked.parameters[: robot.limits.subscriptions_per_client]:
-            problem = robot.parameters.set(name, value)
+        state = self._state
+        for name, value in asked.parameters[: state.limits.subscriptions_per_client]:
+            problem = state.parameters.set(name, value)
             if problem is not None:
-                robot.client_topics.refusals += 1
+                state.client_topics.refusals += 1
                 self.status(problem)
         if asked.id is not None:  # the values that hold now
             names = [name for name, _ in asked.parameters]
             try:
-                found = robot.parameters.get(names) if names else {}
+                found = state.parameters.get(names) if names else {}
             except RosError:
                 found = {}
             values = [(name, found[name]) for name in names if name in found]
@@ -374,18 +374,18 @@ class Session:
             self._closed = True
             for id in tuple(self._subscriptions):
                 self._end_subscription(id)
-        self._robot.publications.guard.gone(self)
+        self._state.publications.velocity_watchdog.gone(self)
         self._queue.close()
         self._publishing.close()
         self._leave()
         self._followed.close()
-        self._robot.gone(self)
+        self._state.gone(self)
 
     def __repr__(self) -> str:
         return f"<Session of {self.channel.peer}, {len(self.topics)} topics>"
 
 
-class _Closes(Protocol):
+class Closable(Protocol):
     def close(self) -> None: ...
 
 
@@ -393,20 +393,20 @@ class _Subscription:
     """A channel that the viewer follows, which receives its topic's messages.
 
     Attributes:
-        tap: Ends it; None while it begins.
+        shared: Ends it; None while it begins.
         ended: The viewer wants no more.
     """
 
     def __init__(
         self,
         id: int,
-        channel: OfferedChannel,
-        viewer: Channel,
+        channel: AdvertisedChannel,
+        viewer: ClientChannel,
         differs: Callable[[TopicDescription], None],
     ) -> None:
         self.channel = channel
         self.topic = channel.topic
-        self.tap: _Closes | None = None
+        self.shared: Closable | None = None
         self.ended = False
         self._id = id
         self._viewer = viewer

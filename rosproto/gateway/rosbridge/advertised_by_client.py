@@ -1,8 +1,7 @@
-"""Services and actions that one client provides: ROS programs' calls and goals go to it, its answers back.
+"""Services and actions that one client provides: calls and goals of ROS programs go to it, its answers back.
 
-A service and an action differ in what is asked and answered. What they share is `ClientProvided`: the server
-of each name that the client advertises, requests that wait for the client's answer by their id, and the end
-of both when the client stops providing a name or leaves.
+`AdvertisedByClient` holds what both have in common: the ROS server of each name that the client advertises,
+and the requests that wait for the client's answer. `calls_and_goals.py` is the other direction.
 """
 
 from __future__ import annotations
@@ -25,25 +24,25 @@ from rosproto.gateway.rosbridge.operations import (
     UnadvertiseAction,
     UnadvertiseService,
 )
-from rosproto.gateway.rosbridge.replies import Answers
-from rosproto.gateway.rosbridge.server_state import Shared
+from rosproto.gateway.rosbridge.replies import Replies
+from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.tf_names import is_tf_name
 from rosproto.gateway.values import from_values, to_json
 from rosproto.node import ServiceServer
 
 Server = TypeVar("Server")
 Answer = TypeVar("Answer")
-R = TypeVar("R", bound="Request")  # type: ignore[type-arg]
+R = TypeVar("R", bound="PendingRequest")  # type: ignore[type-arg]
 
 GONE = "the client that provides it has gone"
 
 
-class Request(Generic[Answer]):
+class PendingRequest(Generic[Answer]):
     """What a ROS program has asked of the client.
 
     Attributes:
         name: As the client advertised it.
-        id: Given by `ClientProvided.begin`.
+        id: Given by `AdvertisedByClient.begin`.
         done: Set with the answer, or when there will be none.
         answer: The client's answer; None if it has gone, or no longer provides the name.
     """
@@ -55,7 +54,7 @@ class Request(Generic[Answer]):
         self.answer: Answer | None = None
 
 
-class ClientProvided(Generic[Server, R]):
+class AdvertisedByClient(Generic[Server, R]):
     """The servers of one client's names, and its open requests.
 
     Args:
@@ -148,14 +147,14 @@ class ClientProvided(Generic[Server, R]):
         return servers
 
 
-class ProvidedServices:
+class AdvertisedServices:
     """The services that one client provides."""
 
-    def __init__(self, shared: Shared, answers: Answers) -> None:
-        self._shared = shared
-        self._answers = answers
-        self._provided: ClientProvided[ServiceServer, Request[ServiceResponse]] = ClientProvided(
-            "service_request"
+    def __init__(self, state: ServerState, replies: Replies) -> None:
+        self._state = state
+        self._replies = replies
+        self._provided: AdvertisedByClient[ServiceServer, PendingRequest[ServiceResponse]] = (
+            AdvertisedByClient("service_request")
         )
 
     def advertise(self, asked: AdvertiseService) -> None:
@@ -164,16 +163,16 @@ class ProvidedServices:
         Raises:
             Refused, RosError: It cannot be provided.
         """
-        name = self._shared.node.resolve_name(asked.service)
-        insist(self._shared.access.may_write("service", name))
-        if self._shared.rosapi is not None and self._shared.rosapi.answers(name):
+        name = self._state.node.resolve_name(asked.service)
+        insist(self._state.access.may_write("service", name))
+        if self._state.rosapi is not None and self._state.rosapi.answers(name):
             raise Refused(f"{name} is answered by the gateway itself")
-        cls = self._shared.service_class(asked.type)
+        cls = self._state.service_class(asked.type)
         self.unadvertise(UnadvertiseService(None, asked.service))
-        if len(self._provided) >= self._shared.limits.advertised_per_client:
+        if len(self._provided) >= self._state.limits.advertised_per_client:
             raise Refused(f"{len(self._provided)} services are provided, which is the limit for a client")
         handler = partial(self._called, asked.service, name, cls)
-        server = self._shared.node.service_server(name, cls, handler)
+        server = self._state.node.service_server(name, cls, handler)
         if not self._provided.add(asked.service, server):
             server.close()
 
@@ -193,13 +192,13 @@ class ProvidedServices:
 
     def _called(self, service: str, name: str, cls: Any, request: Any) -> Any:
         """Called in the thread of the caller's connection."""
-        limits = self._shared.limits
-        call: Request[ServiceResponse] = Request(service)
+        limits = self._state.limits
+        call: PendingRequest[ServiceResponse] = PendingRequest(service)
         problem = self._provided.begin(call, limits.calls_per_client)
         if problem is not None:
             raise ServiceError(name, problem)
         try:
-            self._answers.send(self._answers.protocol.call_service, call.id, service, to_json(request))
+            self._replies.send(self._replies.protocol.call_service, call.id, service, to_json(request))
             if not call.done.wait(limits.call_seconds):
                 raise ServiceError(
                     name, f"the client that provides it has not answered within {limits.call_seconds:g} s"
@@ -215,10 +214,10 @@ class ProvidedServices:
             return from_values(
                 cls._response_class,
                 {} if answer.values is None else answer.values,
-                now=self._shared.node.clock.now(),
+                now=self._state.node.clock.now(),
             )
         except CodecError as error:
-            self._answers.status("error", f"service_response: {service}: {error}", answer.id)
+            self._replies.status("error", f"service_response: {service}: {error}", answer.id)
             raise ServiceError(name, f"the client's answer does not fit: {error}") from error
 
     def close(self) -> None:
@@ -231,7 +230,7 @@ ACTIONS = 16  # that one client may provide; each is five topics
 CANCEL_CHECK_SECONDS = 0.05  # between two checks whether a goal was cancelled
 
 
-class _Goal(Request[ActionResult]):
+class _Goal(PendingRequest[ActionResult]):
     """A goal that the client works on."""
 
     def __init__(self, action: str, goal: ServerGoal) -> None:
@@ -239,13 +238,13 @@ class _Goal(Request[ActionResult]):
         self.goal = goal
 
 
-class ProvidedActions:
+class AdvertisedActions:
     """Actions that one client provides, and their goals."""
 
-    def __init__(self, shared: Shared, answers: Answers) -> None:
-        self._shared = shared
-        self._answers = answers
-        self._provided: ClientProvided[ActionServer, _Goal] = ClientProvided("action_goal")
+    def __init__(self, state: ServerState, replies: Replies) -> None:
+        self._state = state
+        self._replies = replies
+        self._provided: AdvertisedByClient[ActionServer, _Goal] = AdvertisedByClient("action_goal")
 
     def advertise(self, asked: AdvertiseAction) -> None:
         """Provide an action; replaces the client's earlier one of that name.
@@ -255,25 +254,25 @@ class ProvidedActions:
         """
         from rosproto.action import ActionServer
 
-        name = self._shared.node.resolve_name(asked.action)
-        insist(self._shared.access.may_write("action", name))
+        name = self._state.node.resolve_name(asked.action)
+        insist(self._state.access.may_write("action", name))
         if is_tf_name(name):
             raise Refused(f"{name} is provided by the gateway itself")
         self.unadvertise(UnadvertiseAction(None, asked.action))
         if len(self._provided) >= ACTIONS:
             raise Refused(f"{ACTIONS} actions are provided, which is the limit for a client")
-        self._shared.take_action(name)
+        self._state.take_action(name)
         try:
             server = ActionServer(
-                self._shared.node,
+                self._state.node,
                 name,
                 action_type(asked.type),
                 partial(self._work, asked.action, asked.type),
                 concurrent=True,
-                most_goals=self._shared.limits.goals_per_client,
+                most_goals=self._state.limits.goals_per_client,
             )
         except BaseException:
-            self._shared.leave_action(name)
+            self._state.leave_action(name)
             raise
         if not self._provided.add(asked.action, server):
             self._end(server)
@@ -286,7 +285,7 @@ class ProvidedActions:
 
     def _end(self, server: ActionServer) -> None:
         server.close()
-        self._shared.leave_action(server.name)
+        self._state.leave_action(server.name)
 
     def feedback(self, given: ActionFeedback) -> None:
         """The client reports progress of a goal.
@@ -299,7 +298,7 @@ class ProvidedActions:
             raise Refused(f"no goal with the id {given.id!r} waits for an answer")
         server = self._provided.server(found.name)
         if server is not None:
-            now = self._shared.node.clock.now()
+            now = self._state.node.clock.now()
             found.goal.publish_feedback(from_values(server.type.feedback, given.values, now=now))
 
     def result(self, given: ActionResult) -> None:
@@ -317,14 +316,14 @@ class ProvidedActions:
         if problem is not None:
             goal.abort(text=problem)
             return
-        write = self._answers.protocol
+        write = self._replies.protocol
         try:
-            self._answers.send(write.send_action_goal, mine.id, action, type_name, to_json(goal.goal))
+            self._replies.send(write.send_action_goal, mine.id, action, type_name, to_json(goal.goal))
             cancelled = False
             while not mine.done.wait(None if cancelled else CANCEL_CHECK_SECONDS):
                 if goal.cancel_requested and not cancelled:
                     cancelled = True
-                    self._answers.send(write.cancel_action_goal, mine.id, action)
+                    self._replies.send(write.cancel_action_goal, mine.id, action)
         finally:
             self._provided.end(mine)
         self._conclude(mine)
@@ -341,9 +340,9 @@ class ProvidedActions:
             return
         try:
             values = {} if answer.values is None else answer.values
-            result = from_values(server.type.result, values, now=self._shared.node.clock.now())
+            result = from_values(server.type.result, values, now=self._state.node.clock.now())
         except CodecError as error:
-            self._answers.status("error", f"action_result: {mine.name}: {error}", answer.id)
+            self._replies.status("error", f"action_result: {mine.name}: {error}", answer.id)
             goal.abort(text=f"the client's result does not fit: {error}")
             return
         ends = {ActionStatus.SUCCEEDED: goal.succeed, ActionStatus.CANCELED: goal.preempted}

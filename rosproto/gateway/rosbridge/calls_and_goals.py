@@ -19,9 +19,9 @@ from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.rosbridge.action_mapping import action_status, action_type
 from rosproto.gateway.rosbridge.fields import Id
 from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, SendActionGoal
-from rosproto.gateway.rosbridge.replies import Answers
+from rosproto.gateway.rosbridge.replies import Replies
 from rosproto.gateway.rosbridge.rosapi import RosapiError
-from rosproto.gateway.rosbridge.server_state import Shared
+from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.tf_names import ACTION_TYPE, is_tf_name
 from rosproto.gateway.values import from_arguments, to_json
 from rosproto.node.services.link import Cancellation
@@ -32,12 +32,12 @@ CANCEL_ALL = "/_action/cancel_goal"
 """Behind an action's name: ROS 2's service that cancels its goals."""
 
 
-class Calls:
+class ServiceCalls:
     """The unanswered service calls of one client."""
 
-    def __init__(self, shared: Shared, answers: Answers) -> None:
-        self._shared = shared
-        self._answers = answers
+    def __init__(self, state: ServerState, replies: Replies) -> None:
+        self._state = state
+        self._replies = replies
         self._lock = threading.Lock()
         self._open: set[Cancellation] = set()
         self._closed = False
@@ -46,23 +46,23 @@ class Calls:
         """Start a call; its answer comes later, even if it fails."""
         cancellation = Cancellation()
         with self._lock:
-            full = len(self._open) >= self._shared.limits.calls_per_client
+            full = len(self._open) >= self._state.limits.calls_per_client
             if self._closed:
                 return
             if not full:
                 self._open.add(cancellation)
         if full:
-            text = f"{self._shared.limits.calls_per_client} calls have not been answered, which is the limit"
+            text = f"{self._state.limits.calls_per_client} calls have not been answered, which is the limit"
             self._fail(asked, text)
             return
-        self._shared.pool.spawn(partial(self._run, asked, cancellation))
+        self._state.pool.spawn(partial(self._run, asked, cancellation))
 
     def _run(self, asked: CallService, cancellation: Cancellation) -> None:
         """Runs in a thread of its own; must not raise."""
         try:
-            with self._shared.waiting(long=asked.long):
+            with self._state.waiting(long=asked.long):
                 values = self._values(asked, cancellation)
-            self._answers.send(self._answers.protocol.service_response, asked, values)
+            self._replies.send(self._replies.protocol.service_response, asked, values)
         except (Refused, RosapiError, RosError, ValueError) as error:
             self._fail(asked, str(error))
         except Exception as error:
@@ -74,37 +74,37 @@ class Calls:
 
     def _values(self, asked: CallService, cancellation: Cancellation) -> str:
         """The response's JSON text."""
-        shared = self._shared
-        if shared.rosapi is not None and shared.rosapi.answers(asked.service):
-            return json.dumps(shared.rosapi.call(asked.service, asked.args))
-        name = shared.node.resolve_name(asked.service)
+        state = self._state
+        if state.rosapi is not None and state.rosapi.answers(asked.service):
+            return json.dumps(state.rosapi.call(asked.service, asked.args))
+        name = state.node.resolve_name(asked.service)
         if name.endswith(CANCEL_ALL):
             return self._cancel_all(name[: -len(CANCEL_ALL)])
-        insist(shared.access.may_read("service", name))
-        is_tf = shared.tf.opens(name)
-        limit = shared.limits.call_seconds
+        insist(state.access.may_read("service", name))
+        is_tf = state.tf.opens(name)
+        limit = state.limits.call_seconds
         deadline = Deadline(limit if asked.timeout is None else min(asked.timeout, limit))
-        header = probe(shared.node, name, deadline.at_most(limit))
+        header = probe(state.node, name, deadline.at_most(limit))
         type_name = header.get("type", "")
         if not is_tf:
-            insist(shared.access.may_write("service", name, type_name))
-        cls = shared.service_class(type_name)
-        request = from_arguments(cls._request_class, asked.args, now=shared.node.clock.now())
-        with shared.node.service_client(name, cls) as client:
+            insist(state.access.may_write("service", name, type_name))
+        cls = state.service_class(type_name)
+        request = from_arguments(cls._request_class, asked.args, now=state.node.clock.now())
+        with state.node.service_client(name, cls) as client:
             response = client.call_cancellable(cancellation, request, deadline.remaining())
         return to_json(response)
 
     def _cancel_all(self, action: str) -> str:
         """What roslib's `Action.cancelAllGoals` calls in ROS 2, said on the action's topic of ROS 1."""
-        insist(self._shared.access.may_write("action", action))
-        publications, goal_id = self._shared.publications, self._shared.message_class("actionlib_msgs/GoalID")
-        cancel = publications.open(self._answers, f"{action}/cancel", goal_id, latch=False, queue_size=1)
+        insist(self._state.access.may_write("action", action))
+        publications, goal_id = self._state.publications, self._state.message_class("actionlib_msgs/GoalID")
+        cancel = publications.open(self._replies, f"{action}/cancel", goal_id, latch=False, queue_size=1)
         with closing(cancel):
             cancel.publish(goal_id())
         return '{"return_code":0,"goals_canceling":[]}'
 
     def _fail(self, asked: CallService, text: str) -> None:
-        self._answers.send(self._answers.protocol.service_failure, asked, text)
+        self._replies.send(self._replies.protocol.service_failure, asked, text)
 
     def close(self) -> None:
         """Cancel the calls when the client has gone and nobody waits for the answers."""
@@ -119,12 +119,12 @@ SERVER_SECONDS = 5.0
 ACTIONS = 16  # that one client may use at a time; each has five topics
 
 
-class Goals:
+class ActionGoals:
     """Goals of one client that have not ended."""
 
-    def __init__(self, shared: Shared, answers: Answers) -> None:
-        self._shared = shared
-        self._answers = answers
+    def __init__(self, state: ServerState, replies: Replies) -> None:
+        self._state = state
+        self._replies = replies
         self._lock = threading.Lock()
         self._opening = threading.Lock()
         self._clients: dict[tuple[str, str], ActionClient] = {}
@@ -135,20 +135,20 @@ class Goals:
     def send(self, asked: SendActionGoal) -> None:
         """Start a goal; its result comes later, even if it cannot be sent."""
         try:
-            name = self._shared.node.resolve_name(asked.action)
+            name = self._state.node.resolve_name(asked.action)
             if not is_tf_name(name):
-                insist(self._shared.access.may_write("action", name))
+                insist(self._state.access.may_write("action", name))
             self._enter(name, asked)
         except (Refused, ValueError) as error:
             self._fail(asked, str(error))
             return
-        self._shared.pool.spawn(partial(self._run, name, asked))
+        self._state.pool.spawn(partial(self._run, name, asked))
 
     def _enter(self, name: str, asked: SendActionGoal) -> None:
         with self._lock:
             if self._closed:
                 raise Refused("the connection is over")
-            if len(self._goals) >= self._shared.limits.goals_per_client:
+            if len(self._goals) >= self._state.limits.goals_per_client:
                 raise Refused(f"{len(self._goals)} goals have not ended, which is the limit for a client")
             if (name, asked.id) in self._goals:
                 raise Refused(f"a goal of {name} with the id {asked.id!r} has not ended; give another id")
@@ -158,7 +158,7 @@ class Goals:
         """Runs in a thread of its own until the goal ends; must not raise."""
         key = name, asked.id
         try:
-            with self._shared.waiting(long=asked.long):
+            with self._state.waiting(long=asked.long):
                 self._follow(key, asked)
         except (Refused, RosError, ValueError) as error:
             self._fail(asked, str(error))
@@ -172,12 +172,12 @@ class Goals:
 
     def _follow(self, key: tuple[str, Id], asked: SendActionGoal) -> None:
         kind = asked.action_type
-        if self._shared.tf.opens(key[0]):
+        if self._state.tf.opens(key[0]):
             kind = ACTION_TYPE  # a page of ROS 2 has another package for it
         else:
-            insist(self._shared.access.may_write("action", key[0]))
+            insist(self._state.access.may_write("action", key[0]))
         client = self._client(key[0], kind)
-        goal = from_arguments(client.type.goal, asked.args, now=self._shared.node.clock.now())
+        goal = from_arguments(client.type.goal, asked.args, now=self._state.node.clock.now())
         client.wait_for_server(SERVER_SECONDS)
         with self._lock:
             if key in self._cancelled:
@@ -189,8 +189,8 @@ class Goals:
         if cancelled:
             handle.cancel()
         result = handle.wait(None)
-        self._answers.send(
-            self._answers.protocol.action_result, asked, to_json(result), action_status(handle.status)
+        self._replies.send(
+            self._replies.protocol.action_result, asked, to_json(result), action_status(handle.status)
         )
 
     def _client(self, name: str, type_name: str) -> ActionClient:
@@ -202,7 +202,7 @@ class Goals:
             if client is None:
                 if len(self._clients) >= ACTIONS:
                     raise Refused(f"{ACTIONS} actions are in use, which is the limit for a client")
-                client = ActionClient(self._shared.node, name, kind)
+                client = ActionClient(self._state.node, name, kind)
                 with self._lock:
                     closed = self._closed
                     self._clients[name, kind] = client
@@ -212,7 +212,7 @@ class Goals:
             return client
 
     def _feedback(self, asked: SendActionGoal, _: Any, feedback: Any) -> None:
-        self._answers.send(self._answers.protocol.action_feedback, asked, to_json(feedback))
+        self._replies.send(self._replies.protocol.action_feedback, asked, to_json(feedback))
 
     def cancel(self, asked: CancelActionGoal) -> None:
         """Ask the action server to cancel a goal; the goal's result says how it ended.
@@ -220,9 +220,9 @@ class Goals:
         Raises:
             Refused, RosError: The client may not, or there is no such goal.
         """
-        name = self._shared.node.resolve_name(asked.action)
+        name = self._state.node.resolve_name(asked.action)
         if not is_tf_name(name):
-            insist(self._shared.access.may_write("action", name))
+            insist(self._state.access.may_write("action", name))
         key = name, asked.id
         with self._lock:
             if key not in self._goals:
@@ -233,7 +233,7 @@ class Goals:
             handle.cancel()
 
     def _fail(self, asked: SendActionGoal, text: str) -> None:
-        self._answers.send(self._answers.protocol.action_failure, asked, text)
+        self._replies.send(self._replies.protocol.action_failure, asked, text)
 
     def close(self) -> None:
         """The client has gone: its goals continue, except those that only send it transforms."""

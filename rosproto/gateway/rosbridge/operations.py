@@ -269,14 +269,14 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
+class LongMessage:
     """What the rest of a message asks for, which takes time to be read; only `Protocol.begin` says it.
 
     Attributes:
         read: Returns it; for a thread.
     """
 
-    read: Callable[[], list[Effect]]
+    read: Callable[[], list[Request]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,7 +287,7 @@ class Close:
     reason: str
 
 
-Effect = (
+Request = (
     Advertise
     | Unadvertise
     | Publish
@@ -306,7 +306,7 @@ Effect = (
     | Auth
     | SetLevel
     | Reply
-    | Rest
+    | LongMessage
     | Close
 )
 """Everything that `Protocol.receive` may say."""
@@ -328,7 +328,7 @@ class Field:
 class Operation:
     """A row of the table."""
 
-    make: Callable[..., Effect]
+    make: Callable[..., Request]
     fields: tuple[Field, ...]
 
 
@@ -380,7 +380,7 @@ _APPENDED = {"call_service": "service", "send_action_goal": "action", "cancel_ac
 """Fields in which old clients write the id, too: `/rosapi/topics#33` is a call with the id 33."""
 
 
-def read_operation(op: str, message: dict[str, Any], text_length: int) -> Effect:
+def read_operation(op: str, message: dict[str, Any], text_length: int) -> Request:
     """The effect of one message whose `op` is in the table.
 
     Raises:
@@ -409,7 +409,7 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Effect
     return operation.make(**given)
 
 
-def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int) -> Effect | None:
+def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int) -> Request | None:
     """A call or goal with a wrong field, as far as its answer repeats it; None for other operations."""
     if op not in ("call_service", "send_action_goal"):
         return None

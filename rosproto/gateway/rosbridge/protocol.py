@@ -26,10 +26,10 @@ from rosproto.gateway.rosbridge.operations import (
     RECEIVED_PARTS,
     CallService,
     Close,
-    Effect,
+    LongMessage,
     Payload,
     Reply,
-    Rest,
+    Request,
     SendActionGoal,
     SetLevel,
     failed_answer,
@@ -100,14 +100,14 @@ class Protocol:
 
     def receive(
         self, data: str | bytes | bytearray | memoryview, now: float = 0.0, *, at_once: bool = False
-    ) -> list[Effect]:
+    ) -> list[Request]:
         """What one WebSocket message asks for, in its order.
 
         Args:
             data: The message; bytes are taken for UTF-8.
             now: Monotonic seconds; fragments age by it.
-            at_once: Return within milliseconds: a `Rest` stands for what takes longer to be read. Read it
-                before anything else.
+            at_once: Return within milliseconds, with a `LongMessage` for what takes longer to read. Read it
+                before the next message.
         """
         if self.closed:
             return []
@@ -118,50 +118,50 @@ class Protocol:
             return [Close(TOO_BIG, f"a message may have {self._limits.message_bytes} bytes")]
         return self._text(data if isinstance(data, str) else bytes(data), now, 0, at_once)
 
-    def _text(self, text: Payload, now: float, depth: int, at_once: bool) -> list[Effect]:
+    def _text(self, text: Payload, now: float, depth: int, at_once: bool) -> list[Request]:
         """What one JSON text asks for, or several behind one another."""
         if at_once and not is_short(text):
-            return [Rest(partial(self._text, text, now, depth, False))]
-        effects: list[Effect] = []
+            return [LongMessage(partial(self._text, text, now, depth, False))]
+        requests: list[Request] = []
         try:
             messages = self._json.read(text, _MOST_AT_ONCE)
         except JsonError as error:
-            self._refuse(effects, f"the message {error}")
-            return effects
+            self._refuse(requests, f"the message {error}")
+            return requests
         others = [message for message in messages if not isinstance(message, dict)]
         if others:
             kind = _kind(others[0])
-            self._refuse(effects, f"the message is JSON, but {kind}; expected an object with an op")
+            self._refuse(requests, f"the message is JSON, but {kind}; expected an object with an op")
         elif not messages:
-            self._refuse(effects, "the message is empty; expected a JSON object with an op")
+            self._refuse(requests, "the message is empty; expected a JSON object with an op")
         else:
             for message in messages:
-                effects += self._message(message, now, depth, at_once)
-        return effects
+                requests += self._message(message, now, depth, at_once)
+        return requests
 
-    def _message(self, message: dict[str, Any], now: float, depth: int, at_once: bool) -> list[Effect]:
+    def _message(self, message: dict[str, Any], now: float, depth: int, at_once: bool) -> list[Request]:
         op = message.get("op")
         id: Id = None
-        effects: list[Effect] = []
+        requests: list[Request] = []
         try:
             id = read_id(message, self._limits.text_length)
             if isinstance(op, str) and op in RECEIVED_PARTS:
                 if at_once and op == "png":
-                    return [Rest(partial(self._message, message, now, depth, False))]
+                    return [LongMessage(partial(self._message, message, now, depth, False))]
                 whole = self._part(op, message, now, depth)
                 return [] if whole is None else self._text(whole, now, depth + 1, at_once)
             if not isinstance(op, str) or op not in OPERATIONS:
                 raise FieldError(_no_operation(message, op))
-            effect = read_operation(op, message, self._limits.text_length)
+            request = read_operation(op, message, self._limits.text_length)
         except (FieldError, FragmentError, PngError) as error:
             what = f"{op}: " if isinstance(op, str) and (op in OPERATIONS or op in RECEIVED_PARTS) else ""
             asked = unread_request(op, message, id, self._limits.text_length)
-            self._refuse(effects, f"{what}{error}", id, asked)
+            self._refuse(requests, f"{what}{error}", id, asked)
             answer = None if id is None else failed_answer(op, id, str(error))
-            return effects if answer is None else [*effects, answer]
-        if isinstance(effect, SetLevel):
-            self.level = effect.level
-        return [effect]
+            return requests if answer is None else [*requests, answer]
+        if isinstance(request, SetLevel):
+            self.level = request.level
+        return [request]
 
     def _part(self, op: str, message: dict[str, Any], now: float, depth: int) -> str | None:
         """The text inside a fragment or a picture; None while fragments are missing."""
@@ -182,7 +182,9 @@ class Protocol:
             raise FieldError(f"more than {_MOST_PICTURES} pictures in one message; send them one by one")
         return unpack(data, min(MOST_BYTES, self._limits.message_bytes))
 
-    def _refuse(self, effects: list[Effect], text: str, id: Id = None, asked: Effect | None = None) -> None:
+    def _refuse(
+        self, requests: list[Request], text: str, id: Id = None, asked: Request | None = None
+    ) -> None:
         """A sentence, as the answer that the client waits for (`asked`); else as a status."""
         self.refused += 1
         if isinstance(asked, CallService):
@@ -192,7 +194,7 @@ class Protocol:
         else:
             payloads = self.status("error", text, id)
         if payloads:
-            effects.append(Reply(payloads))
+            requests.append(Reply(payloads))
 
     # -- out
 

@@ -6,14 +6,14 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from rosproto.gateway.client_channel import Channel
+from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.rosbridge.fields import Id
 from rosproto.gateway.rosbridge.operations import Payload
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.status_levels import Level
 
 
-class Answers:
+class Replies:
     """The answers to one client; from any thread.
 
     Args:
@@ -21,7 +21,7 @@ class Answers:
         channel: The way to the client.
     """
 
-    def __init__(self, protocol: Protocol, channel: Channel) -> None:
+    def __init__(self, protocol: Protocol, channel: ClientChannel) -> None:
         self.protocol = protocol
         self._channel = channel
         self._lock = threading.Lock()

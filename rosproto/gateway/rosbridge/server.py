@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
-from rosproto.gateway.client_channel import Channel, Session
+from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.client_publications import Publications
+from rosproto.gateway.client_publications import ClientPublications
 from rosproto.gateway.json_text import JsonReader
-from rosproto.gateway.rosbridge.server_state import Shared
+from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.session import RosbridgeSession
-from rosproto.gateway.shared_subscriptions import Taps
-from rosproto.gateway.velocity_watchdog import WriteGuard
+from rosproto.gateway.shared_subscriptions import SharedSubscriptions
+from rosproto.gateway.velocity_watchdog import VelocityWatchdog
 from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
@@ -111,13 +111,13 @@ class Rosbridge:
         self.access = access or Access()
         self.limits = limits or GatewayLimits()
         self._node = node
-        self._guard = WriteGuard(node.clock.now)
-        self._taps = Taps(node, self.limits)
-        self._publications = Publications(node, self._guard, watchdog=watchdog)
-        self._sessions: WeakValueDictionary[Channel, RosbridgeSession] = WeakValueDictionary()
+        self._velocity_watchdog = VelocityWatchdog(node.clock.now)
+        self._shared_subscriptions = SharedSubscriptions(node, self.limits)
+        self._publications = ClientPublications(node, self._velocity_watchdog, watchdog=watchdog)
+        self._sessions: WeakValueDictionary[ClientChannel, RosbridgeSession] = WeakValueDictionary()
         self._lock = threading.Lock()
         self._closed = False
-        self._shared: Shared | None = None
+        self._state: ServerState | None = None
         self._rosapi = rosapi
         self._authenticate = authenticate
         self._server = WebSocketServer(
@@ -133,22 +133,22 @@ class Rosbridge:
         node.before_close(self._stop_driving)
         node.add_closer(self.close)
 
-    def _open_session(self, channel: Channel) -> Session:
-        session = RosbridgeSession(self._parts(), channel, self._server.said)
+    def _open_session(self, channel: ClientChannel) -> ClientSession:
+        session = RosbridgeSession(self._parts(), channel, self._server.peer_log)
         self._sessions[channel] = session
         return session
 
-    def _parts(self) -> Shared:
+    def _parts(self) -> ServerState:
         """Made with the first client, in the loop's thread."""
-        if self._shared is None:
+        if self._state is None:
             from rosproto.gateway.rosbridge.rosapi import Rosapi
             from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
 
-            self._shared = Shared(
+            self._state = ServerState(
                 node=self._node,
                 access=self.access,
                 limits=self.limits,
-                taps=self._taps,
+                shared_subscriptions=self._shared_subscriptions,
                 publications=self._publications,
                 rosapi=Rosapi(self._node, self.access) if self._rosapi else None,
                 pool=self._server.pool,
@@ -156,7 +156,7 @@ class Rosbridge:
                 json=JsonReader(self.limits.message_values, self.limits.nesting),
                 authenticate=self._authenticate,
             )
-        return self._shared
+        return self._state
 
     @property
     def port(self) -> int:
@@ -203,13 +203,13 @@ class Rosbridge:
             clients=len(self._server.channels),
             accepted=self._server.accepted,
             refused=dict(self._server.refused),
-            topics=self._taps.topics,
-            zeros=self._guard.zeros,
+            topics=self._shared_subscriptions.topics,
+            zeros=self._velocity_watchdog.zeros,
         )
 
     def _stop_driving(self, reason: str) -> None:
         """The node is about to close: zeros while it still can."""
-        self._guard.close()
+        self._velocity_watchdog.close()
 
     def close(self, timeout: float = 5.0) -> None:
         """Zero where a client drives, then end all connections; bounded in time. Twice is fine."""
@@ -218,14 +218,14 @@ class Rosbridge:
         if closed:
             return
         self._node.remove_closer(self.close)
-        self._guard.close()
+        self._velocity_watchdog.close()
         try:
             self._server.close(timeout)
         finally:
-            if self._shared is not None:
-                self._shared.tf.close()
+            if self._state is not None:
+                self._state.tf.close()
             self._publications.close()
-            self._taps.close()
+            self._shared_subscriptions.close()
 
     def __enter__(self) -> Rosbridge:
         return self

@@ -13,10 +13,10 @@ from rosproto.aio.pool import Pool
 from rosproto.codec import Message, message_class, service_class
 from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.client_publications import Publications
+from rosproto.gateway.client_publications import ClientPublications
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
-from rosproto.gateway.shared_subscriptions import Taps
+from rosproto.gateway.shared_subscriptions import SharedSubscriptions
 from rosproto.gateway.values import definition_name
 from rosproto.node import Node
 
@@ -29,14 +29,14 @@ LONG_MESSAGES = 2  # of all clients that are read and carried out at a time
 
 
 @dataclass
-class Shared:
+class ServerState:
     """The server's parts, for its sessions.
 
     Attributes:
         node: Subscribes, publishes, calls.
         access: What clients may do.
         limits: What a client may cost.
-        taps: Topics that are read.
+        shared_subscriptions: Topics that are read.
         publications: Topics that are written.
         rosapi: Answers /rosapi; None where it does not.
         pool: Threads for what has to wait.
@@ -50,8 +50,8 @@ class Shared:
     node: Node
     access: Access
     limits: GatewayLimits
-    taps: Taps
-    publications: Publications
+    shared_subscriptions: SharedSubscriptions
+    publications: ClientPublications
     rosapi: Rosapi | None
     pool: Pool
     tf: TfOnDemand

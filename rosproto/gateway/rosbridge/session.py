@@ -18,24 +18,24 @@ from typing import Any
 from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
-from rosproto.gateway.client_channel import Channel
+from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.client_limits import READER_BYTES
-from rosproto.gateway.client_publications import Publication
+from rosproto.gateway.client_publications import ClientPublication
 from rosproto.gateway.rosbridge import operations
-from rosproto.gateway.rosbridge.advertised_by_client import ProvidedActions, ProvidedServices
-from rosproto.gateway.rosbridge.calls_and_goals import Calls, Goals
+from rosproto.gateway.rosbridge.advertised_by_client import AdvertisedActions, AdvertisedServices
+from rosproto.gateway.rosbridge.calls_and_goals import ActionGoals, ServiceCalls
 from rosproto.gateway.rosbridge.fields import Id
-from rosproto.gateway.rosbridge.operations import Effect, Payload, op_of
+from rosproto.gateway.rosbridge.operations import Payload, Request, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.replies import Answers
-from rosproto.gateway.rosbridge.server_state import Shared
+from rosproto.gateway.rosbridge.replies import Replies
+from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
 from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.velocity_watchdog import is_velocity
 from rosproto.logs import PeerLog
 from rosproto.time import Time
 
-STRANGER = 4 << 10  # bytes of a message of one who has not authenticated
+UNAUTHENTICATED_BYTES = 4 << 10  # bytes of a message of one who has not authenticated
 MOST_PAUSE = 0.1  # seconds, after a long message was read
 NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
 AUTHENTICATE = "authenticate"
@@ -50,28 +50,28 @@ class RosbridgeSession:
     """One client.
 
     Args:
-        shared: The server's parts.
+        state: The server's parts.
         channel: The way to the client.
-        said: Bounded logging of what clients do.
+        peer_log: Bounded logging of what clients do.
     """
 
-    def __init__(self, shared: Shared, channel: Channel, said: PeerLog) -> None:
+    def __init__(self, state: ServerState, channel: ClientChannel, peer_log: PeerLog) -> None:
         self.channel = channel
-        self._shared = shared
-        self._limits = shared.limits
-        self._said = said
-        self._protocol = Protocol(shared.limits, shared.json)
-        self._answers = Answers(self._protocol, channel)
+        self._state = state
+        self._limits = state.limits
+        self._peer_log = peer_log
+        self._protocol = Protocol(state.limits, state.json)
+        self._replies = Replies(self._protocol, channel)
         self._subscriptions: dict[str, TopicSubscription] = {}
-        self._publications: dict[str, Publication] = {}
+        self._publications: dict[str, ClientPublication] = {}
         self._advertised: dict[str, set[Id]] = {}
-        self._authentication = _Authentication(shared, required=shared.authenticate)
-        if shared.authenticate:
-            channel.later(shared.limits.handshake_seconds, self._authentication_timed_out)
-        self._calls = Calls(shared, self._answers)
-        self._services = ProvidedServices(shared, self._answers)
-        self._actions = ProvidedActions(shared, self._answers)
-        self._goals = Goals(shared, self._answers)
+        self._authentication = _Authentication(state, required=state.authenticate)
+        if state.authenticate:
+            channel.later(state.limits.handshake_seconds, self._authentication_timed_out)
+        self._calls = ServiceCalls(state, self._replies)
+        self._services = AdvertisedServices(state, self._replies)
+        self._actions = AdvertisedActions(state, self._replies)
+        self._goals = ActionGoals(state, self._replies)
         self._perform: dict[type, Callable[[Any], None]] = {
             operations.Subscribe: self._subscribe,
             operations.Unsubscribe: self._unsubscribe,
@@ -106,76 +106,78 @@ class RosbridgeSession:
     def longest(self) -> int:
         """Bytes that the next message may have: nobody decodes what could not be carried out."""
         if not self._authentication.done:
-            return min(STRANGER, self._limits.message_bytes)
-        if not self._shared.access.writes_anything:
+            return min(UNAUTHENTICATED_BYTES, self._limits.message_bytes)
+        if not self._state.access.writes_anything:
             return min(READER_BYTES, self._limits.message_bytes)
         return self._limits.message_bytes
 
-    async def _carry_out_all(self, asked: list[Effect], *, long: bool) -> None:
+    async def _carry_out_all(self, asked: list[Request], *, long: bool) -> None:
         """What one message asks for, in its order.
 
         Args:
             asked: That.
             long: It took time to be read, so it takes time to be carried out.
         """
-        for effect in asked:
+        for request in asked:
             if self.channel.ending is not None or self.channel.lost:
                 return
-            if isinstance(effect, operations.Rest):
-                async with self._shared.long_messages:
+            if isinstance(request, operations.LongMessage):
+                async with self._state.long_messages:
                     if self.channel.lost:
                         return
-                    await self._carry_out_all(await self._read_long(effect), long=True)
+                    await self._carry_out_all(await self._read_long(request), long=True)
             elif not self._authentication.done:
-                await self._shared.pool.run(partial(self._authenticate, effect))
-            elif isinstance(effect, operations.Reply):
-                self.channel.answer(effect.payloads)
-            elif isinstance(effect, operations.Close):
-                self.channel.close(effect.code, effect.reason)
-            elif not long and self._is_quick(effect):
-                self._carry_out(effect)
+                await self._state.pool.run(partial(self._authenticate, request))
+            elif isinstance(request, operations.Reply):
+                self.channel.answer(request.payloads)
+            elif isinstance(request, operations.Close):
+                self.channel.close(request.code, request.reason)
+            elif not long and self._is_quick(request):
+                self._carry_out(request)
             else:
-                if isinstance(effect, (operations.CallService, operations.SendActionGoal)):
-                    effect = replace(effect, long=long)
-                await self._shared.pool.run(partial(self._carry_out, effect))
+                if isinstance(request, (operations.CallService, operations.SendActionGoal)):
+                    request = replace(request, long=long)
+                await self._state.pool.run(partial(self._carry_out, request))
 
-    async def _read_long(self, rest: operations.Rest) -> list[Effect]:
+    async def _read_long(self, message: operations.LongMessage) -> list[Request]:
         """Read what is long; then as much time passes again, which belongs to all others."""
-        async with self._shared.reading:
+        async with self._state.reading:
             began = time.monotonic()
             try:
-                return await self._shared.pool.run(rest.read)
+                return await self._state.pool.run(message.read)
             finally:
                 await asyncio.sleep(min(time.monotonic() - began, MOST_PAUSE))
 
-    def _is_quick(self, effect: Effect) -> bool:
+    def _is_quick(self, request: Request) -> bool:
         """Whether carrying it out waits for nobody."""
-        if isinstance(effect, operations.Publish):
-            return effect.topic in self._publications
+        if isinstance(request, operations.Publish):
+            return request.topic in self._publications
         quick = (operations.ServiceResponse, operations.SetLevel, operations.Auth, operations.CallService)
-        return isinstance(effect, (*quick, operations.SendActionGoal, operations.ActionResult))
+        return isinstance(request, (*quick, operations.SendActionGoal, operations.ActionResult))
 
-    def _carry_out(self, effect: Effect) -> None:
-        perform = self._perform.get(type(effect))
+    def _carry_out(self, request: Request) -> None:
+        perform = self._perform.get(type(request))
         if perform is None:
             return  # nothing to be done but what the protocol has noted itself
         try:
-            perform(effect)
+            perform(request)
         except (Refused, RosError, ValueError) as error:
-            op = op_of(type(effect))
-            self._answers.status("error", f"{op}: {error}", effect.id)  # type: ignore[union-attr]
-            self._said.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
+            op = op_of(type(request))
+            self._replies.status("error", f"{op}: {error}", request.id)  # type: ignore[union-attr]
+            self._peer_log.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
         except Exception as error:
-            self._answers.status(
-                "error", f"{op_of(type(effect))}: an error of the gateway ({type(error).__name__})"
+            self._replies.status(
+                "error", f"{op_of(type(request))}: an error of the gateway ({type(error).__name__})"
             )
-            self._said.error("session", "! rosbridge: %s of %s", effect, self.channel.peer, exc_info=error)
+            self._peer_log.error(
+                "session", "! rosbridge: %s of %s", request, self.channel.peer, exc_info=error
+            )
 
     # -- topics that are read -------------------------------------------------------------------------------
 
     def _subscribe(self, asked: operations.Subscribe) -> None:
-        name = self._shared.node.resolve_name(asked.topic)
-        insist(self._shared.access.may_read("topic", name))
+        name = self._state.node.resolve_name(asked.topic)
+        insist(self._state.access.may_read("topic", name))
         subscription = self._subscriptions.get(asked.topic)
         if subscription is not None:
             if subscription.count >= self._limits.subscriptions_per_client:
@@ -186,22 +188,22 @@ class RosbridgeSession:
             raise Refused(f"{len(self._subscriptions)} topics are subscribed: the limit for a client")
         if asked.type:
             self._check_type(name, asked.type)
-        subscription = TopicSubscription(asked.topic, self.channel, self._answers.cut, self._undecodable)
+        subscription = TopicSubscription(asked.topic, self.channel, self._replies.cut, self._undecodable)
         subscription.add(asked)
         self._subscriptions[asked.topic] = subscription
         try:
-            subscription.tap = self._shared.taps.open(name, subscription)
+            subscription.shared = self._state.shared_subscriptions.open(name, subscription)
         except BaseException:
             del self._subscriptions[asked.topic]
             raise
 
     def _check_type(self, topic: str, asked: str) -> None:
-        known = self._shared.topic_type(topic)
+        known = self._state.topic_type(topic)
         if known is not None and known != definition_name(asked):
             raise Refused(f"{topic} is of type {known}, not {asked}")
 
     def _undecodable(self, topic: str, error: RosError) -> None:
-        self._answers.status("error", f"subscribe: {topic} cannot be decoded: {error}")
+        self._replies.status("error", f"subscribe: {topic} cannot be decoded: {error}")
 
     def _unsubscribe(self, asked: operations.Unsubscribe) -> None:
         subscription = self._subscriptions.get(asked.topic)
@@ -217,10 +219,10 @@ class RosbridgeSession:
         if len(ids) < self._limits.advertised_per_client:
             ids.add(asked.id)
 
-    def _open(self, topic: str, type_name: str, *, latch: bool, queue_size: int) -> Publication:
-        name = self._shared.node.resolve_name(topic)
-        if not self._shared.tf.opens(name):
-            insist(self._shared.access.may_write("topic", name, type_name))
+    def _open(self, topic: str, type_name: str, *, latch: bool, queue_size: int) -> ClientPublication:
+        name = self._state.node.resolve_name(topic)
+        if not self._state.tf.opens(name):
+            insist(self._state.access.may_write("topic", name, type_name))
         known = self._publications.get(topic)
         if known is not None:
             if known.type_name != type_name:
@@ -228,9 +230,9 @@ class RosbridgeSession:
             return known
         if len(self._publications) >= self._limits.advertised_per_client:
             raise Refused(f"{len(self._publications)} topics are advertised: the limit for a client")
-        message: type[Message] = self._shared.message_class(type_name)
+        message: type[Message] = self._state.message_class(type_name)
         self._check_type(name, type_name)
-        opened = self._shared.publications.open(self, name, message, latch=latch, queue_size=queue_size)
+        opened = self._state.publications.open(self, name, message, latch=latch, queue_size=queue_size)
         self._publications[topic] = opened
         return opened
 
@@ -247,29 +249,31 @@ class RosbridgeSession:
     def _publish(self, asked: operations.Publish) -> None:
         publication = self._publications.get(asked.topic)
         if publication is None:
-            name = self._shared.node.resolve_name(asked.topic)
-            if not self._shared.tf.opens(name):
-                insist(self._shared.access.may_write("topic", name))
-            type_name = self._shared.topic_type(name)
+            name = self._state.node.resolve_name(asked.topic)
+            if not self._state.tf.opens(name):
+                insist(self._state.access.may_write("topic", name))
+            type_name = self._state.topic_type(name)
             if type_name is None:
                 raise Refused(f"nobody knows the type of {asked.topic}: advertise it first")
             publication = self._open(asked.topic, type_name, latch=asked.latch, queue_size=asked.queue_size)
         if self.channel.gone and is_velocity(publication.type_name):
             return  # it waited here while its client left; nobody drives any more
-        now = self._shared.node.clock.now()
-        self._shared.tf.publishes(self, publication.topic, asked.msg)
+        now = self._state.node.clock.now()
+        self._state.tf.publishes(self, publication.topic, asked.msg)
         publication.publish(from_values(publication.message_class, asked.msg, now=now))
 
     # -- before anything else -------------------------------------------------------------------------------
 
-    def _authenticate(self, effect: Effect) -> None:
+    def _authenticate(self, request: Request) -> None:
         """The first message: credentials that are accepted, or the end of the connection."""
         try:
-            if not isinstance(effect, operations.Auth):
+            if not isinstance(request, operations.Auth):
                 raise Refused("send auth before anything else")
-            self._authentication.check(effect)
+            self._authentication.check(request)
         except (Refused, RosError) as problem:
-            self._said.warning("auth", "! rosbridge: %s is not authenticated: %s", self.channel.peer, problem)
+            self._peer_log.warning(
+                "auth", "! rosbridge: %s is not authenticated: %s", self.channel.peer, problem
+            )
             self.channel.close(NOT_AUTHENTICATED, f"not authenticated: {problem}")
 
     def _authentication_timed_out(self) -> None:
@@ -280,12 +284,12 @@ class RosbridgeSession:
 
     def ended(self) -> None:
         """The client has gone: zero where it drove, then everything that it had opened is closed."""
-        self._shared.publications.guard.gone(self)
+        self._state.publications.velocity_watchdog.gone(self)
         for publication in list(self._publications.values()):
             publication.close()
         for subscription in list(self._subscriptions.values()):
             subscription.close()
-        self._shared.tf.gone(self)
+        self._state.tf.gone(self)
         self._services.close()
         self._actions.close()
         self._goals.close()
@@ -302,7 +306,7 @@ class _Authentication:
     also ends when the service cannot be asked, and when no credentials come in time.
 
     Args:
-        shared: Calls the service.
+        state: Calls the service.
         required: Whether credentials are asked for at all.
 
     Attributes:
@@ -310,8 +314,8 @@ class _Authentication:
         done: The client is served.
     """
 
-    def __init__(self, shared: Shared, *, required: bool) -> None:
-        self._shared = shared
+    def __init__(self, state: ServerState, *, required: bool) -> None:
+        self._state = state
         self._required = required
         self.begun = False
         self.done = not required
@@ -326,7 +330,7 @@ class _Authentication:
         self.begun = True
         if self.done:
             raise Refused("the client has authenticated already" if self._required else NOT_CHECKED)
-        service: Any = self._shared.service_class(AUTHENTICATION)
+        service: Any = self._state.service_class(AUTHENTICATION)
         try:
             request = service.Request(
                 mac=asked.mac,
@@ -339,8 +343,8 @@ class _Authentication:
             )
         except (TypeError, ValueError, OverflowError) as problem:
             raise Refused(f"t and end are times in seconds: {problem}") from None
-        seconds = self._shared.limits.call_seconds
-        with self._shared.waiting(), self._shared.node.service_client(AUTHENTICATE, service) as client:
+        seconds = self._state.limits.call_seconds
+        with self._state.waiting(), self._state.node.service_client(AUTHENTICATE, service) as client:
             if not client.call(request, timeout=seconds).authenticated:
                 raise Refused("the credentials are not accepted")
         self.done = True

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.gateway.chunks import ChunkedMessage
-from rosproto.gateway.client_channel import Channel, Payload
+from rosproto.gateway.client_channel import ClientChannel, Payload
 from rosproto.gateway.message_event import MessageEvent
 from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_chunks
 from rosproto.gateway.rosbridge.fields import Compression, Id
@@ -27,7 +27,7 @@ from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
 from rosproto.gateway.values import to_json, to_json_parts
 
 if TYPE_CHECKING:
-    from rosproto.gateway.shared_subscriptions import Tap
+    from rosproto.gateway.shared_subscriptions import SharedSubscription
 
 QUICK_BYTES = 16 << 10
 """A message of so many bytes is encoded in less time than handing it to a thread is worth."""
@@ -158,7 +158,7 @@ Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
 """Cuts a text into fragments: `Protocol.publish` of the client."""
 
 
-class _LateMessage:
+class _DeferredMessage:
     """A message that is encoded when the client takes it."""
 
     __slots__ = ("_event", "_settings", "_subscription")
@@ -198,18 +198,18 @@ class TopicSubscription:
         failed: Told when a message cannot be decoded; once.
 
     Attributes:
-        tap: The topic at the robot; set by whoever opened it.
+        shared: The topic at the robot; set by whoever opened it.
     """
 
     def __init__(
         self,
         topic: str,
-        channel: Channel,
+        channel: ClientChannel,
         cut: Cut,
         failed: Callable[[str, RosError], object],
     ) -> None:
         self.topic = topic
-        self.tap: Tap | None = None
+        self.shared: SharedSubscription | None = None
         self._channel = channel
         self._cut = cut
         self._failed = failed
@@ -218,7 +218,7 @@ class TopicSubscription:
         self._settings = Settings()
         self._throttle = Throttle()
         self._ticking = False
-        self._told = False
+        self._failure_reported = False
         self._closed = False
 
     @property
@@ -290,7 +290,7 @@ class TopicSubscription:
         """Encoded here, in the publisher's thread, unless the client may not take it anyway."""
         keep = settings.queue_length or None
         if late or self._channel.behind:
-            self._channel.offer(self.topic, len(event.data), _LateMessage(self, event, settings), keep)
+            self._channel.offer(self.topic, len(event.data), _DeferredMessage(self, event, settings), keep)
             return
         payloads = self.payloads(event, settings)
         if len(payloads) == 1:
@@ -303,8 +303,8 @@ class TopicSubscription:
         try:
             payload = encoded(event, self.topic, settings.compression)
         except RosError as error:
-            if not self._told:
-                self._told = True
+            if not self._failure_reported:
+                self._failure_reported = True
                 self._failed(self.topic, error)
             return ()
         if settings.fragment_size is None or isinstance(payload, bytes):
@@ -320,6 +320,6 @@ class TopicSubscription:
         with self._lock:
             self._closed = True
             self._throttle.clear()
-        if self.tap is not None:
-            self.tap.close()
+        if self.shared is not None:
+            self.shared.close()
         self._channel.outbox.forget(self.topic)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rosproto.gateway.admission import (
-    Strangers,
+    Admission,
     foreign_host,
     foreign_origin,
     require_token_off_loopback,
@@ -131,15 +131,15 @@ FOXGLOVE = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 )
 def test_a_verdict(path: str, headers: dict[str, list[str]], reason: str | None) -> None:
     """One word and a sentence for the first thing that is wrong; None where nothing is."""
-    strangers = Strangers("127.0.0.1", (), "t", FOXGLOVE)
-    verdict = strangers.judge(path, lambda name: headers.get(name, []))
-    assert (verdict.reason if verdict else None) == reason
-    assert verdict is None or verdict.text
+    strangers = Admission("127.0.0.1", (), "t", FOXGLOVE)
+    refusal = strangers.check(path, lambda name: headers.get(name, []))
+    assert (refusal.reason if refusal else None) == reason
+    assert refusal is None or refusal.text
 
 
 def test_without_a_protocol_none_has_to_be_offered() -> None:
     """What a client offers anyway is its own affair."""
-    strangers = Strangers("127.0.0.1")
-    assert strangers.judge("/", lambda name: []) is None
+    strangers = Admission("127.0.0.1")
+    assert strangers.check("/", lambda name: []) is None
     offered = {"Sec-WebSocket-Protocol": ["chat"]}
-    assert strangers.judge("/", lambda name: offered.get(name, [])) is None
+    assert strangers.check("/", lambda name: offered.get(name, [])) is None

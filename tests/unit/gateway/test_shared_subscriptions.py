@@ -12,7 +12,7 @@ import pytest
 from rosproto import Master, Node
 from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import LocalProtocolError
-from rosproto.gateway import GatewayLimits, MessageEvent, Taps
+from rosproto.gateway import GatewayLimits, MessageEvent, SharedSubscriptions
 
 String = message_class("std_msgs/String")
 
@@ -53,10 +53,10 @@ def test_one_subscription_for_any_number_of_receivers(graph: tuple[Node, Node]) 
     """And one decoded message."""
     robot, node = graph
     publisher = robot.publisher("/a", String)
-    taps = Taps(node, GatewayLimits(linger_seconds=0.05))
+    shared_subscriptions = SharedSubscriptions(node, GatewayLimits(linger_seconds=0.05))
     assert robot.master.get_system_state().subscribers.get("/a") is None
     receivers = [Receiver() for _ in range(5)]
-    opened = [taps.open("/a", receiver) for receiver in receivers]
+    opened = [shared_subscriptions.open("/a", receiver) for receiver in receivers]
     publisher.wait_for_connection(10)
     assert publisher.connections == 1
     publisher.publish(data="one")
@@ -71,12 +71,12 @@ def test_one_subscription_for_any_number_of_receivers(graph: tuple[Node, Node]) 
     assert event.once("json", lambda: made.append(1) or "text") == "text"  # type: ignore[func-returns-value]
     assert event.once("json", lambda: made.append(1) or "text") == "text"  # type: ignore[func-returns-value]
     assert made == [1]
-    for tap in opened:
-        tap.close()
-        tap.close()
+    for subscription in opened:
+        subscription.close()
+        subscription.close()
     until(lambda: publisher.connections == 0)
-    until(lambda: taps.topics == ())
-    taps.close()
+    until(lambda: shared_subscriptions.topics == ())
+    shared_subscriptions.close()
 
 
 def test_a_topic_is_kept_for_who_comes_back_at_once(graph: tuple[Node, Node]) -> None:
@@ -85,16 +85,16 @@ def test_a_topic_is_kept_for_who_comes_back_at_once(graph: tuple[Node, Node]) ->
     publisher = robot.publisher("/a", String)
     left: list[str] = []
     publisher.on_disconnect = left.append
-    taps = Taps(node, GatewayLimits(linger_seconds=30))
-    first = taps.open("/a", Receiver())
+    shared_subscriptions = SharedSubscriptions(node, GatewayLimits(linger_seconds=30))
+    first = shared_subscriptions.open("/a", Receiver())
     publisher.wait_for_connection(10)
     first.close()
     again = Receiver()
-    taps.open("/a", again)
+    shared_subscriptions.open("/a", again)
     publisher.publish(data="one")
     assert again.text() == "one"
     assert not left
-    taps.close()
+    shared_subscriptions.close()
     until(lambda: publisher.connections == 0)
     assert not [t for t in threading.enumerate() if t.name.startswith("rosproto:leave")]
 
@@ -103,34 +103,34 @@ def test_newcomers_get_the_last_message_of_each_latched_publisher(graph: tuple[N
     """Of those that are still there; and of others nothing."""
     robot, node = graph
     latched = robot.publisher("/map", String, latch=True)
-    taps = Taps(node)
+    shared_subscriptions = SharedSubscriptions(node)
     first = Receiver()
-    taps.open("/map", first)
+    shared_subscriptions.open("/map", first)
     latched.wait_for_connection(10)
     latched.publish(data="old")
     latched.publish(data="new")
     assert [first.text(), first.text()] == ["old", "new"]
     late = Receiver()
-    tap = taps.open("/map", late)
+    subscription = shared_subscriptions.open("/map", late)
     assert late.text() == "new"
     assert late.got.empty()
-    assert tap.description is not None
-    assert tap.description.latched
+    assert subscription.description is not None
+    assert subscription.description.latched
     latched.close()
-    until(lambda: tap.connections == 0)
+    until(lambda: subscription.connections == 0)
     later = Receiver()
-    taps.open("/map", later)
+    shared_subscriptions.open("/map", later)
     assert later.got.empty()
-    taps.close()
+    shared_subscriptions.close()
 
 
 def test_a_topic_may_change_its_type(graph: tuple[Node, Node]) -> None:
     """Each message comes with its own publisher's definition."""
     robot, node = graph
     other = define("my_msgs/Other", "int32 x\n")
-    taps = Taps(node)
+    shared_subscriptions = SharedSubscriptions(node)
     receiver = Receiver()
-    taps.open("/a", receiver)
+    shared_subscriptions.open("/a", receiver)
     with robot.publisher("/a", String) as publisher:
         publisher.wait_for_connection(10)
         publisher.publish(data="one")
@@ -140,15 +140,15 @@ def test_a_topic_may_change_its_type(graph: tuple[Node, Node]) -> None:
         publisher.publish(x=7)
         event = receiver.got.get(timeout=10)
     assert (event.type_name, event.message.x) == ("my_msgs/Other", 7)
-    taps.close()
+    shared_subscriptions.close()
 
 
 def test_a_publisher_that_tells_no_type_is_left_out(graph: tuple[Node, Node]) -> None:
     """Nobody could read it."""
     robot, node = graph
-    taps = Taps(node)
+    shared_subscriptions = SharedSubscriptions(node)
     receiver = Receiver()
-    taps.open("/a", receiver)
+    shared_subscriptions.open("/a", receiver)
     with robot.publisher("/a", AnyMsg) as publisher:
         publisher.wait_for_connection(10)
         publisher.publish(b"\x03\0\0\0one")
@@ -156,7 +156,7 @@ def test_a_publisher_that_tells_no_type_is_left_out(graph: tuple[Node, Node]) ->
         publisher.wait_for_connection(10)
         publisher.publish(data="two")
         assert receiver.text() == "two"
-    taps.close()
+    shared_subscriptions.close()
 
 
 def test_a_receiver_that_raises_costs_itself_only(graph: tuple[Node, Node]) -> None:
@@ -168,28 +168,28 @@ def test_a_receiver_that_raises_costs_itself_only(graph: tuple[Node, Node]) -> N
             raise RuntimeError("broken")
 
     publisher = robot.publisher("/a", String)
-    taps = Taps(node)
-    taps.open("/a", Broken())
+    shared_subscriptions = SharedSubscriptions(node)
+    shared_subscriptions.open("/a", Broken())
     receiver = Receiver()
-    taps.open("/a", receiver)
+    shared_subscriptions.open("/a", receiver)
     publisher.wait_for_connection(10)
     publisher.publish(data="one")
     publisher.publish(data="two")
     assert [receiver.text(), receiver.text()] == ["one", "two"]
-    taps.close()
+    shared_subscriptions.close()
 
 
 def test_closed_taps_open_nothing(graph: tuple[Node, Node]) -> None:
     """And a wrong name is an error that leaves nothing."""
     _, node = graph
-    taps = Taps(node)
+    shared_subscriptions = SharedSubscriptions(node)
     with pytest.raises(ValueError):
-        taps.open("/not a name", Receiver())
-    assert taps.topics == ()
-    taps.close()
-    taps.close()
+        shared_subscriptions.open("/not a name", Receiver())
+    assert shared_subscriptions.topics == ()
+    shared_subscriptions.close()
+    shared_subscriptions.close()
     with pytest.raises(LocalProtocolError):
-        taps.open("/a", Receiver())
+        shared_subscriptions.open("/a", Receiver())
 
 
 def test_many_come_and_go_at_once(graph: tuple[Node, Node]) -> None:
@@ -197,18 +197,18 @@ def test_many_come_and_go_at_once(graph: tuple[Node, Node]) -> None:
     robot, node = graph
     publisher = robot.publisher("/a", String, latch=True)
     publisher.publish(data="one")
-    taps = Taps(node, GatewayLimits(linger_seconds=0.01))
+    shared_subscriptions = SharedSubscriptions(node, GatewayLimits(linger_seconds=0.01))
     missed: list[str] = []
 
     def come_and_go() -> None:
         for _ in range(20):
             receiver = Receiver()
-            tap = taps.open("/a", receiver)
+            subscription = shared_subscriptions.open("/a", receiver)
             try:
                 receiver.text()
             except queue.Empty:
                 missed.append("a latched message")
-            tap.close()
+            subscription.close()
 
     threads = [threading.Thread(target=come_and_go) for _ in range(8)]
     for thread in threads:
@@ -216,5 +216,16 @@ def test_many_come_and_go_at_once(graph: tuple[Node, Node]) -> None:
     for thread in threads:
         thread.join(60)
     assert not missed
-    until(lambda: taps.topics == () and publisher.connections == 0)
-    taps.close()
+    until(lambda: shared_subscriptions.topics == () and publisher.connections == 0)
+    shared_subscriptions.close()
+
+
+@pytest.mark.parametrize(("old", "new"), [("Tap", "SharedSubscription"), ("Taps", "SharedSubscriptions")])
+def test_the_former_names_still_work(old: str, new: str) -> None:
+    """With a warning that names the new one."""
+    from rosproto import gateway
+
+    with pytest.warns(DeprecationWarning, match=f"{old} is now {new}"):
+        assert getattr(gateway, old) is getattr(gateway, new)
+    with pytest.raises(AttributeError, match="no attribute 'Tapes'"):
+        _ = gateway.Tapes

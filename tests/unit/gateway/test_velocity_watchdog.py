@@ -15,8 +15,8 @@ import rosproto.gateway
 from rosproto import Master, Node
 from rosproto.codec import Message, define, encode, message_class
 from rosproto.errors import CodecError, LocalProtocolError
-from rosproto.gateway.client_publications import Publications
-from rosproto.gateway.velocity_watchdog import DriveTable, WriteGuard, is_velocity, moves
+from rosproto.gateway.client_publications import ClientPublications
+from rosproto.gateway.velocity_watchdog import DriveTable, VelocityWatchdog, is_velocity, moves
 from tests.support.victim import eventually
 
 Twist = message_class("geometry_msgs/Twist")
@@ -155,8 +155,8 @@ def test_over_real_sockets() -> None:
     ):
         plain = Robot(robot_node, "/cmd_vel", "geometry_msgs/Twist")
         stamped = Robot(robot_node, "/cmd_stamped", "geometry_msgs/TwistStamped")
-        guard = WriteGuard(node.clock.now)
-        publications = Publications(node, guard)
+        velocity_watchdog = VelocityWatchdog(node.clock.now)
+        publications = ClientPublications(node, velocity_watchdog)
         drive = publications.open("c", "/cmd_vel", "geometry_msgs/Twist")
         second = publications.open("c", "/cmd_stamped", "geometry_msgs/TwistStamped")
         for publisher in plain, stamped:
@@ -209,31 +209,31 @@ class Recorder:
 
 def test_bytes_that_are_no_velocity_are_not_published() -> None:
     """What cannot be read cannot be guarded."""
-    publisher, guard = Recorder(), WriteGuard()
+    publisher, velocity_watchdog = Recorder(), VelocityWatchdog()
     with pytest.raises(CodecError):
-        guard.publish("c", publisher, b"\x01\x02")
+        velocity_watchdog.publish("c", publisher, b"\x01\x02")
     assert publisher.got == []
-    assert guard.driven == ()
+    assert velocity_watchdog.driven == ()
 
 
 def test_a_closed_guard_lets_nothing_move() -> None:
     """Nobody would stop it; zeros may pass."""
-    publisher, guard = Recorder(), WriteGuard()
-    guard.close()
-    guard.publish("c", publisher, forward())
+    publisher, velocity_watchdog = Recorder(), VelocityWatchdog()
+    velocity_watchdog.close()
+    velocity_watchdog.publish("c", publisher, forward())
     assert publisher.got == []
-    guard.publish("c", publisher, Twist())
+    velocity_watchdog.publish("c", publisher, Twist())
     assert len(publisher.got) == 1
 
 
 def test_other_types_pass_as_they_are() -> None:
     """Bytes are not decoded."""
 
-    publisher, guard = Recorder(String), WriteGuard()
-    guard.publish("c", publisher, b"whatever")
+    publisher, velocity_watchdog = Recorder(String), VelocityWatchdog()
+    velocity_watchdog.publish("c", publisher, b"whatever")
     assert publisher.got == [b"whatever"]
     assert not is_velocity("std_msgs/String")
-    assert guard.driven == ()
+    assert velocity_watchdog.driven == ()
 
 
 NO_VELOCITIES = [float("nan"), float("inf"), float("-inf"), 1e308, -1e308, 1000.5]
@@ -255,11 +255,11 @@ def test_a_velocity_that_is_none_is_refused(value: float, encoded: bool) -> None
         for name in outer:
             inner = getattr(inner, name)
         setattr(inner, last, value)
-        publisher, guard = Recorder(cls), WriteGuard()
+        publisher, velocity_watchdog = Recorder(cls), VelocityWatchdog()
         with pytest.raises(LocalProtocolError, match="a velocity for /v is not published"):
-            guard.publish("c", publisher, encode(message) if encoded else message)
+            velocity_watchdog.publish("c", publisher, encode(message) if encoded else message)
         assert publisher.got == []
-        assert guard.driven == ()
+        assert velocity_watchdog.driven == ()
 
 
 def test_the_definition_of_a_client_hides_no_number() -> None:
@@ -268,7 +268,7 @@ def test_the_definition_of_a_client_hides_no_number() -> None:
     vector = "\n" + "=" * 80 + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
     own = define("geometry_msgs/Twist", text + vector)
     vectors = message_class("geometry_msgs/Vector3")
-    guard = WriteGuard()
+    velocity_watchdog = VelocityWatchdog()
     assert not moves(own())
     for wrong in (
         own(speeds=[0.0, float("nan")]),
@@ -277,12 +277,12 @@ def test_the_definition_of_a_client_hides_no_number() -> None:
     ):
         publisher = Recorder(own)
         with pytest.raises(LocalProtocolError):
-            guard.publish("c", publisher, encode(wrong))
+            velocity_watchdog.publish("c", publisher, encode(wrong))
         assert publisher.got == []
     publisher = Recorder(own)
-    guard.publish("c", publisher, encode(own(speeds=[0.0, 0.5])))
-    assert guard.driven == ("/v",)
-    guard.close()
+    velocity_watchdog.publish("c", publisher, encode(own(speeds=[0.0, 0.5])))
+    assert velocity_watchdog.driven == ("/v",)
+    velocity_watchdog.close()
 
 
 @pytest.mark.promise(
@@ -290,38 +290,38 @@ def test_the_definition_of_a_client_hides_no_number() -> None:
 )
 def test_what_is_no_velocity_is_no_sign_of_life() -> None:
     """A client that goes on with NaN stands still after half a second, as one that is silent."""
-    publisher, guard = Recorder(), WriteGuard(table=DriveTable(silence=0.1, over=0.01))
-    guard.publish("c", publisher, forward())
+    publisher, velocity_watchdog = Recorder(), VelocityWatchdog(table=DriveTable(silence=0.1, over=0.01))
+    velocity_watchdog.publish("c", publisher, forward())
     end = time.monotonic() + 10.0
-    while guard.zeros < 5:
+    while velocity_watchdog.zeros < 5:
         with pytest.raises(LocalProtocolError):
-            guard.publish("c", publisher, forward(float("nan")))
+            velocity_watchdog.publish("c", publisher, forward(float("nan")))
         assert time.monotonic() < end, "no zero came"
     assert [moves(message) for message in publisher.got] == [True, False, False, False, False, False]
 
 
 PUBLISHES = {
-    ("velocity_watchdog.py", "WriteGuard.publish"): 2,
-    ("velocity_watchdog.py", "WriteGuard._send"): 1,  # its own zeros
-    ("client_publications.py", "_Early.publish"): 1,  # no velocities: see `Publications.open`
-    ("client_publications.py", "_Early.connected"): 1,
-    ("client_publications.py", "Publication.publish"): 2,  # to the two above
-    ("rosbridge/session.py", "RosbridgeSession._publish"): 1,  # a `Publication`
-    ("foxglove/client_publish.py", "ClientTopics.publish"): 1,  # a `Publication`
-    ("foxglove/client_publish.py", "Publishing.publish_at_once"): 2,  # to the one below
-    ("foxglove/client_publish.py", "Publishing.publish"): 1,  # to the one above
-    ("foxglove/session.py", "Session.received"): 1,  # to the one above
-    ("rosbridge/replies.py", "Answers.cut"): 1,  # the protocol's: text for a client
-    ("rosbridge/calls_and_goals.py", "Calls._cancel_all"): 1,  # a goal's id
+    ("velocity_watchdog.py", "VelocityWatchdog.publish"): 2,
+    ("velocity_watchdog.py", "VelocityWatchdog._send"): 1,  # its own zeros
+    ("client_publications.py", "_EarlyMessages.publish"): 1,  # no velocities: see `ClientPublications.open`
+    ("client_publications.py", "_EarlyMessages.connected"): 1,
+    ("client_publications.py", "ClientPublication.publish"): 2,  # to the two above
+    ("rosbridge/session.py", "RosbridgeSession._publish"): 1,  # a `ClientPublication`
+    ("foxglove/client_publish.py", "ClientTopics.publish"): 1,  # a `ClientPublication`
+    ("foxglove/client_publish.py", "ClientPublisher.publish_at_once"): 2,  # to the one below
+    ("foxglove/client_publish.py", "ClientPublisher.publish"): 1,  # to the one above
+    ("foxglove/session.py", "FoxgloveSession.received"): 1,  # to the one above
+    ("rosbridge/replies.py", "Replies.cut"): 1,  # the protocol's: text for a client
+    ("rosbridge/calls_and_goals.py", "ServiceCalls._cancel_all"): 1,  # a goal's id
     ("rosbridge/tf_republisher.py", "TfRepublisher._serve_topic"): 1,  # transforms
 }
-"""Every place below gateway/ that publishes something, and why no client's velocity passes the guard by there."""
+"""Every place below gateway/ that publishes something, and why no client's velocity passes the velocity watchdog there."""
 
 
 @pytest.mark.promise(
     "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
 )
-def test_no_client_publishes_past_the_guard() -> None:
+def test_no_client_publishes_past_the_velocity_watchdog() -> None:
     """A new place has to be looked at, and named here."""
     root = Path(rosproto.gateway.__file__).parent
     found: Counter[tuple[str, str]] = Counter()

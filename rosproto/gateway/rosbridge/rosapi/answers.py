@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from rosproto.codec import message_class, service_class
 from rosproto.errors import MasterError, RosError, ServiceError
-from rosproto.gateway.rosbridge.rosapi.graph import Asked, RosapiError, Visible, VisibleGraph
+from rosproto.gateway.rosbridge.rosapi.graph import AccessRules, RosapiError, Visible, VisibleGraph
 from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
 from rosproto.gateway.rosbridge.rosapi.types import Definitions
 from rosproto.msg import bundled
@@ -52,7 +52,7 @@ class Rosapi:
         services: name -> type of all of them: "/rosapi/topics" -> "rosapi/Topics".
     """
 
-    def __init__(self, node: Node, access: Asked, *, timeout: float = CALL_SECONDS) -> None:
+    def __init__(self, node: Node, access: AccessRules, *, timeout: float = CALL_SECONDS) -> None:
         self._node = node
         self._timeout = timeout
         visible = Visible(access)

@@ -23,7 +23,7 @@ class RosapiError(RosError):
     """A call of /rosapi that is refused or cannot be answered; its text is a sentence for the client."""
 
 
-class Asked(Protocol):
+class AccessRules(Protocol):
     """What is needed of an `Access` here."""
 
     def may_read(self, kind: Kind, name: str) -> Refusal | None: ...
@@ -34,7 +34,7 @@ class Asked(Protocol):
 class Visible:
     """The decisions of an `Access`, as filters."""
 
-    def __init__(self, access: Asked) -> None:
+    def __init__(self, access: AccessRules) -> None:
         self.access = access
 
     def shows(self, kind: Kind, name: str) -> bool:

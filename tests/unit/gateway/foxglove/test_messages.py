@@ -12,9 +12,9 @@ import pytest
 
 from msgdefs.std_srvs.srv import SetBool
 from rosproto.gateway.foxglove import messages
-from rosproto.gateway.foxglove.advertised_channels import OfferedChannel, OfferedService, TopicSchema
+from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannel, AdvertisedService, TopicSchema
 from rosproto.gateway.foxglove.graph import ConnectionGraph
-from rosproto.gateway.foxglove.messages import ClientChannel, Level, Wrong
+from rosproto.gateway.foxglove.messages import ClientAdvertisement, Level, MessageError
 from rosproto.gateway.json_text import JsonReader
 
 READER = JsonReader(1000, 10)
@@ -33,8 +33,8 @@ READ: tuple[tuple[str, dict[str, Any], messages.Request], ...] = (
         {"channels": [CHANNEL, {**CHANNEL, "schema": "string data", "schemaEncoding": "ros1msg"}]},
         messages.Advertise(
             (
-                ClientChannel(4, "/cmd_vel", "json", "geometry_msgs/Twist"),
-                ClientChannel(4, "/cmd_vel", "json", "geometry_msgs/Twist", "string data", "ros1msg"),
+                ClientAdvertisement(4, "/cmd_vel", "json", "geometry_msgs/Twist"),
+                ClientAdvertisement(4, "/cmd_vel", "json", "geometry_msgs/Twist", "string data", "ros1msg"),
             )
         ),
     ),
@@ -109,7 +109,7 @@ WRONG: tuple[tuple[str, str], ...] = (
 @pytest.mark.parametrize(("text", "words"), WRONG)
 def test_wrong_documents(text: str, words: str) -> None:
     """A sentence that says what was expected, of bounded length."""
-    with pytest.raises(Wrong, match=words) as problem:
+    with pytest.raises(MessageError, match=words) as problem:
         messages.read(text, READER)
     assert len(str(problem.value)) < 400
 
@@ -127,14 +127,14 @@ def test_every_beginning_of_a_binary_message(whole: bytes) -> None:
     """Is none."""
     messages.read(whole, READER)
     for end in range(len(whole)):
-        with pytest.raises(Wrong, match="begins with None" if end == 0 else "ends too early"):
+        with pytest.raises(MessageError, match="begins with None" if end == 0 else "ends too early"):
             messages.read(whole[:end], READER)
 
 
 def test_a_binary_message_of_another_kind() -> None:
     """The kinds of the server's are no client's."""
     for kind in (0, 3, 255):
-        with pytest.raises(Wrong, match=f"begins with {kind}"):
+        with pytest.raises(MessageError, match=f"begins with {kind}"):
             messages.read(bytes([kind]) + bytes(50), READER)
 
 
@@ -143,7 +143,7 @@ def test_a_binary_message_of_another_kind() -> None:
 
 def test_offers() -> None:
     """Channels and services with their definitions."""
-    channel = OfferedChannel(3, "/a", TopicSchema("my_pkg/A", "md5", "int32 x"))
+    channel = AdvertisedChannel(3, "/a", TopicSchema("my_pkg/A", "md5", "int32 x"))
     assert json.loads(messages.advertise([channel])) == {
         "op": "advertise",
         "channels": [
@@ -153,7 +153,7 @@ def test_offers() -> None:
             }
         ],
     }  # fmt: skip
-    (service,) = json.loads(messages.advertise_services([OfferedService(4, "/set", SetBool)]))["services"]
+    (service,) = json.loads(messages.advertise_services([AdvertisedService(4, "/set", SetBool)]))["services"]
     assert (service["id"], service["name"], service["type"]) == (4, "/set", "std_srvs/SetBool")
     assert service["request"] == {
         "encoding": "ros1",

@@ -355,9 +355,9 @@ def test_tls(ground: Ground, tmp_path: Path) -> None:
 def test_half_a_request_ends(ground: Ground) -> None:
     """Who connects and says nothing, garbage, or too much, has a place for a moment only, and is counted."""
     server = ground.serve(limits=GatewayLimits(handshake_seconds=0.3))
-    for said in (b"", b"GET / HT", b"\x16\x03\x01\x02\x00" + bytes(100) + b"\r\n\r\n", b"a" * 40_000):
+    for peer_log in (b"", b"GET / HT", b"\x16\x03\x01\x02\x00" + bytes(100) + b"\r\n\r\n", b"a" * 40_000):
         with socket.create_connection(("127.0.0.1", server.port), timeout=5) as sock:
-            sock.sendall(said)
+            sock.sendall(peer_log)
             while _received(sock):
                 pass
     until(lambda: server.stats().refused == 4, "not all were refused")

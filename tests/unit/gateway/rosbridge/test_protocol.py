@@ -20,10 +20,10 @@ from rosproto.gateway.rosbridge.operations import (
     CallService,
     CancelActionGoal,
     Close,
-    Effect,
+    LongMessage,
     Publish,
     Reply,
-    Rest,
+    Request,
     SendActionGoal,
     ServiceResponse,
     SetLevel,
@@ -39,7 +39,7 @@ from tests.test_layers import IMPURE_MODULES, ROOT, imports_of
 
 LIMITS = GatewayLimits(message_bytes=100_000, nesting=10, text_length=50)
 
-CONVERSATION: list[tuple[dict[str, Any], Effect]] = [
+CONVERSATION: list[tuple[dict[str, Any], Request]] = [
     (
         {"op": "advertise", "id": "a", "topic": "/t", "type": "std_msgs/String"},
         Advertise("a", "/t", "std_msgs/String"),
@@ -133,11 +133,11 @@ CONVERSATION: list[tuple[dict[str, Any], Effect]] = [
 ]
 
 
-def status_of(effects: list[Effect]) -> dict[str, Any]:
+def status_of(requests: list[Request]) -> dict[str, Any]:
     """The one status that was answered."""
-    assert len(effects) == 1, effects
-    assert isinstance(effects[0], Reply)
-    (payload,) = effects[0].payloads
+    assert len(requests) == 1, requests
+    assert isinstance(requests[0], Reply)
+    (payload,) = requests[0].payloads
     answer: dict[str, Any] = json.loads(payload)
     assert answer["op"] == "status"
     assert answer["level"] == "error"
@@ -150,19 +150,19 @@ ANSWERS = {"call_service": ("service_response", "service"), "send_action_goal": 
 def answer_of(message: Any, limits: GatewayLimits = LIMITS) -> dict[str, Any]:
     """What answers a wrong message, as a status; a call and a goal have an answer of their own, and no status."""
     protocol = Protocol(limits)
-    effects = protocol.receive(message if isinstance(message, (str, bytes)) else json.dumps(message))
+    requests = protocol.receive(message if isinstance(message, (str, bytes)) else json.dumps(message))
     assert protocol.refused == 1
     op = message.get("op") if isinstance(message, dict) else None
     if op in ("service_response", "action_result") and message.get("id") is not None:
-        ended = effects.pop()  # the call or goal, whose caller would wait
+        ended = requests.pop()  # the call or goal, whose caller would wait
         assert isinstance(ended, (ServiceResponse, ActionResult))
         assert (ended.id, ended.result) == (message["id"], False)
         assert str(ended.values).startswith("the client's answer is not valid: field ")
     if not (isinstance(op, str) and op in ANSWERS):
-        return status_of(effects)
-    assert len(effects) == 1, effects
-    assert isinstance(effects[0], Reply)
-    (payload,) = effects[0].payloads
+        return status_of(requests)
+    assert len(requests) == 1, requests
+    assert isinstance(requests[0], Reply)
+    (payload,) = requests[0].payloads
     answer: dict[str, Any] = json.loads(payload)
     assert answer.pop("op") == ANSWERS[op][0]
     assert answer.pop("result") is False
@@ -177,11 +177,11 @@ def refused(message: Any, limits: GatewayLimits = LIMITS) -> str:
     return text
 
 
-@pytest.mark.parametrize(("message", "effect"), CONVERSATION, ids=lambda value: str(value)[:60])
-def test_operations(message: dict[str, Any], effect: Effect) -> None:
+@pytest.mark.parametrize(("message", "request_"), CONVERSATION, ids=lambda value: str(value)[:60])
+def test_operations(message: dict[str, Any], request_: Request) -> None:
     """What roslib, roslibpy and ros-mcp send becomes its effect, as text and as bytes."""
-    assert Protocol(LIMITS).receive(json.dumps(message)) == [effect]
-    assert Protocol(LIMITS).receive(json.dumps(message).encode()) == [effect]
+    assert Protocol(LIMITS).receive(json.dumps(message)) == [request_]
+    assert Protocol(LIMITS).receive(json.dumps(message).encode()) == [request_]
 
 
 def test_every_operation_is_shown() -> None:
@@ -344,12 +344,12 @@ def test_what_takes_long_is_left_to_a_rest() -> None:
         ('{"op": "publish", "topic": "/t", "msg": "' + "x" * 20_000 + '"}').encode(),
     ):
         (rest,) = protocol.receive(long, at_once=True)
-        assert isinstance(rest, Rest)
+        assert isinstance(rest, LongMessage)
         assert isinstance(rest.read()[0], Publish)
     picture = publish_png(short)
     first, rest, last = protocol.receive(short + picture + short, at_once=True)
     assert first == last == Subscribe(None, "/a")
-    assert isinstance(rest, Rest)
+    assert isinstance(rest, LongMessage)
     assert rest.read() == [Subscribe(None, "/a")]
 
 
@@ -359,16 +359,16 @@ def test_fragments_of_a_long_message_are_left_to_a_rest() -> None:
     protocol = Protocol(LIMITS)
     text = '{"op": "publish", "topic": "/t", "msg": [' + "0," * 3000 + "0]}"
     pieces = [text[at : at + 500] for at in range(0, len(text), 500)]
-    effects = [
-        effect
+    requests = [
+        request
         for num, data in enumerate(pieces)
-        for effect in protocol.receive(
+        for request in protocol.receive(
             json.dumps({"op": "fragment", "id": "f", "data": data, "num": num, "total": len(pieces)}),
             at_once=True,
         )
     ]
-    (rest,) = effects
-    assert isinstance(rest, Rest)
+    (rest,) = requests
+    assert isinstance(rest, LongMessage)
     assert isinstance(rest.read()[0], Publish)
 
 
@@ -407,8 +407,8 @@ def test_fragments_of_a_client() -> None:
     ]
     for order in (parts, parts[::-1]):
         protocol = Protocol(LIMITS)
-        effects = [effect for part in order for effect in protocol.receive(json.dumps(part))]
-        assert effects == [Publish(None, "/t", message["msg"])]
+        requests = [request for part in order for request in protocol.receive(json.dumps(part))]
+        assert requests == [Publish(None, "/t", message["msg"])]
     assert refused({**parts[0], "num": 99}).startswith("fragment: field num of a fragment must be")
     assert refused({"op": "fragment", "data": "x"}).startswith("fragment: field id of a fragment is missing")
     assert "no JSON" in refused({"op": "fragment", "id": "f", "num": 0, "total": 1, "data": "nonsense"})
@@ -431,10 +431,10 @@ def test_pictures_of_a_client() -> None:
 def test_pictures_in_one_message_are_bounded() -> None:
     """Each costs far more than its bytes: the fifth, also inside another one, is refused."""
     one = json.dumps({"op": "png", "data": png.pack('{"op": "subscribe", "topic": "/t"}')})
-    effects = Protocol(LIMITS).receive(one * 6)
-    assert [type(effect) for effect in effects] == [Subscribe] * 4 + [Reply] * 2
+    requests = Protocol(LIMITS).receive(one * 6)
+    assert [type(request) for request in requests] == [Subscribe] * 4 + [Reply] * 2
     inside = json.dumps({"op": "png", "data": png.pack(one * 4)})
-    assert [type(effect) for effect in Protocol(LIMITS).receive(inside)] == [Subscribe] * 3 + [Reply]
+    assert [type(request) for request in Protocol(LIMITS).receive(inside)] == [Subscribe] * 3 + [Reply]
 
 
 def test_blanks_are_passed_over() -> None:

@@ -68,8 +68,8 @@ def test_it_begins_with_the_first_goal_and_ends_with_its_client(nodes: tuple[Nod
             feedback = until(client, "publish")["msg"]["feedback"]["transforms"]
             assert feedback[0]["child_frame_id"] == "base"
             assert feedback[0]["transform"]["translation"]["x"] == 1.5
-            assert bridge._shared is not None
-            republisher = bridge._shared.tf._republisher
+            assert bridge._state is not None
+            republisher = bridge._state.tf._republisher
             assert republisher is not None
             assert [goal.id for goal in republisher._server.goals] == ["mine"]
         eventually(lambda: not republisher._server.goals, 10)
@@ -103,7 +103,7 @@ def test_where_tf_is_hidden_it_is_not_there(nodes: tuple[Node, Node], denied: st
         websockets.connect(bridge.url) as client,
     ):
         send_goal(client)
-        assert "refused" in (said := until(client, "status")["msg"]) or "not open" in said
+        assert "refused" in (peer_log := until(client, "status")["msg"]) or "not open" in peer_log
         assert "/tf2_web_republisher/status" not in robot.master.get_topic_types()
 
 
@@ -131,5 +131,5 @@ def test_it_leaves_a_real_one_alone(nodes: tuple[Node, Node]) -> None:
         say(client, op="advertise", topic="/tf2_web_republisher/goal", type=kind, latch=True)
         say(client, op="publish", topic="/tf2_web_republisher/goal", msg=GOAL)
         assert goals.next(10).goal_id.id == "mine"
-        assert bridge._shared is not None
-        assert bridge._shared.tf._republisher is None
+        assert bridge._state is not None
+        assert bridge._state.tf._republisher is None
