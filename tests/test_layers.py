@@ -132,7 +132,7 @@ def test_the_watch_itself_sees_a_wrong_import(tmp_path: Path) -> None:
 
 
 NODE = {name: path for name, path in MODULES if name.startswith("rosproto.node")}
-GROUND_ROOMS = {"graph", "revisions"}
+GROUND_ROOMS = {"graph", "definitions"}
 """Rooms of rosproto.node that know none of the others."""
 
 
@@ -211,7 +211,7 @@ def test_no_files_of_the_node_import_one_another() -> None:
 
 
 def test_nothing_below_the_node_names_it() -> None:
-    """Parts are handed what they need (`context.py`), not the node."""
+    """Parts are given what they need (`parts.py`), not the node."""
     naming = {module for module, imports in node_imports().items() if "rosproto.node.node" in imports}
     assert naming <= {"rosproto.node"}  # the package's face
 
@@ -221,6 +221,7 @@ def test_the_ground_rooms_of_the_node_know_no_other() -> None:
     ground = [module for module in NODE if room(module) in GROUND_ROOMS]
     assert len(ground) > 5
     for module in ground:
+        assert "rosproto.node.context" not in node_imports()[module], module
         above = {name for name in node_imports()[module] if name != room(name)} - {module}
         assert {room(name) for name in above} <= GROUND_ROOMS, module
 

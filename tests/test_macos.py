@@ -100,7 +100,7 @@ with rosproto.Master() as first, rosproto.Node("/hears", master_uri=first.uri, i
         with rosproto.Node("/says", master_uri=first.uri, intraprocess=False) as says:
             says.publisher("/words", "std_msgs/String", latch=True).publish(data=word)
             assert heard.next(20).data == word
-            for link in says._topics._publications["/words"].all_links:
+            for link in says._parts.topics._publications["/words"].all_links:
                 link.sock.shutdown(socket.SHUT_RDWR)
             assert heard.next(20).data == word  # latched: again on the new link
     port = first.port

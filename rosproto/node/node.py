@@ -1,19 +1,11 @@
-"""Node: one participant of a ROS 1 graph, and the face of this package.
-
-How the parts hang together: `Context` is what all of them know (`context.py`). Above it stand the rooms
-`graph`, `revisions`, `time`, then `incoming`, `outgoing`, `services`, `params`, `rosout`, and the table of
-topics. A part is given the context, or what it uses of it, and what it has to call upwards is handed in here,
-as a callable; nothing below this file names `Node`.
-"""
+"""`Node`, the public API of one participant in a ROS 1 graph; `parts.py` puts together what is behind it."""
 
 from __future__ import annotations
 
 import logging
 import os
-import threading
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
-from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -25,26 +17,24 @@ from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import Revisions
 from rosproto.node.definitions.type_argument import ANY, TypeGiven, resolve_type
 from rosproto.node.events import Event
-from rosproto.node.graph.listening import open_endpoints
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.master_monitor import Listen, MasterMonitor, join
-from rosproto.node.graph.slave_api import SlaveApi
+from rosproto.node.graph.startup import GraphSettings
 from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
+from rosproto.node.naming import NodeNaming
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.parameters import Parameters
+from rosproto.node.parts import NodeParts
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.stats import NodeStats
-from rosproto.node.topics import TopicTable
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
 
 if TYPE_CHECKING:
     from rosproto.node.rosout import Rosout
-    from rosproto.node.services.table import Services
 
 
 class Node:
@@ -123,82 +113,64 @@ class Node:
                 'which master? Give master_uri="http://host:11311", or use_environment and ROS_MASTER_URI'
             )
         given = {**(options.host_names() if use_environment else {}), **(resolve or {})}
-        self._context = context = Context(
-            options.node_name(name, namespace, anonymous),
+        name = options.node_name(name, namespace, anonymous)
+        naming = NodeNaming(name, remappings or {})
+        context = Context(
+            name,
             master_uri=master_uri,
             host=host,
             limits=limits or Limits(),
             revisions=Revisions(options.message_path(msg_path, use_environment=use_environment)),
-            remappings=remappings or {},
             hosts=given,
             intraprocess=intraprocess,
             on_event=on_event,
         )
-        self.name = context.name
-        self.limits = context.limits
-        self.hosts = context.hosts
-        self.clock = context.clock
-        self.master_uri = context.master_uri
-        self._lazy = threading.RLock()
-        self._services_made: Services | None = None
-        self._params_made: Parameters | None = None
-        self._rosout: Rosout | None = None
-        self._follow_clock = follow_clock
-        self._listen: Listen = partial(
-            open_endpoints,
-            master=context.master_address,
+        self._parts = parts = NodeParts(
+            context,
+            naming,
             port=port,
             tcpros_port=tcpros_port,
-            limits=context.limits,
-            allow=None if allow is None else frozenset(allow),
-            name=self.name,
-            dispatch=self._dispatch,
-            on_topic=self._accept,
-        )
-        self._topics = TopicTable(context)
-        self._master_monitor = MasterMonitor(context, self._topics, listen=self._listen, moved=self._moved)
-        context.check_again = self._master_monitor.verify
-        context.fork_callbacks.append(self._topics.abandon)
-        self._slave = SlaveApi(
-            name=self.name,
-            master=context.master,
-            topics=self._topics,
-            own_uri=lambda: self.uri,
-            tcpros_address=lambda: (context.endpoints.host, context.endpoints.tcpros.port),
-            is_master_address=context.is_master_address,
-            shut_down=partial(shutdown.shut_down_later, self.name, self._close, on_shutdown_request),
+            allow=allow,
             allow_shutdown=allow_shutdown,
+            on_shutdown_request=on_shutdown_request,
         )
-        try:
-            with system_errors(f"open the node {self.name}", self.master_uri):
-                context.endpoints, self._facts = join(context, self._listen, Deadline(timeout))
-        except BaseException:
-            shutdown.give_up(context)
-            raise
+        self.name = name
+        self.limits = context.limits
+        self.hosts = context.hosts
+        self.clock = parts.clock
+        self.master_uri = context.master.uri
+        self._rosout: Rosout | None = None
+        with system_errors(f"open the node {name}", self.master_uri):
+            settings = parts.join(timeout)
         if close_at_exit:
-            shutdown.close_at_exit(context, self.close)
+            shutdown.close_at_exit(context.lifecycle, self.close)
         try:
-            with system_errors(f"open the node {self.name}", self.master_uri):
-                self._start(rosout)
+            with system_errors(f"open the node {name}", self.master_uri):
+                self._start(settings, rosout=rosout, follow_clock=follow_clock)
         except BaseException:
             self.close()
             raise
 
-    def _start(self, rosout: bool) -> None:
-        context = self._context
-        if context.local_nodes is not None:
-            context.local_nodes.note(self.uri, self._topics.publication)
-        context.closers.append(self.clock.close)
-        followed = self._follow_clock and self._facts.simulated
-        self.clock.attach(context.closing, self.subscriber if followed else None)
+    def _start(self, settings: GraphSettings, *, rosout: bool, follow_clock: bool) -> None:
+        """Open what the node itself publishes, subscribes and provides; then watch the master."""
+        parts, lifecycle = self._parts, self._parts.context.lifecycle
+        parts.note_local()
+        lifecycle.closers.append(self.clock.close)
+        self.clock.attach(lifecycle.closing, self.subscriber if follow_clock and settings.simulated else None)
         if rosout:
             from rosproto.node.rosout import Loggers, Rosout
 
-            topics = self._topics.publications if self._facts.rosout_topics else None
-            with context.registrations.together():
-                self._rosout = Rosout(context, self.publisher, topics)
+            with parts.context.registrations.together():
+                self._rosout = Rosout(
+                    self.name,
+                    parts.naming.logger,
+                    self.clock,
+                    lifecycle,
+                    self.publisher,
+                    parts.topics.publications if settings.rosout_topics else None,
+                )
                 Loggers(self.service_server)
-        self._master_monitor.start()
+        parts.master_monitor.start()
 
     # -- topics ---------------------------------------------------------------------------------------------
 
@@ -216,7 +188,7 @@ class Node:
             ConnectionLost, RosTimeout: The master is away; all of it is closed.
         """
         self._check_open()
-        return self._context.registrations.together()
+        return self._parts.context.registrations.together()
 
     def publisher(
         self,
@@ -260,7 +232,7 @@ class Node:
             raise LocalProtocolError(
                 f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
             )
-        return self._topics.open_publisher(
+        return self._parts.topics.open_publisher(
             self.resolve_name(topic),
             type_,
             latch=latch,
@@ -312,7 +284,7 @@ class Node:
         self._check_open()
         options.callback_or_none(callback, f"the callback of {topic}")
         options.callback_or_none(on_error, f"on_error of {topic}")
-        return self._topics.open_subscriber(
+        return self._parts.topics.open_subscriber(
             self.resolve_name(topic),
             resolve_type(type, self.revisions),
             callback=callback,
@@ -334,7 +306,7 @@ class Node:
         """
         deadline = Deadline(timeout)
         self._check_open()
-        with self._topics.open_subscriber(
+        with self._parts.topics.open_subscriber(
             self.resolve_name(topic), resolve_type(type, self.revisions), queue_size=1, deadline=deadline
         ) as subscriber:
             left = deadline.remaining()
@@ -345,7 +317,7 @@ class Node:
     def service_client(self, service: str, type: Any, *, persistent: bool = False) -> ServiceClient:
         """A client of a service; connects with the first call. See `ServiceClient`."""
         self._check_open()
-        return self._services.client(self.resolve_name(service), type, persistent=persistent)
+        return self._parts.services.client(self.resolve_name(service), type, persistent=persistent)
 
     def service_server(self, service: str, type: Any, handler: Callable[[Any], Any]) -> ServiceServer:
         """Provide a service: `handler(request)` returns the response. See `ServiceServer`.
@@ -353,7 +325,7 @@ class Node:
         The handler may be called as soon as the service is registered, before this has returned.
         """
         self._check_open()
-        return self._services.server(self.resolve_name(service), type, handler)
+        return self._parts.services.server(self.resolve_name(service), type, handler)
 
     def wait_for_service(self, service: str, *, timeout: float | None = 10.0) -> None:
         """Wait until a service is provided and its provider answers.
@@ -361,53 +333,41 @@ class Node:
         Raises:
             RosTimeout: It was not in time.
         """
-        service_probe.wait(self._context, self.resolve_name(service), timeout, stop=self._context.closing)
-
-    @property
-    def _services(self) -> Services:
-        with self._lazy:
-            if self._services_made is None:
-                from rosproto.node.services.table import Services
-
-                self._services_made = Services(self._context)
-                self._context.fork_callbacks.append(self._services_made.abandon)
-            return self._services_made
+        context = self._parts.context
+        service_probe.wait(context, self.resolve_name(service), timeout, stop=context.lifecycle.closing)
 
     @property
     def params(self) -> Parameters:
         """The parameter server as a mapping: `node.params["/key"]`."""
-        with self._lazy:
-            if self._params_made is None:
-                self._params_made = Parameters(self._context)
-                self._slave.on_parameter_update = self._params_made.on_update
-            return self._params_made
+        return self._parts.parameters
 
     # -- facts ----------------------------------------------------------------------------------------------
 
     @property
     def uri(self) -> str:
         """XML-RPC URI of this node's slave API."""
-        return self._context.uri
+        return self._parts.context.uri
 
     @property
     def host_given(self) -> str | None:
         """Our address as the program gave it; None where it is found from the route to the master."""
-        return self._context.host_given
+        return self._parts.context.own_address.given
 
     @property
     def tcpros_address(self) -> tuple[str, int]:
         """Host and port where subscribers and clients of services connect."""
-        return self._context.endpoints.host, self._context.endpoints.tcpros.port
+        address = self._parts.context.own_address
+        return address.host, address.endpoints.tcpros.port
 
     @property
     def rosrpc_uri(self) -> str:
         """URI under which services of this node are registered."""
-        return self._context.endpoints.rosrpc_uri
+        return self._parts.context.own_address.endpoints.rosrpc_uri
 
     @property
     def master(self) -> MasterClient:
         """The master, asked in this node's name."""
-        return self._context.master
+        return self._parts.context.master
 
     @property
     def namespace(self) -> str:
@@ -417,26 +377,26 @@ class Node:
     @property
     def closed(self) -> bool:
         """True from the beginning of `close`."""
-        return self._context.closed
+        return self._parts.context.lifecycle.closed
 
     @property
     def close_reason(self) -> str:
         """Why the node was closed: "" by the program, else by whom (`rosnode kill`)."""
-        return self._context.close_reason
+        return self._parts.context.lifecycle.close_reason
 
     @property
     def logger(self) -> logging.Logger:
         """A logger whose records also go to /rosout (with `rosout=True`)."""
-        return self._context.logger
+        return self._parts.naming.logger
 
     @property
     def revisions(self) -> Revisions:
         """Definitions, and their revisions; may be replaced before anything is opened (`NoRevisions`)."""
-        return self._context.revisions
+        return self._parts.context.revisions
 
     @revisions.setter
     def revisions(self, revisions: Revisions) -> None:
-        self._context.revisions = revisions
+        self._parts.context.revisions = revisions
 
     def resolve_name(self, name: str) -> str:
         """The global name that `name` means here, remappings applied.
@@ -446,30 +406,22 @@ class Node:
         Raises:
             ValueError: No master takes it: it is empty, or has a space, `:` or control characters.
         """
-        return self._context.resolve_name(name)
+        return self._parts.naming.resolve(name)
 
     def stats(self) -> NodeStats:
         """Bytes, messages, drops and reconnects of every link, services, and the state of the master link."""
-        services = self._services_made.stats() if self._services_made is not None else {}
-        return NodeStats(
-            name=self.name,
-            uri=self.uri,
-            master_uri=self.master_uri,
-            master_lost=self._context.master_lost,
-            links=tuple(self._topics.link_stats()),
-            services=services,
-        )
+        return self._parts.stats()
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until the node is closed (by `rosnode kill`, or another thread); True when it is."""
-        return wait_event(self._context.ended, timeout)
+        return wait_event(self._parts.context.lifecycle.ended, timeout)
 
     def on_shutdown(self, callback: Callable[[str], object]) -> None:
         """Have `callback(reason)` called when the node begins to close; "" when the program closes it.
 
         Nothing can be sent any more then: see `before_close`.
         """
-        self._context.shutdown_callbacks.append(callback)
+        self._parts.context.lifecycle.shutdown_callbacks.append(callback)
 
     def before_close(self, callback: Callable[[str], object]) -> None:
         """Have `callback(reason)` called before the node closes, while everything of it still works.
@@ -481,7 +433,7 @@ class Node:
         They must end by themselves within some seconds: the node waits for them, the end of the program ten
         seconds at most. In one of them `close` does nothing. A process that is killed calls nobody.
         """
-        self._context.before_close.append(callback)
+        self._parts.context.lifecycle.before_close.append(callback)
 
     def add_closer(self, close: Callable[[], None]) -> None:
         """Have `close()` called while the node closes, before its links go: for what is built on the node.
@@ -489,12 +441,13 @@ class Node:
         It has to end in bounded time, and may be called although it was called before. The newest is called
         first. See `before_close` for what must still be said to others.
         """
-        self._context.closers.append(close)
+        self._parts.context.lifecycle.closers.append(close)
 
     def remove_closer(self, close: Callable[[], None]) -> None:
         """Do not call it any more; nothing when it is not there."""
-        if close in self._context.closers:
-            self._context.closers.remove(close)
+        closers = self._parts.context.lifecycle.closers
+        if close in closers:
+            closers.remove(close)
 
     def watch_master(self, *, period: float, full_check_every: int) -> None:
         """Look after the master less often, or more.
@@ -503,11 +456,12 @@ class Node:
             period: Seconds between two looks at a master that answers; 1 at first.
             full_check_every: Looks between two comparisons of the whole graph; 5 at first.
         """
-        self._master_monitor.period, self._master_monitor.full_check_every = period, full_check_every
+        monitor = self._parts.master_monitor
+        monitor.period, monitor.full_check_every = period, full_check_every
 
     def look_at_master(self) -> None:
         """Look now whether the master still knows us: something is known to have changed."""
-        self._master_monitor.hurry()
+        self._parts.master_monitor.hurry()
 
     def __repr__(self) -> str:
         state = "closed" if self.closed else self.uri
@@ -520,24 +474,7 @@ class Node:
 
         What waits for slow subscribers is given half a second, then dropped.
         """
-        self._close("")
-
-    def _close(self, reason: str) -> None:
-        context, monitor = self._context, self._master_monitor
-        shutdown.close(
-            context,
-            reason,
-            self._forget_local,
-            partial(shutdown.leave_master, context),
-            partial(monitor.close, shutdown.CLOSE_SECONDS),
-            self._topics.close,
-            partial(shutdown.close_servers, context),
-            partial(monitor.close, shutdown.CLOSE_SECONDS),
-        )
-
-    def _forget_local(self) -> None:
-        if self._context.local_nodes is not None:
-            self._context.local_nodes.forget(self.uri, self._topics.publication)
+        self._parts.close("")
 
     def __enter__(self) -> Node:
         return self
@@ -549,20 +486,6 @@ class Node:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
-
-    # -- for the parts --------------------------------------------------------------------------------------
-
-    def _moved(self, old_uri: str) -> None:
-        local = self._context.local_nodes
-        if local is not None:
-            local.forget(old_uri, self._topics.publication)
-            local.note(self.uri, self._topics.publication)
-
-    def _dispatch(self, method: str, params: list[object], peer: str) -> object:
-        return self._slave.dispatch(method, params, peer)
-
-    def _accept(self, sock: Any, fields: dict[str, str], peer: tuple[str, int]) -> None:
-        self._topics.accept(sock, fields, peer)
 
     def _check_open(self) -> None:
         if self.closed:

@@ -13,8 +13,8 @@ from typing import Any, TypeVar, overload
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import get_logger
-from rosproto.node.context import Context
 from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.registrations import Registrations
 from rosproto.node.options import callback_or_none
 from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canonical_key
 
@@ -35,9 +35,7 @@ class UnknownParameter(MasterError, KeyError):
         self.key = key
 
     def __str__(self) -> str:
-        return (
-            f"parameter {self.key} is not set on the master {self.uri}; context.params.names() lists what is"
-        )
+        return f"parameter {self.key} is not set on the master {self.uri}; node.params.names() lists what is"
 
 
 class ParameterSubscription:
@@ -84,14 +82,14 @@ class ParameterRegistration:
 
     def register(self, master: MasterClient) -> None:
         self._params._cache.begin(self.name)
-        value = master.subscribe_param(self.name, self._params._context.uri)
+        value = master.subscribe_param(self.name, self._params._own_uri())
         changes = self._params._cache.start(self.name, value)
         if self._again:  # the first value is no change
             self._params._tell(changes)
         self._again = True
 
     def unregister(self, master: MasterClient) -> None:
-        master.unsubscribe_param(self.name, self._params._context.uri)
+        master.unsubscribe_param(self.name, self._params._own_uri())
 
 
 class Parameters:
@@ -108,8 +106,18 @@ class Parameters:
     All methods raise MasterError, ConnectionLost or RosTimeout when the master refuses, is away, or is slow.
     """
 
-    def __init__(self, context: Context) -> None:
-        self._context = context
+    def __init__(
+        self,
+        master: MasterClient,
+        registrations: Registrations,
+        *,
+        own_uri: Callable[[], str],
+        resolve_name: Callable[[str], str],
+    ) -> None:
+        self._master = master
+        self._registrations = registrations
+        self._own_uri = own_uri
+        self._resolve_name = resolve_name
         self._cache = ParameterCache()
         self._lock = threading.Lock()
         self._subscribing = threading.Lock()
@@ -118,7 +126,7 @@ class Parameters:
         self._telling = threading.Lock()
 
     def __repr__(self) -> str:
-        return f"<Parameters of {self._context.name} at {self._context.master_uri}>"
+        return f"<Parameters of {self._master.caller_id} at {self._master.uri}>"
 
     def __getitem__(self, key: str) -> Any:
         """Value of a parameter; a namespace gives a dict.
@@ -128,11 +136,11 @@ class Parameters:
         """
         resolved = self._resolve(key)
         try:
-            return self._context.master.get_param(resolved)
+            return self._master.get_param(resolved)
         except MasterError as error:
             if error.code != -1:
                 raise
-            raise UnknownParameter(resolved, uri=self._context.master_uri) from None
+            raise UnknownParameter(resolved, uri=self._master.uri) from None
 
     @overload
     def get(self, key: str) -> Any | None: ...
@@ -157,7 +165,7 @@ class Parameters:
         resolved, plain = self._resolve(key), plain_value(value, key)
         if resolved == "/" and not isinstance(plain, dict):
             raise ValueError(f"the root namespace takes a dict, not a {type(value).__name__}")
-        self._context.master.set_param(resolved, plain)
+        self._master.set_param(resolved, plain)
         # The master does not tell the node that did it (rosmaster paramserver.py).
         self._tell(self._cache.apply(resolved, plain))
 
@@ -172,11 +180,11 @@ class Parameters:
         """
         resolved = self._resolve(key)
         try:
-            self._context.master.delete_param(resolved)
+            self._master.delete_param(resolved)
         except MasterError as error:
             if error.code != -1:
                 raise
-            raise UnknownParameter(resolved, method="deleteParam", uri=self._context.master_uri) from None
+            raise UnknownParameter(resolved, method="deleteParam", uri=self._master.uri) from None
         self._tell(self._cache.apply(resolved, ABSENT))
 
     def __contains__(self, key: object) -> bool:
@@ -184,7 +192,7 @@ class Parameters:
 
     def has(self, key: str) -> bool:
         """True when the parameter, or a namespace of that name, is set."""
-        return bool(self._context.master.has_param(self._resolve(key)))
+        return bool(self._master.has_param(self._resolve(key)))
 
     def search(self, key: str) -> str | None:
         """The nearest parameter of that name: in the node's own namespace, then upwards to the root.
@@ -198,7 +206,7 @@ class Parameters:
         if key.startswith("~"):
             raise ValueError(f"{key!r}: a private name has one place only, there is nothing to search")
         try:
-            found = self._context.master.search_param(key)
+            found = self._master.search_param(key)
         except MasterError as error:
             if error.code != -1:
                 raise
@@ -207,7 +215,7 @@ class Parameters:
 
     def names(self) -> list[str]:
         """All keys of the parameter server, sorted."""
-        return sorted(map(str, self._context.master.get_param_names()))
+        return sorted(map(str, self._master.get_param_names()))
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names())
@@ -246,7 +254,7 @@ class Parameters:
                 registration = ParameterRegistration(self, resolved)
                 self._subscriptions[resolved] = (registration, [subscription])
             try:
-                self._context.registrations.add(registration)
+                self._registrations.add(registration)
             except BaseException:
                 with self._lock:
                     self._subscriptions.pop(resolved, None)
@@ -264,7 +272,7 @@ class Parameters:
                 return
             del self._subscriptions[subscription.key]
         self._cache.forget(subscription.key)
-        self._context.registrations.remove(registration)
+        self._registrations.remove(registration)
 
     def cached(self, key: str, default: Any = None) -> Any:
         """Value of a parameter without asking the master twice: the first call subscribes it."""
@@ -279,7 +287,7 @@ class Parameters:
     def _resolve(self, key: str) -> str:
         if key.startswith("/") and not key.strip("/"):
             return "/"
-        return canonical_key(self._context.resolve_name(key))
+        return canonical_key(self._resolve_name(key))
 
     def on_update(self, key: str, value: Any, trusted: bool = True) -> bool:
         """The slave API's paramUpdate: True when the key is subscribed.
@@ -291,7 +299,7 @@ class Parameters:
             return False
         if not trusted:
             try:
-                value = self._context.master.get_param(key)
+                value = self._master.get_param(key)
             except MasterError:
                 value = ABSENT
             except RosError as error:

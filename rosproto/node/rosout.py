@@ -22,9 +22,10 @@ from typing import Any
 
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
-from rosproto.node.context import Context
+from rosproto.node.clock import NodeClock
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.services.server import ServiceServer
+from rosproto.node.shutdown import Lifecycle
 
 _TABLE = (
     # name, rosgraph_msgs/Log, logging
@@ -137,7 +138,10 @@ class Rosout:
     """Publisher of /rosout for one node.
 
     Args:
-        context: Of the node.
+        name: Of the node.
+        logger: Its logger.
+        clock: Gives the time stamps.
+        lifecycle: Nothing is published once the node is closing.
         publish: `Node.publisher`.
         topics: Lists the node's topics, for every record; None leaves them out.
 
@@ -147,23 +151,29 @@ class Rosout:
 
     def __init__(
         self,
-        context: Context,
+        name: str,
+        logger: logging.Logger,
+        clock: NodeClock,
+        lifecycle: Lifecycle,
         publish: Callable[..., Publisher],
         topics: Callable[[], list[list[str]]] | None = None,
     ) -> None:
-        self._context = context
+        self._name = name
+        self._logger = logger
+        self._clock = clock
+        self._lifecycle = lifecycle
         self._log_class = message_class("rosgraph_msgs/Log")
         self._seq = itertools.count(1)
         self._busy = threading.local()
         self._topics = topics
         self._publisher = publish("/rosout", self._log_class, latch=True, queue_size=100)
         self.handler = _Handler(self.publish)
-        context.closers.append(self._close)
-        context.logger.addHandler(self.handler)
+        lifecycle.closers.append(self._close)
+        logger.addHandler(self.handler)
 
     def publish(self, record: logging.LogRecord, text: str) -> None:
         """Send one record; one that arises meanwhile in the same thread is not sent (no loops)."""
-        if getattr(self._busy, "now", False) or record.name.split(".")[0] == OWN or self._context.closed:
+        if getattr(self._busy, "now", False) or record.name.split(".")[0] == OWN or self._lifecycle.closed:
             return
         self._busy.now = True
         try:
@@ -173,9 +183,9 @@ class Rosout:
 
     def _message(self, record: logging.LogRecord, text: str) -> Any:
         message: Any = self._log_class()
-        message.header.stamp = self._context.clock.now()
+        message.header.stamp = self._clock.now()
         message.level = ros_level(record.levelno)
-        message.name = self._context.name
+        message.name = self._name
         message.msg = text
         message.file = record.filename
         message.function = record.funcName or ""
@@ -185,4 +195,4 @@ class Rosout:
         return message
 
     def _close(self) -> None:
-        self._context.logger.removeHandler(self.handler)
+        self._logger.removeHandler(self.handler)

@@ -21,9 +21,7 @@ import time
 from collections.abc import Callable
 
 from rosproto.logs import get_logger
-from rosproto.node.context import Context
 from rosproto.node.incoming import local_nodes
-from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import on_fork
 
 _log = get_logger("rosproto.node")
@@ -34,7 +32,82 @@ BEFORE_CLOSE_SECONDS = 10.0  # more, where there are `Node.before_close` callbac
 
 Close = Callable[[], None]
 
-_open_nodes: dict[Context, tuple[int, Close]] = {}
+
+class Lifecycle:
+    """Whether one node is open, closing or closed, and what is called when that changes.
+
+    Attributes:
+        closing: Set when closing begins; every long wait of a part watches it.
+        ended: Set when closing is over.
+        close_reason: Why the node was closed; "" by the program.
+        closers: Called while closing, newest first, before the servers close. Each is bounded and idempotent.
+        before_close, shutdown_callbacks: See `Node.before_close` and `Node.on_shutdown`.
+        fork_callbacks: Called in a fork of this process, where nothing of the node works.
+    """
+
+    def __init__(self) -> None:
+        self.closing = threading.Event()
+        self.ended = threading.Event()
+        self.close_reason = ""
+        self.closers: list[Close] = []
+        self.before_close: list[Callable[[str], object]] = []
+        self.shutdown_callbacks: list[Callable[[str], object]] = []
+        self.fork_callbacks: list[Close] = []
+        self._lock = threading.Lock()
+        self._closing_thread: int | None = None
+
+    @property
+    def closed(self) -> bool:
+        """True from the beginning of closing."""
+        return self.closing.is_set()
+
+    def close(self, reason: str, *steps: Close) -> None:
+        """Close the node; a second caller waits for the first.
+
+        Args:
+            reason: "" by the program, else who asked for it, and why.
+            *steps: Close the parts that live as long as the node; called in order, after `closers`.
+        """
+        with self._lock:
+            by, first = self._closing_thread, self._closing_thread is None and not self.closing.is_set()
+            if first:
+                self._closing_thread = threading.get_ident()
+                self.close_reason = reason
+        if not first:
+            if by != threading.get_ident():  # not from one of the callbacks below
+                self.ended.wait(5 * CLOSE_SECONDS + (BEFORE_CLOSE_SECONDS if self.before_close else 0.0))
+            return
+        try:
+            for callback in self.before_close:
+                _guard(callback, reason)
+            self.closing.set()
+            for callback in self.shutdown_callbacks:
+                _guard(callback, reason)
+            for step in [*reversed(self.closers), *steps]:
+                _guard(step)
+        finally:
+            _open_nodes.pop(self, None)
+            self.end()
+
+    def end(self) -> None:
+        """Mark the node as closed."""
+        self.closing.set()
+        self.ended.set()
+
+    def abandon(self, reason: str) -> None:
+        """Mark the node as closed in a fork of its process.
+
+        Takes no lock: other threads may have held them when the process was copied.
+        """
+        self.close_reason = reason
+        self.closing = self.ended = threading.Event()
+        self.closing.set()
+        self.before_close = []
+        for callback in self.fork_callbacks:
+            callback()
+
+
+_open_nodes: dict[Lifecycle, tuple[int, Close]] = {}
 """Nodes to close at the end of the program, with the process that opened them, and how they are closed.
 
 Not weak references: the threads of an open node keep it alive in any case.
@@ -42,10 +115,10 @@ Not weak references: the threads of an open node keep it alive in any case.
 _registered = False
 
 
-def close_at_exit(context: Context, close: Close) -> None:
-    """Have a node closed at the end of this process, should it still be open."""
+def close_at_exit(lifecycle: Lifecycle, close: Close) -> None:
+    """Close a node at the end of this process, if it is still open."""
     global _registered
-    _open_nodes[context] = (os.getpid(), close)
+    _open_nodes[lifecycle] = (os.getpid(), close)
     if not _registered:
         _registered = True
         atexit.register(_at_exit)
@@ -53,36 +126,20 @@ def close_at_exit(context: Context, close: Close) -> None:
 
 
 def _in_child() -> None:
-    """This process is a fork of another: its nodes are the other's.
-
-    Takes no lock, as other threads may have held them when the process was copied.
-    """
-    nodes = {context: process for context, (process, _) in _open_nodes.items()}
+    """This process is a fork: the open nodes belong to its parent."""
+    nodes = {lifecycle: process for lifecycle, (process, _) in _open_nodes.items()}
     _open_nodes.clear()
     local_nodes.forget_all()
-    for context, process in nodes.items():
-        context.close_reason = (
+    for lifecycle, process in nodes.items():
+        lifecycle.abandon(
             f"it was opened by another process, {process}, and this one is a fork of it: open nodes in the"
             " process that uses them"
         )
-        context.closing = context.ended = _over()
-        context.before_close = []
-        context.master.abandon()
-        context.clock.closing = context.closing
-        for callback in context.fork_callbacks:
-            callback()
-
-
-def _over() -> threading.Event:
-    """An event that is set, in place of one whose lock may be held for ever."""
-    event = threading.Event()
-    event.set()
-    return event
 
 
 def _at_exit() -> None:
     """Close what is open, in another thread: a master that hangs must not hold the program up."""
-    mine = {context: close for context, (pid, close) in list(_open_nodes.items()) if pid == os.getpid()}
+    mine = {lifecycle: close for lifecycle, (pid, close) in list(_open_nodes.items()) if pid == os.getpid()}
     if not mine:
         return
     closes = list(mine.values())
@@ -92,7 +149,7 @@ def _at_exit() -> None:
     except RuntimeError:  # no new threads any more
         _close_all(closes)
     else:
-        farewell = any(context.before_close for context in mine)
+        farewell = any(lifecycle.before_close for lifecycle in mine)
         end = time.monotonic() + EXIT_SECONDS + (BEFORE_CLOSE_SECONDS if farewell else 0.0)
         while thread.is_alive() and (left := end - time.monotonic()) > 0.0:
             try:
@@ -104,45 +161,6 @@ def _at_exit() -> None:
 def _close_all(closes: list[Close]) -> None:
     for close in reversed(closes):  # the newest first, as with nested `with` blocks
         _guard(close)
-
-
-def close(context: Context, reason: str, *steps: Close) -> None:
-    """Close a node; a second caller waits for the first.
-
-    Args:
-        context: Of the node.
-        reason: "" by the program, else who asked for it, and why.
-        *steps: What ends the parts that live as long as the node, called one after the other at the end.
-    """
-    with context.close_lock:
-        by, first = context.closer, context.closer is None and not context.closing.is_set()
-        if first:
-            context.closer = threading.get_ident()
-            context.close_reason = reason
-    if not first:
-        if by != threading.get_ident():  # not from one of the callbacks below
-            context.ended.wait(5 * CLOSE_SECONDS + (BEFORE_CLOSE_SECONDS if context.before_close else 0.0))
-        return
-    try:
-        for callback in context.before_close:
-            _guard(callback, reason)
-        context.closing.set()
-        for callback in context.shutdown_callbacks:
-            _guard(callback, reason)
-        for step in [*reversed(context.closers), *steps]:
-            _guard(step)
-    finally:
-        _open_nodes.pop(context, None)
-        context.closing.set()
-        context.ended.set()
-
-
-def give_up(context: Context) -> None:
-    """The node could not even listen: nothing is registered, no other thread runs."""
-    context.master.close()
-    context.monitor.close()
-    context.closing.set()
-    context.ended.set()
 
 
 def shut_down_later(
@@ -162,18 +180,3 @@ def _guard(step: Callable[..., object], *arguments: object) -> None:
         step(*arguments)
     except Exception:
         _log.exception("! closing: %r failed", step)
-
-
-def leave_master(context: Context) -> None:
-    """Take everything off the master, if it answers."""
-    if not context.master_lost:
-        # Its own client: a call that hangs in `context.master` must not use up the time.
-        with context.master_client(CLOSE_SECONDS) as master:
-            context.registrations.unregister_all(Deadline(CLOSE_SECONDS), master)
-
-
-def close_servers(context: Context) -> None:
-    """Listen no more, watch nobody any more, ask the master nothing any more."""
-    context.endpoints.close(CLOSE_SECONDS)
-    context.monitor.close(CLOSE_SECONDS)
-    context.master.close()

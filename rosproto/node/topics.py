@@ -324,7 +324,7 @@ class TopicTable:
     def verify_publishers(self, topic: str) -> None:
         subscription = self._subscriptions.get(topic)
         if subscription is not None:
-            self._context.check_again(subscription)
+            self._context.check_publishers(subscription)
 
     def bus_info(self) -> list[list[Any]]:
         """[connectionId, destinationId, direction, transport, topic, connected, text] for each link."""

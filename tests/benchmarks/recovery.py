@@ -74,8 +74,8 @@ def behind_proxy() -> Iterator[tuple[Any, Any, FaultProxy]]:
         Node("/b", master_uri=master.uri, intraprocess=False) as b,
         FaultProxy("127.0.0.1", a.tcpros_address[1]) as proxy,
     ):
-        handler, arity, refusal = a._slave.methods["requestTopic"]
-        a._slave.methods["requestTopic"] = (
+        handler, arity, refusal = a._parts.slave.methods["requestTopic"]
+        a._parts.slave.methods["requestTopic"] = (
             lambda *call: [*handler(*call)[:2], ["TCPROS", "127.0.0.1", proxy.port]],
             arity,
             refusal,
@@ -244,12 +244,12 @@ def publisher_same_port() -> float:
         subscriber = b.subscriber("/t", STRING)
         a = Node("/a", master_uri=master.uri, port=port)
         a.publisher("/t", STRING).wait_for_connection()
-        a._context.registrations._table.clear()  # it does not unregister, as a killed process does not
+        a._parts.context.registrations._table.clear()  # it does not unregister, as a killed process does not
         a.close()
         time.sleep(2.0)
         with Node("/a", master_uri=master.uri, port=port, rosout=False) as a:
             # The master's list does not change: only the subscriber's own tries find it.
-            a._context.registrations.add_together = lambda *_: None
+            a._parts.context.registrations.add_together = lambda *_: None
             publisher = a.publisher("/t", STRING)
             return until(lambda: publisher.connections == 1 and subscriber.connections == 1)
 

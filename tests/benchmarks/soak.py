@@ -72,8 +72,8 @@ class Soak:
         for number in range(NODES):
             node = Node(f"/soak{number}", master_uri=self.master.uri, intraprocess=False)
             proxy = FaultProxy("127.0.0.1", node.tcpros_address[1])
-            handler, arity, refusal = node._slave.methods["requestTopic"]
-            node._slave.methods["requestTopic"] = (
+            handler, arity, refusal = node._parts.slave.methods["requestTopic"]
+            node._parts.slave.methods["requestTopic"] = (
                 lambda *call, h=handler, p=proxy: [*h(*call)[:2], ["TCPROS", p.host, p.port]],  # type: ignore[misc]
                 arity,
                 refusal,

@@ -36,8 +36,8 @@ SLACK = 2.0 * crowd()
 
 def behind(proxy: FaultProxy, node: Node) -> None:
     """Have a node announce the proxy's port instead of its own."""
-    handler, arity, refusal = node._slave.methods["requestTopic"]
-    node._slave.methods["requestTopic"] = (
+    handler, arity, refusal = node._parts.slave.methods["requestTopic"]
+    node._parts.slave.methods["requestTopic"] = (
         lambda *call: [*handler(*call)[:2], ["TCPROS", proxy.host, proxy.port]],
         arity,
         refusal,
@@ -176,10 +176,10 @@ def test_a_peer_that_vanished_is_noticed_by_keep_alive(monkeypatch: pytest.Monke
         eventually(
             lambda: subscriber.connections == 1
         )  # it has read the header: otherwise it would wait for that
-        publication = a._topics.publication("/t")
+        publication = a._parts.topics.publication("/t")
         assert publication is not None
         link: Any = publication.links[0]
-        a._context.monitor._drop = lambda link: None  # type: ignore[method-assign]
+        a._parts.context.link_monitor._drop = lambda link: None  # type: ignore[method-assign]
         _vanish(link.sock)
         publication.detach(link)
         eventually(lambda: subscriber.stats()[0].reconnects == 1 and subscriber.connections == 1, 10)
@@ -315,7 +315,7 @@ def test_the_address_changes_under_way_many_times(monkeypatch: pytest.MonkeyPatc
         for number in (2, 3, 4):
             old = (
                 "127.0.0.1" if number == 2 else f"127.0.0.{number - 1}",
-                roams._context.endpoints.slave.port,
+                roams._parts.context.own_address.endpoints.slave.port,
             )
             address[0] = f"127.0.0.{number}"
             eventually(lambda: roams.uri.startswith(f"http://{address[0]}:"))
@@ -384,4 +384,4 @@ def test_faults_from_all_sides_at_once(pair: tuple[Node, Node, FaultProxy]) -> N
         publisher.publish(data="the last")
         time.sleep(0.01)
     assert slowest[0] < 2.0 * crowd()  # it waits for nobody, but for its turn
-    eventually(lambda: len(a._topics.link_stats()) == 1)
+    eventually(lambda: len(a._parts.topics.link_stats()) == 1)

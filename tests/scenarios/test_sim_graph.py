@@ -244,7 +244,7 @@ def test_the_nodes_of_a_robot_do_not_compare_the_graph_of_their_own_master_all_t
     ):
         watched = [other, *sim.graph.nodes.values()]
         end = time.monotonic() + 60.0
-        while min(node._master_monitor._looks for node in watched) < 10:
+        while min(node._parts.master_monitor._looks for node in watched) < 10:
             assert time.monotonic() < end
             time.sleep(0.01)
     assert set(asked) & {node.name for node in watched} == {"/other"}

@@ -88,7 +88,9 @@ class Robot:
     def _provided(self) -> list[object]:
         """The service servers: another one of the same name looks the same to the master."""
         return [
-            kept[0] for node in self.sim.graph.nodes.values() for kept in node._services._servers.values()
+            kept[0]
+            for node in self.sim.graph.nodes.values()
+            for kept in node._parts.services._servers.values()
         ]
 
     def renew(self, speed: float) -> None:

@@ -8,10 +8,12 @@ from rosproto.errors import MasterError
 from rosproto.logs import PeerLog
 from rosproto.names import resolve
 from rosproto.node.definitions.md5sum_mismatch import Revisions
-from rosproto.node.graph.listening import TcprosServer
+from rosproto.node.graph.endpoints import TcprosServer
+from rosproto.node.graph.own_address import OwnAddress
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.parameters import Parameters
 from rosproto.node.services.table import Services
+from rosproto.node.shutdown import Lifecycle
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames
 
@@ -108,22 +110,27 @@ class SmallNode:
     ) -> None:
         self.name = name
         self.master = master or MemoryMaster()
-        self.master_uri = self.master.uri
         self.limits = limits or Limits()
         self.hosts = HostNames()
         self.revisions = Revisions()
-        self.said = PeerLog("rosproto.node")
-        self.closers: list[Any] = []
+        self.peer_log = PeerLog("rosproto.node")
+        self.lifecycle = Lifecycle()
         self.registrations = Registrations(self.master)  # type: ignore[arg-type]
-        self.endpoints = _Endpoints(
+        self.own_address = OwnAddress(None)
+        self.own_address.endpoints = _Endpoints(  # type: ignore[assignment]
             TcprosServer("127.0.0.1", limits=self.limits, on_topic=lambda sock, fields, peer: sock.close())
         )
         self.services = Services(self)  # type: ignore[arg-type]
-        self.params = Parameters(self)  # type: ignore[arg-type]
+        self.params = Parameters(
+            self.master,  # type: ignore[arg-type]
+            self.registrations,
+            own_uri=lambda: self.uri,
+            resolve_name=self.resolve_name,
+        )
 
     @property
     def tcpros_address(self) -> tuple[str, int]:
-        return "127.0.0.1", self.endpoints.tcpros.port
+        return "127.0.0.1", self.own_address.endpoints.tcpros.port
 
     def resolve_name(self, name: str) -> str:
         return resolve(name, self.name)
@@ -141,6 +148,6 @@ class SmallNode:
         self.close()
 
     def close(self) -> None:
-        for closer in reversed(self.closers):
+        for closer in reversed(self.lifecycle.closers):
             closer()
-        self.endpoints.tcpros.close(2.0)
+        self.own_address.endpoints.tcpros.close(2.0)

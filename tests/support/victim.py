@@ -154,7 +154,7 @@ def live() -> None:
                     "master_uri": master.uri,
                     "node_uri": node.uri,
                     "master": master.port,
-                    "node": node._context.endpoints.slave.port,
+                    "node": node._parts.context.own_address.endpoints.slave.port,
                     "tcpros": node.tcpros_address[1],
                 }
             ),
@@ -169,11 +169,12 @@ def live() -> None:
                     "names": names,
                     "watched": watched[-5:],
                     "closed": node.closed,
-                    "tcpros": node._context.endpoints.tcpros._server.connections,
-                    "slave": node._context.endpoints.slave._server.connections,
+                    "tcpros": node._parts.context.own_address.endpoints.tcpros._server.connections,
+                    "slave": node._parts.context.own_address.endpoints.slave._server.connections,
                     "master": master.stats()["connections"],
                     "links": {
-                        uri: link.state.value for uri, link in node._topics.subscription("/in").links.items()
+                        uri: link.state.value
+                        for uri, link in node._parts.topics.subscription("/in").links.items()
                     },
                 }
                 print(json.dumps(answer), flush=True)

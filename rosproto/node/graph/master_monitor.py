@@ -1,4 +1,4 @@
-"""Joins the master; then watches it and our own address, once a second, and puts things right again.
+"""Watches the master and our own address once a second, and registers again or moves when they changed.
 
 * The master restarted (another process, or it does not know our name): everything is registered again. No
   peer does this; rospy and roscpp are forgotten for ever (docs/wire.md, 59).
@@ -19,23 +19,19 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Collection, Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
-from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.graph import api_client
-from rosproto.node.graph.listening import Endpoints
 from rosproto.node.graph.master_client import MasterClient, SystemState
-from rosproto.node.graph.registrations import Registration
-from rosproto.sentence import say
+from rosproto.node.graph.master_connection import MasterConnection
+from rosproto.node.graph.own_address import Listen, OwnAddress
+from rosproto.node.graph.registrations import Registration, Registrations
+from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
-from rosproto.transport.deadline import Deadline, SleepDetector
-from rosproto.transport.name_lookup import resolve
+from rosproto.transport.deadline import SleepDetector
 from rosproto.transport.os_errors import no_route
-from rosproto.transport.own_address import choose_own_address
-from rosproto.transport.uri import same_uri
 
 _log = get_logger("rosproto.node")
 
@@ -87,10 +83,15 @@ class MasterMonitor:
     """One thread per node.
 
     Args:
-        context: Of the node.
+        name: Of the node.
+        master: Its connection to the master.
+        own_address: Where it listens.
+        registrations: What is registered.
         topics: Its topics.
+        closed: Whether the node is closing; then the thread ends.
         listen: Opens its servers (`Listen`).
-        moved: Told the old URI when they have been opened on another address.
+        moved: Called with the old URI when they have been opened on another address.
+        emit: Called with each event.
 
     Attributes:
         period: Seconds between two looks at a master that answers.
@@ -99,17 +100,27 @@ class MasterMonitor:
 
     def __init__(
         self,
-        context: Context,
-        topics: WatchedTopics,
+        name: str,
         *,
+        master: MasterConnection,
+        own_address: OwnAddress,
+        registrations: Registrations,
+        topics: WatchedTopics,
+        closed: Callable[[], bool],
         listen: Listen,
         moved: Callable[[str], None],
+        emit: Callable[[Event], None],
     ) -> None:
         self.period = PERIOD
         self.full_check_every = FULL_CHECK_EVERY
-        self._context = context
+        self._name = name
+        self._master = master
+        self._own_address = own_address
+        self._registrations = registrations
         self._topics = topics
+        self._closed = closed
         self._listen, self._moved = listen, moved
+        self._emit = emit
         self._wake = threading.Condition()
         self._to_verify: dict[str, FollowedTopic] = {}
         self._hurry = False
@@ -117,24 +128,17 @@ class MasterMonitor:
         self._identity: object = None
         self._looks = 0
         self._sleep = SleepDetector()
-        self._thread = threading.Thread(
-            target=self._run, name=f"rosproto:master monitor {context.name}", daemon=True
-        )
+        self._thread = threading.Thread(target=self._run, name=f"rosproto:master monitor {name}", daemon=True)
 
     def start(self) -> None:
         self._thread.start()
 
     def close(self, timeout: float) -> None:
-        """End the thread (`context.closing` is set)."""
+        """End the thread (the node is closing)."""
         with self._wake:
             self._wake.notify_all()
         if self._thread.ident is not None and threading.current_thread() is not self._thread:
             self._thread.join(timeout)
-
-    @property
-    def master_lost(self) -> bool:
-        """True while the master does not answer."""
-        return self._context.master_lost
 
     def verify(self, subscription: FollowedTopic) -> None:
         """Ask the master for the publishers of a topic, soon; many requests become one."""
@@ -152,12 +156,12 @@ class MasterMonitor:
 
     def _run(self) -> None:
         pause, took = self.period, 0.0
-        while not self._context.closing.is_set():
+        while not self._closed():
             with self._wake:
                 # Not "until something is to be verified": that stays so while the master is away.
-                self._wake.wait_for(lambda: self._context.closing.is_set() or self._hurry, pause)
+                self._wake.wait_for(lambda: self._closed() or self._hurry, pause)
                 self._hurry = False
-            if self._context.closing.is_set():
+            if self._closed():
                 return
             try:
                 self._notice_sleep(pause + took)  # a master that is slow to answer is no sleep
@@ -165,15 +169,13 @@ class MasterMonitor:
                 pause = self._look()
                 took = time.monotonic() - begun
             except Exception:
-                _log.exception("! %s: the master monitor failed, and goes on", self._context.name)
+                _log.exception("! %s: the master monitor failed, and goes on", self._name)
                 pause = self.period
 
     def _notice_sleep(self, meant: float) -> None:
         seconds = self._sleep.slept(meant)
         if seconds:
-            _log.info(
-                "= %s: this computer slept for %.0f s; all links are made anew", self._context.name, seconds
-            )
+            _log.info("= %s: this computer slept for %.0f s; all links are made anew", self._name, seconds)
             self._looks = self.full_check_every - 1
             self._topics.woke_up()
 
@@ -182,38 +184,35 @@ class MasterMonitor:
         try:
             moved = self._follow_address()
             stands = self.check_registration() and not moved
-            if not stands and not self._context.registrations.register_all():
-                raise ConnectionLost(
-                    "the master went away during registration", peer=self._context.master_uri
-                )
+            if not stands and not self._registrations.register_all():
+                raise ConnectionLost("the master went away during registration", peer=self._master.uri)
             self._verify_some()
-            if not self._context.registrations.register_pending():
+            if not self._registrations.register_pending():
                 return self._backoff.next()
         except (ConnectionLost, RosTimeout) as error:
             self._master_lost(error)
             return self._backoff.next()
         except RosError as error:
-            _log.warning("! master %s: %s", self._context.master_uri, error)
+            _log.warning("! master %s: %s", self._master.uri, error)
             return self.period
         self._master_answers(stands)
         return self.period
 
     def check_registration(self) -> bool:
         """False when the master has to be told everything again."""
-        context = self._context
-        before = context.registrations.confirmed()
+        before = self._registrations.confirmed()
         pid, uri, run_id = self._ask()
         identity = (pid, run_id)
         known, self._identity = self._identity, identity
-        if self._context.master_lost or (known is not None and known != identity):
+        if self._master.lost or (known is not None and known != identity):
             return False
         if not self._still(before):
             return True
         if not isinstance(uri, str):
             return False
-        if not same_uri(uri, context.uri):
+        if not same_uri(uri, self._own_address.uri):
             # Another node has our name: it was told to, and we were told to shut down. Do not fight over it.
-            _log.debug("! %s is registered at %s, not at %s", context.name, uri, context.uri)
+            _log.debug("! %s is registered at %s, not at %s", self._name, uri, self._own_address.uri)
             return True
         self._looks += 1
         return self._looks % self.full_check_every != 0 or self.graph_has_all()
@@ -222,10 +221,10 @@ class MasterMonitor:
         """The master's process id, our URI as it knows it, its run id; one request where multicall works."""
         calls: list[tuple[str, tuple[object, ...]]] = [
             ("getPid", ()),
-            ("lookupNode", (self._context.name,)),
+            ("lookupNode", (self._name,)),
             ("getParam", ("/run_id",)),
         ]
-        master = self._context.master
+        master = self._master.client
         try:
             answers = master.several(calls, timeout=PATIENCE)
         except RosTimeout:
@@ -235,15 +234,14 @@ class MasterMonitor:
 
     def graph_has_all(self) -> bool:
         """Whether the master's graph has all that is registered."""
-        context = self._context
-        before = context.registrations.confirmed()
+        before = self._registrations.confirmed()
         datagram_links = self._topics.datagram_links()
-        state = context.master.get_system_state(timeout=CALL_TIMEOUT)
+        state = self._master.client.get_system_state(timeout=CALL_TIMEOUT)
         tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
         self._note_unknown_publishers(state)
         self.forget_unsubscribed(datagram_links, state)
         return all(
-            context.name in tables[registration.kind].get(registration.name, ())
+            self._name in tables[registration.kind].get(registration.name, ())
             for registration in self._still(before)
             if registration.kind in tables
         )
@@ -252,12 +250,12 @@ class MasterMonitor:
         """Of these, what the master must know in an answer that was asked for after them: all but those taken
         back meanwhile. What was being made then is not among them.
         """
-        now = {id(registration) for registration in self._context.registrations.confirmed()}
+        now = {id(registration) for registration in self._registrations.confirmed()}
         return [registration for registration in before if id(registration) in now]
 
     def _note_unknown_publishers(self, state: SystemState) -> None:
         """Have topics verified whose publishers are others than those we know."""
-        for registration in self._context.registrations.of_kind("subscriber"):
+        for registration in self._registrations.of_kind("subscriber"):
             subscription = self._topics.subscription(registration.name)
             publishers = state.publishers.get(registration.name, ())
             if subscription is not None and not subscription.knows(publishers):
@@ -279,7 +277,7 @@ class MasterMonitor:
             to_verify, self._to_verify = self._to_verify, {}
         for subscription in to_verify.values():
             if self._topics.subscription(subscription.name) is subscription:
-                subscription.register(self._context.master)
+                subscription.register(self._master.client)
 
     def _follow_address(self) -> bool:
         """Listen on our present address towards the master; True when it is another one than before.
@@ -287,127 +285,34 @@ class MasterMonitor:
         Raises:
             ConnectionLost: There is no way to the master, the cable is out.
         """
-        context = self._context
-        old = context.uri
+        old = self._own_address.uri
         try:
-            if not rebind(context, self._listen, self._moved):
+            if not self._own_address.follow(self._listen, self._master.address, self._moved):
                 return False
         except RosError as error:
             if no_route(error.__cause__):
-                if not self._context.master_lost:
-                    context.master.reconnect()  # calls under way fail now, not when their time is over
+                if not self._master.lost:
+                    self._master.client.reconnect()  # calls under way fail now, not when their time is over
                 raise
             # The name server is silent, or the port taken: that says nothing about the master.
-            _log.debug("! %s: the present address is not known: %s", context.name, error)
+            _log.debug("! %s: the present address is not known: %s", self._name, error)
             return False
         self._topics.links_changed_address()
-        context.master.reconnect()
-        _log.warning("= %s: our address changed, %s is now %s", context.name, old, context.uri)
-        context.emit(Event(EventKind.ADDRESS_CHANGED, address=context.uri))
+        self._master.client.reconnect()
+        _log.warning("= %s: our address changed, %s is now %s", self._name, old, self._own_address.uri)
+        self._emit(Event(EventKind.ADDRESS_CHANGED, address=self._own_address.uri))
         return True
 
     def _master_lost(self, error: RosError) -> None:
-        if not self._context.master_lost:
-            self._context.master_lost = True
-            _log.warning("! the master %s is away, it is tried again: %s", self._context.master_uri, error)
+        if not self._master.lost:
+            self._master.lost = True
+            _log.warning("! the master %s is away, it is tried again: %s", self._master.uri, error)
             known = without_frames(error)
-            self._context.emit(Event(EventKind.MASTER_LOST, address=self._context.master_uri, error=known))
+            self._emit(Event(EventKind.MASTER_LOST, address=self._master.uri, error=known))
 
     def _master_answers(self, stood: bool) -> None:
         self._backoff.reset()
-        if self._context.master_lost or not stood:
-            self._context.master_lost = False
-            _log.warning("= master %s: everything is registered again", self._context.master_uri)
-            self._context.emit(Event(EventKind.MASTER_BACK, address=self._context.master_uri))
-
-
-REBIND_SECONDS = 1.0  # for looking up names, and for ending what used the old address
-
-
-Listen = Callable[[str, str], Endpoints]
-"""Opens the servers of the node: the host to announce, the address to listen on."""
-
-
-class GraphFacts(NamedTuple):
-    """What holds for the whole graph while a node is open.
-
-    Attributes:
-        simulated: Time comes from /clock.
-        rosout_topics: Records on /rosout list the topics of their node.
-    """
-
-    simulated: bool
-    rosout_topics: bool
-
-
-def ask_facts(master: MasterClient, timeout: float | None) -> GraphFacts:
-    """Ask a master, in one request, whether it is one and how its graph is set up.
-
-    Raises:
-        ConnectionLost, RosTimeout: Nobody answers.
-        RosError: What answers is no master.
-    """
-    pid, sim_time, no_topics = master.several(
-        [
-            ("getPid", ()),
-            ("getParam", ("/use_sim_time",)),
-            ("getParam", ("/rosout_disable_topics_generation",)),
-        ],
-        timeout=timeout,
-    )
-    if isinstance(pid, MasterError):
-        raise pid
-    api_client.checked("getPid", master.uri, pid, api_client.as_int)
-    return GraphFacts(
-        simulated=sim_time is True,  # an error means that it is not set
-        rosout_topics=isinstance(no_topics, MasterError) or not no_topics,
-    )
-
-
-def join(context: Context, listen: Listen, deadline: Deadline) -> tuple[Endpoints, GraphFacts]:
-    """Find the master, then listen: a node that cannot register need not open a port.
-
-    Raises:
-        ConnectionLost, RosTimeout: The node cannot join; the text names it and the master.
-    """
-    try:
-        facts = ask_facts(context.master, deadline.remaining())
-        context.master_hosts = frozenset(resolve(context.master_address[0], deadline))
-        announced, bind = choose_own_address(
-            context.host_given, context.master_address, deadline.remaining() or 0.1
-        )
-        return listen(announced, bind), facts
-    except RosError as error:
-        raise _cannot_join(context, error) from error
-
-
-def _cannot_join(context: Context, error: RosError) -> RosError:
-    cannot = "node {name} cannot join the master {uri}: {error}"
-    text = say(cannot, name=context.name, uri=context.master_uri, error=error)
-    peer, why = context.master_uri, error.why or str(error)
-    if isinstance(error, RosTimeout):
-        what = f"the master {context.master_uri}"
-        return RosTimeout(text, what=what, seconds=error.seconds, peer=peer, why=why)
-    return ConnectionLost(text, peer=peer, why=why)
-
-
-def rebind(context: Context, listen: Listen, moved: Callable[[str], None]) -> bool:
-    """Listen on our present address towards the master, when it is another one now; True when it is.
-
-    `moved` is called with the URI that holds no more, before what used it ends.
-
-    Raises:
-        RosError: There is no way to the master at present, or nothing can be listened on.
-    """
-    if context.host_given is not None:
-        return False
-    announced, bind = choose_own_address(None, context.master_address, REBIND_SECONDS)
-    old = context.endpoints
-    if announced == old.host:
-        return False
-    new = listen(announced, bind)
-    new.tcpros.on_service = old.tcpros.on_service
-    context.endpoints = new
-    moved(old.uri)
-    old.close(REBIND_SECONDS)
-    return True
+        if self._master.lost or not stood:
+            self._master.lost = False
+            _log.warning("= master %s: everything is registered again", self._master.uri)
+            self._emit(Event(EventKind.MASTER_BACK, address=self._master.uri))

@@ -6,6 +6,7 @@ leaves, so links need no lock to ask for it.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -40,7 +41,6 @@ class Delivery:
 
     __slots__ = (
         "_decode_later",
-        "_now",
         "_raw_recipients",
         "_recipients",
         "_topic",
@@ -52,7 +52,6 @@ class Delivery:
 
     def __init__(self, topic: Topic, recipients: Sequence[Recipient], type_: TopicType) -> None:
         self._topic = topic
-        self._now = topic.context.wall_time
         self._recipients = tuple(recipient for recipient in recipients if not recipient.raw)
         self._raw_recipients = tuple(recipient for recipient in recipients if recipient.raw)
         self._decode_later = type_.decode if self._recipients and not type_.is_wildcard else raw_message
@@ -70,7 +69,7 @@ class Delivery:
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
         """Hand messages to every subscriber; runs in the link's thread."""
-        stamp = self._now()
+        stamp = time.time()
         for message in batch:
             message._connection_header = header
         if self._raw_recipients:
@@ -86,7 +85,7 @@ class Delivery:
 
     def deliver_to_newcomers(self, before: Delivery, batch: Sequence[Any], header: dict[str, str]) -> None:
         """Hand messages that were received for an earlier delivery to those subscribers that it lacks."""
-        stamp = self._now()
+        stamp = time.time()
         batch = [message for message in batch if type(message) is not Unfit]
         for message in batch:
             message._connection_header = header
@@ -142,7 +141,7 @@ class RevisedDelivery(Delivery):
             self._told = True
             name = self._topic.name
             text = "! %s: messages are dropped that do not fit: %s"
-            self._topic.context.said.warning(name, text, name, unfit[0])
+            self._topic.context.peer_log.warning(name, text, name, unfit[0])
         return [item for item in batch if type(item) is not Unfit]
 
 

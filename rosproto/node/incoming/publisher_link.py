@@ -241,7 +241,7 @@ class PublisherLink:
         self._last_error = None
         _log.debug("= %s: connected to %s at %s", self.topic, self.caller_id, self.address)
         self.subscription.link_changed()
-        self._context.emit(
+        self._context.events.emit(
             Event(EventKind.CONNECTED, self.topic, self.address, peer=self.caller_id, direction="in")
         )
 
@@ -256,7 +256,7 @@ class PublisherLink:
             return
         self._attempts += 1
         if self._attempts % ASK_EVERY == 0:
-            self._context.check_again(self.subscription)
+            self._context.check_publishers(self.subscription)
         if was is LinkState.RECEIVING:
             kind = EventKind.DISCONNECTED
         else:
@@ -266,7 +266,7 @@ class PublisherLink:
         if news:
             self._log_failure(error, was)
             self.subscription.report(error)
-            self._context.emit(
+            self._context.events.emit(
                 Event(kind, self.topic, self.address, error, peer=self.caller_id, direction="in")
             )
 
@@ -279,7 +279,7 @@ class PublisherLink:
         elif self._told is not type(error):
             self._told = type(error)
             text = "! %s: publisher %s: %s"
-            self._context.said.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
+            self._context.peer_log.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
 
     @staticmethod
     def _is_ordinary(error: Exception, was: LinkState) -> bool:

@@ -73,7 +73,7 @@ class Subscriber:
             raise ConnectionLost(f"{self.topic}: this subscriber is closed")
         raise RosTimeout(
             f"{self.topic}: no message within {timeout:g} s; {self._subscription.why_silent()}"
-            f" (master {self._context.master_uri})",
+            f" (master {self._context.master.uri})",
             what=f"a message on {self.topic}",
             seconds=timeout,
         )
@@ -197,7 +197,7 @@ class Subscriber:
         if not self._subscription.wait_for(count, timeout):
             raise RosTimeout(
                 f"{self.topic}: {self.connections} of {count} publishers connected after {timeout:g} s;"
-                f" {self._subscription.why_silent()} (master {self._context.master_uri})",
+                f" {self._subscription.why_silent()} (master {self._context.master.uri})",
                 what=f"publishers of {self.topic}",
                 seconds=timeout,
             )

@@ -12,6 +12,7 @@ Source: wiki.ros.org/ROS/Master_API (registerSubscriber), wiki.ros.org/ROS/Slave
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
@@ -160,7 +161,7 @@ class Subscription:
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
         """So many that threads stay bounded; those connected go first, a crowd of newcomers ousts nobody."""
         most = self.context.limits.publishers
-        self.context.said.warning(
+        self.context.peer_log.warning(
             self.name,
             "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
             self.name,
@@ -180,7 +181,7 @@ class Subscription:
                 self._adopt(recipient.type)
             latched = [self._as_wanted(message, recipient.raw) for message in self._latched.values()]
             if latched:  # before anything that comes from now on
-                recipient.hand_over(latched, self.context.wall_time())
+                recipient.hand_over(latched, time.time())
             self._recipients.append(recipient)
             self.renew_delivery()
 
@@ -269,7 +270,7 @@ class Subscription:
         revised = revised_type(
             self.context.revisions, known, reply.md5sum, reply.message_definition, mismatch
         )
-        note_differences(self.context.said, self.name, reply.callerid or peer, revised.conversion)
+        note_differences(self.context.peer_log, self.name, reply.callerid or peer, revised.conversion)
         return revised
 
     def _untold_type(self, reply: PublisherReply, peer: str) -> Md5sumMismatch:

@@ -46,7 +46,7 @@ class UdprosLink(TcprosLink):
     def _open(self) -> None:
         deadline = Deadline(TRY_SECONDS)
         self.transport, self._broken_off = UDPROS, False
-        self._sock = sock = open_receiver(self._context.endpoints.tcpros.host)
+        self._sock = sock = open_receiver(self._context.own_address.endpoints.tcpros.host)
         answer = self._ask(sock.getsockname()[1], deadline)
         if answer and answer[0] == UDPROS:
             self._agreed(DatagramAnswer.parse(answer))
@@ -73,7 +73,7 @@ class UdprosLink(TcprosLink):
             callerid=self._context.name,
             message_definition="" if md5sum == ANY else self.subscription.type.definition,
         )
-        offer = DatagramRequest(header, self._context.endpoints.host, port, DATAGRAM_BYTES)
+        offer = DatagramRequest(header, self._context.own_address.host, port, DATAGRAM_BYTES)
         return self._request_topic([offer.as_protocol(), ["TCPROS"]], deadline)
 
     def _agreed(self, answer: DatagramAnswer) -> None:
@@ -121,7 +121,7 @@ class UdprosLink(TcprosLink):
                 if not told:
                     told = True
                     text = "! %s: a datagram from %s is dropped: %s"
-                    self._context.said.warning(self.topic, text, self.topic, self.caller_id, error)
+                    self._context.peer_log.warning(self.topic, text, self.topic, self.caller_id, error)
                     self.subscription.report(error)
 
     def _take(self, datagram: bytes) -> None:

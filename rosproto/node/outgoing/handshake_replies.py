@@ -131,7 +131,7 @@ class Answers:
         except ConversionError as error:
             raise explained(mismatch, ours, definition, str(error)) from error
         who = fields.get("callerid", "a subscriber")
-        note_differences(self._context.said, self._topic, who, output.conversion)
+        note_differences(self._context.peer_log, self._topic, who, output.conversion)
         return output
 
     def refused(self, sock: socket.socket, fields: dict[str, str], address: str, error: RosError) -> None:
@@ -141,9 +141,9 @@ class Answers:
             _log.debug("! %s: %s went away during the handshake: %s", topic, address, error)
             sock.close()
             return
-        context.said.warning(topic, "! %s: subscriber refused: %s", topic, error)
+        context.peer_log.warning(topic, "! %s: subscriber refused: %s", topic, error)
         refuse(sock, str(error))
-        context.emit(Event(EventKind.REFUSED, topic, address, without_frames(error), header=fields))
+        context.events.emit(Event(EventKind.REFUSED, topic, address, without_frames(error), header=fields))
 
     def header(
         self,

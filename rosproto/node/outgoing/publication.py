@@ -191,7 +191,7 @@ class Publication:
             address=address,
             topic=self.name,
             queue_size=self.queue_size,
-            monitor=self.context.monitor,
+            monitor=self.context.link_monitor,
             on_closed=self.link_closed,
             id=self.context.next_link_id(),
             greeting=greeting,
@@ -233,7 +233,7 @@ class Publication:
             return
         link.start()
         _log.debug("= %s: %s at %s subscribes", self.name, link.caller_id, address)
-        self.context.emit(
+        self.context.events.emit(
             Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out")
         )
         for callback in callbacks:
@@ -254,7 +254,7 @@ class Publication:
                 frame = output.convert_frame(frame)
             except CodecError as error:  # published before anybody wanted it so: this one goes without it
                 text = "! %s: %s does not get the latched message: %s"
-                self.context.said.warning(self.name, text, self.name, link.caller_id, error)
+                self.context.peer_log.warning(self.name, text, self.name, link.caller_id, error)
                 return
         send_frame(link, frame)
 
@@ -272,9 +272,11 @@ class Publication:
         if isinstance(link, SubscriberLink) and link.cut is not None:
             self._bring_back(link, *link.cut)
         if error is not None:
-            self.context.said.info(self.name, "= %s", error)
+            self.context.peer_log.info(self.name, "= %s", error)
             kind = EventKind.DISCONNECTED
-            self.context.emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
+            self.context.events.emit(
+                Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out")
+            )
 
     def _bring_back(self, link: SubscriberLink, local: tuple[str, int], remote: tuple[str, int]) -> None:
         """A subscriber was cut off, which it may not even hear of: have it connect again."""
@@ -284,9 +286,9 @@ class Publication:
             return self._closed or any(other.caller_id == link.caller_id for other in later)
 
         LostSubscriber(
-            self.context.closing,
+            self.context.lifecycle.closing,
             link.caller_id,
-            bind=lambda sock: self.context.endpoints.tcpros.bind_beside(sock, local),
+            bind=lambda sock: self.context.own_address.endpoints.tcpros.bind_beside(sock, local),
             remote=remote,
             announce=lambda: self.context.registrations.say_again(self),
             is_back=is_back,

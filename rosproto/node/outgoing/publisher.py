@@ -161,7 +161,7 @@ class Publisher:
         raise RosTimeout(
             f"{self.topic}: {self.connections} of {count} subscribers connected after {timeout:g} s"
             f"{self._context.events.last_refusal(self.topic)}; check that somebody subscribes to exactly this"
-            f" topic at the master {self._context.master_uri} and can reach {self._context.uri}",
+            f" topic at the master {self._context.master.uri} and can reach {self._context.uri}",
             what=f"subscribers of {self.topic}",
             seconds=timeout,
         )

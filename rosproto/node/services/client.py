@@ -347,7 +347,7 @@ class ServiceClient:
         if mismatch.remote_type not in ("", self.type_name) or len(mismatch.remote_md5sum) != 32:
             raise mismatch
         revision = revised_service(self._context.revisions, self._class, mismatch.remote_md5sum, mismatch)
-        note_differences(self._context.said, self.name, mismatch.peer, revision.request_to_theirs)
+        note_differences(self._context.peer_log, self.name, mismatch.peer, revision.request_to_theirs)
         return revision
 
     def _check(self, header: dict[str, str], peer: str, md5sum: str) -> None:

@@ -308,7 +308,9 @@ class ServiceServer:
             header, service=self.name, type_name=self.type_name, md5sum=revision.md5sum, peer=peer
         )
         if not asked.probe:
-            note_differences(self._context.said, self.name, asked.callerid or peer, revision.request_to_ours)
+            note_differences(
+                self._context.peer_log, self.name, asked.callerid or peer, revision.request_to_ours
+            )
         return asked, revision
 
     def _header(self, revision: ServiceRevision | None = None) -> dict[str, str]:
@@ -336,7 +338,7 @@ class ServiceServer:
             callerid=header.get("callerid", ""),
             persistent=persistent,
             limits=self._context.limits,
-            said=self._context.said,
+            said=self._context.peer_log,
         )
         with self._lock:
             if self._closed:
@@ -373,10 +375,10 @@ class ServiceServer:
         """A refusal in plain words is no defect; anything else gets its traceback."""
         caller = header.get("callerid", "")
         if isinstance(error, ServiceError):
-            self._context.said.info(self.name, "service %s told %s: %s", self.name, caller, error.text)
+            self._context.peer_log.info(self.name, "service %s told %s: %s", self.name, caller, error.text)
         else:
             text = "service %s: the call of %s failed"
-            self._context.said.error(self.name, text, self.name, caller, exc_info=error)
+            self._context.peer_log.error(self.name, text, self.name, caller, exc_info=error)
 
     def stats(self) -> dict[str, int]:
         """Counters since the start: calls, errors, accepted connections; and connections open now."""

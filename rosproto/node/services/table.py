@@ -76,12 +76,12 @@ class ServiceRegistration:
         self._registered_as = ""
 
     def register(self, master: MasterClient) -> None:
-        uri = self._context.endpoints.rosrpc_uri
+        uri = self._context.own_address.endpoints.rosrpc_uri
         master.register_service(self.name, uri, self._context.uri)
         self._registered_as = uri
 
     def announce(self) -> Announcement:
-        uri = self._context.endpoints.rosrpc_uri
+        uri = self._context.own_address.endpoints.rosrpc_uri
         return Announcement(
             "registerService",
             (self.name, uri, self._context.uri),
@@ -90,7 +90,9 @@ class ServiceRegistration:
 
     def unregister(self, master: MasterClient) -> None:
         # The master takes a service off only under the URI it has: another node may provide it by now.
-        master.unregister_service(self.name, self._registered_as or self._context.endpoints.rosrpc_uri)
+        master.unregister_service(
+            self.name, self._registered_as or self._context.own_address.endpoints.rosrpc_uri
+        )
 
 
 class Services:
@@ -102,8 +104,8 @@ class Services:
         self._servers: dict[str, tuple[ServiceServer, ServiceRegistration]] = {}
         self._clients: set[ServiceClient] = set()
         self._closed = False
-        context.endpoints.tcpros.on_service = self.on_service
-        context.closers.append(self.close)
+        context.own_address.endpoints.tcpros.on_service = self.on_service
+        context.lifecycle.closers.append(self.close)
 
     def client(self, name: str, type_: ServiceTypeGiven, *, persistent: bool = False) -> ServiceClient:
         """A new client of the service with this resolved name.

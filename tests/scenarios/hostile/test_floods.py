@@ -181,7 +181,13 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
                 eventually(lambda: sum(attacks.ended_by_peer(sock, 0.01) for sock in more) >= 20)
             assert publisher.connections <= 20
         # The links, and the connections that were refused, which may be counted for a moment longer.
-        eventually(lambda: publisher.connections == node._context.endpoints.tcpros._server.connections == 0)
+        eventually(
+            lambda: (
+                publisher.connections
+                == node._parts.context.own_address.endpoints.tcpros._server.connections
+                == 0
+            )
+        )
         with attacks.many(address, 20, attacks.subscriber_header("/t")):
             publisher.wait_for_connection(60, 20)
 

@@ -144,7 +144,7 @@ def test_probes_are_no_error(node: Node, caplog: pytest.LogCaptureFixture) -> No
     ):
         for end in (socket.socket.close, attacks.reset):
             end(tcpros(node, data))
-    eventually(lambda: node._context.endpoints.tcpros._server.connections == 0)
+    eventually(lambda: node._parts.context.own_address.endpoints.tcpros._server.connections == 0)
     loud = [record.getMessage() for record in caplog.records if record.levelno > logging.INFO]
     assert not loud
 
@@ -236,8 +236,8 @@ def test_nodelay_is_set_on_every_socket_that_is_written(node: Node) -> None:
         assert subscriber.next(60).data == "kept"
         client = other.service_client("/empty", "std_srvs/Empty", persistent=True)
         client.call()
-        publication = node._topics.publication("/kept")
-        subscription = other._topics.subscription("/kept")
+        publication = node._parts.topics.publication("/kept")
+        subscription = other._parts.topics.subscription("/kept")
         assert publication is not None
         assert subscription is not None
         sockets = [publication.links[0].sock, next(iter(subscription.links.values()))._sock]  # type: ignore[attr-defined]

@@ -79,7 +79,7 @@ def test_callbacks_about_connections_that_raise(master: Master) -> None:
             ("127.0.0.1", a.tcpros_address[1]),
             attacks.subscriber_header("/events", md5sum="0" * 32),
         ).close()
-        subscription = b._topics.subscription("/events")
+        subscription = b._parts.topics.subscription("/events")
         assert subscription is not None
         subscription.reconnect()
         assert wrong.next(60).data == "x"

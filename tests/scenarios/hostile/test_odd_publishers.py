@@ -174,7 +174,7 @@ def test_a_publisher_that_floods_delays_no_other(master: Master, good: Node, hea
             "/t", STRING, lambda m: heard.append(m.data) if m.data != "flood" else None, queue_size=10
         )
         publisher.wait_for_connection(60)
-        mixed = hearer._topics.subscription("/t")
+        mixed = hearer._parts.topics.subscription("/t")
         assert mixed is not None
         other = hearer.subscriber("/other", STRING)
         quiet = good.publisher("/other", STRING)

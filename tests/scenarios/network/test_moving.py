@@ -38,7 +38,7 @@ def test_another_address(without: float, connected: Network) -> None:
     assert robot.python.ask("node.master.lookup_node('/laptop')") == laptop.python.ask("node.uri")
     for host in (laptop, robot):
         assert host.python.ask(f"heard.latest_after({there!r})") < FRESH * crowd()
-    assert "ADDRESS_CHANGED" in laptop.python.ask("[event.kind.name for event in node._context.events]")
+    assert "ADDRESS_CHANGED" in laptop.python.ask("[event.kind.name for event in node._parts.context.events]")
 
 
 def test_another_address_at_a_real_master(network: Network) -> None:

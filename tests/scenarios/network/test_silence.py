@@ -32,7 +32,7 @@ def test_both_ways(connected: Network) -> None:
     robot, laptop, air = connected
     air.silence()
     gone = wait(SILENT)
-    laptop.python.eventually("'DISCONNECTED' in [event.kind.name for event in node._context.events]")
+    laptop.python.eventually("'DISCONNECTED' in [event.kind.name for event in node._parts.context.events]")
     laptop.python.eventually("node.stats().master_lost")
     gone = wait(0.0)
     air.clear()

@@ -110,8 +110,8 @@ def test_what_is_lost_at_the_master_without_a_restart_is_found() -> None:
 
 def _deaf_to_updates(node: Node) -> None:
     """As behind a firewall that lets nobody in: the master's publisherUpdate never arrives."""
-    _, arity, refusal = node._slave.methods["publisherUpdate"]
-    node._slave.methods["publisherUpdate"] = (lambda *_: [1, "", 0], arity, refusal)
+    _, arity, refusal = node._parts.slave.methods["publisherUpdate"]
+    node._parts.slave.methods["publisherUpdate"] = (lambda *_: [1, "", 0], arity, refusal)
 
 
 def test_publishers_that_nobody_told_us_of_are_found() -> None:
@@ -148,15 +148,15 @@ def test_waiting_to_verify_does_not_spin_while_the_master_is_away() -> None:
         subscriber = node.subscriber("/p", String)
         master.close()
         eventually(lambda: node.stats().master_lost)
-        node._master_monitor.verify(subscriber._subscription)
+        node._parts.master_monitor.verify(subscriber._subscription)
         looks: list[float] = []
-        follow = node._master_monitor._follow_address
+        follow = node._parts.master_monitor._follow_address
 
         def counted() -> bool:
             looks.append(time.monotonic())
             return follow()
 
-        node._master_monitor._follow_address = counted  # type: ignore[method-assign]
+        node._parts.master_monitor._follow_address = counted  # type: ignore[method-assign]
         eventually(lambda: len(looks) >= 5)
         # The first may come at once; then the back-off: 0.1 s and more, less a tenth.
         assert min(looks[n + 1] - looks[n] for n in range(1, len(looks) - 1)) > 0.08

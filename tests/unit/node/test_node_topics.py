@@ -333,7 +333,7 @@ def test_events_tell_of_links(master: Master) -> None:
         a.subscriber("/events", String)
         publisher.wait_for_connection()
         eventually(lambda: (EventKind.CONNECTED, "/events", "in") in seen)
-        for link in b._topics.publication("/events").links:  # type: ignore[union-attr]
+        for link in b._parts.topics.publication("/events").links:  # type: ignore[union-attr]
             link.close()
         eventually(lambda: (EventKind.DISCONNECTED, "/events", "in") in seen)
         eventually(lambda: seen.count((EventKind.CONNECTED, "/events", "in")) == 2)

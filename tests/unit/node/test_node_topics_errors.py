@@ -177,7 +177,7 @@ def test_an_unknown_topic_and_a_wrong_md5sum_get_an_error_header(master: Master)
         header = RawSubscriber(node, "/there", "0" * 32, "std_msgs/Other").header
         assert list(header) == ["error"]
         assert "0" * 32 in header["error"]
-        eventually(lambda: node._context.events.last_refusal("/there"))  # noted after the peer was told
+        eventually(lambda: node._parts.context.events.last_refusal("/there"))  # noted after the peer was told
         with pytest.raises(RosTimeout, match="refused"):
             publisher.wait_for_connection(0.01)
 
@@ -217,7 +217,7 @@ def test_a_broken_link_is_made_again_with_a_fresh_request(master: Master, how: s
         FaultProxy("127.0.0.1", a.tcpros_address[1]) as proxy,
     ):
         requests: list[str] = []
-        answer = a._slave.methods["requestTopic"][0]
+        answer = a._parts.slave.methods["requestTopic"][0]
 
         def through_the_proxy(peer: str, caller: str, topic: str, protocols: Any) -> list[Any]:
             requests.append(topic)
@@ -225,7 +225,7 @@ def test_a_broken_link_is_made_again_with_a_fresh_request(master: Master, how: s
             reply[2][2] = proxy.port
             return reply
 
-        a._slave.methods["requestTopic"] = (through_the_proxy, 3, [])
+        a._parts.slave.methods["requestTopic"] = (through_the_proxy, 3, [])
         publisher = a.publisher("/again", String)
         subscriber = b.subscriber("/again", String)
         publisher.wait_for_connection()

@@ -96,7 +96,7 @@ def test_a_value_that_does_not_fit_is_told(nodes: tuple[Node, Node]) -> None:
     fine = here.subscriber("/parameter", PageParameter)
     other = robot.subscriber("/parameter", Parameter)
     publisher.wait_for_connection(timeout=20, count=2)
-    if here._context.local_nodes is not None:  # there the subscriber converts, and its link is told
+    if here._parts.context.local_nodes is not None:  # there the subscriber converts, and its link is told
         publisher.publish(PageParameter(pulsePerCircle=0.5))
         eventually(lambda: other.errors)
         with pytest.raises(RosTimeout, match="pulsePerCircle"):

@@ -138,8 +138,10 @@ CLASHES = {
 
 def sums(node: Node) -> dict[str, str]:
     """The md5sum of each topic that a node publishes or subscribes."""
-    names = [name for name, _ in (*node._topics.publications(), *node._topics.subscriptions())]
-    found: dict[str, Any] = {n: node._topics.publication(n) or node._topics.subscription(n) for n in names}
+    names = [name for name, _ in (*node._parts.topics.publications(), *node._parts.topics.subscriptions())]
+    found: dict[str, Any] = {
+        n: node._parts.topics.publication(n) or node._parts.topics.subscription(n) for n in names
+    }
     return {name: topic.type.md5sum for name, topic in found.items()}
 
 

@@ -22,7 +22,7 @@ def node(monkeypatch: pytest.MonkeyPatch) -> Iterator[rosproto.Node]:
 
 @pytest.fixture
 def monitor(node: rosproto.Node) -> MasterMonitor:
-    return node._master_monitor
+    return node._parts.master_monitor
 
 
 def answered_before(monkeypatch: pytest.MonkeyPatch, holder: Any, name: str, then: Callable[[], Any]) -> None:

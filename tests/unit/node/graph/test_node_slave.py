@@ -245,14 +245,12 @@ def test_rosnode_kill_closes_the_node(pair: tuple[Node, Node]) -> None:
 def test_a_forged_publisher_update_is_put_right_by_the_master(pair: tuple[Node, Node]) -> None:
     """A list from elsewhere changes nothing but that the master is asked."""
     a, b = pair
-    b._context.master_hosts = frozenset({"10.1.2.3"})
-    b._context.is_master_address = lambda host: False  # type: ignore[method-assign]
-    b._slave._is_master_address = lambda host: False
+    b._parts.slave._is_master_address = lambda host: False
     publisher = a.publisher("/t", "std_msgs/String")
     subscriber = b.subscriber("/t", "std_msgs/String")
     publisher.wait_for_connection()
-    assert b._slave.dispatch("publisherUpdate", ["/master", "/t", []], "10.6.6.6") == [1, "", 0]
+    assert b._parts.slave.dispatch("publisherUpdate", ["/master", "/t", []], "10.6.6.6") == [1, "", 0]
     end = time.monotonic() + 5
-    while b._master_monitor._to_verify and time.monotonic() < end:
+    while b._parts.master_monitor._to_verify and time.monotonic() < end:
         time.sleep(0.01)
     assert subscriber.connections == 1

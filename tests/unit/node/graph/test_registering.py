@@ -160,10 +160,10 @@ def test_an_action_server_whose_topics_are_closed_is_closed_and_logs_no_error(
         server = ActionServer(node, "/work", "actionlib/TestAction", lambda goal: None)
         if refused == "all of it":
             raise KeyboardInterrupt
-    eventually(lambda: server.close not in node._context.closers)  # at its next tick
+    eventually(lambda: server.close not in node._parts.context.lifecycle.closers)  # at its next tick
     assert server.goals == []
     assert not [one for one in caplog.records if one.levelname == "ERROR"]
-    assert not node._topics.publications()
+    assert not node._parts.topics.publications()
 
 
 def test_one_refusal_is_raised_as_it_is_and_the_others_stand(
@@ -180,7 +180,7 @@ def test_one_refusal_is_raised_as_it_is_and_the_others_stand(
     )
     assert subscriber.closed
     assert not publisher.closed
-    assert {r.name for r in node._context.registrations.confirmed()} == {"/a", "/c"}
+    assert {r.name for r in node._parts.context.registrations.confirmed()} == {"/a", "/c"}
 
 
 def test_several_refusals_keep_the_facts_of_each(node: Node, asked: Asked) -> None:
@@ -193,7 +193,7 @@ def test_several_refusals_keep_the_facts_of_each(node: Node, asked: Asked) -> No
     assert list(caught.value.refused) == [("publisher", "/a"), ("service", "/c")]
     assert caught.value.refused["service", "/c"].text == "nor that"
     assert (caught.value.method, caught.value.text) == ("registerPublisher", "not this")
-    assert [r.name for r in node._context.registrations.confirmed()] == ["/b"]
+    assert [r.name for r in node._parts.context.registrations.confirmed()] == ["/b"]
 
 
 def test_an_answer_that_is_none_costs_that_registration_only(node: Node, asked: Asked, monkeypatch) -> None:
@@ -213,7 +213,7 @@ def test_a_master_that_is_away_closes_all_of_it_and_is_told_later(
     assert publisher.closed
     assert subscriber.closed
     asked.instead = None
-    registrations = node._context.registrations
+    registrations = node._parts.context.registrations
     assert registrations.register_pending()
     assert "unregisterPublisher" in asked.methods
     assert not registrations.confirmed()

@@ -98,9 +98,9 @@ def test_a_publisher_without_datagrams_is_connected_over_tcp(
 ) -> None:
     """As rospy is: it takes the second protocol that it is offered."""
     talker, listener = nodes
-    answer = talker._slave.methods["requestTopic"][0]
+    answer = talker._parts.slave.methods["requestTopic"][0]
     only_tcp = lambda peer, caller, topic, offered: answer(peer, caller, topic, offered[1:])  # noqa: E731
-    monkeypatch.setitem(talker._slave.methods, "requestTopic", (only_tcp, 3, []))
+    monkeypatch.setitem(talker._parts.slave.methods, "requestTopic", (only_tcp, 3, []))
     publisher = talker.publisher("/words", "std_msgs/String", latch=True)
     publisher.publish(data="hello")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
@@ -127,7 +127,7 @@ def test_a_publisher_that_forgot_us_is_asked_again(nodes: tuple[Node, Node]) -> 
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
-    (link,) = talker._topics.datagram_links()
+    (link,) = talker._parts.topics.datagram_links()
     link.close()
     publisher.wait_for_connection(timeout=10)
     publisher.publish(data="again")
@@ -168,9 +168,9 @@ def test_who_asks_again_has_one_connection(nodes: tuple[Node, Node]) -> None:
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
-    (before,) = talker._topics.datagram_links()
+    (before,) = talker._parts.topics.datagram_links()
     subscriber._subscription.reconnect()
-    eventually(lambda: talker._topics.datagram_links() not in ([before], []))
+    eventually(lambda: talker._parts.topics.datagram_links() not in ([before], []))
     publisher.publish(data="again")
     assert subscriber.next(timeout=10).data == "again"
     assert publisher.connections == 1
@@ -185,7 +185,7 @@ def test_datagrams_of_strangers_change_nothing(
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
-    (outgoing,) = talker._topics.datagram_links()
+    (outgoing,) = talker._parts.topics.datagram_links()
     wrong = struct.pack("<IBBHII", outgoing.id, 0, 9, 1, 4, 1000)  # a text of 1000 bytes in 4
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         for datagram in (b"noise", wrong, wrong.replace(b"\x09", b"\x0a")):

@@ -138,12 +138,13 @@ class Owner:
     """A subscription and its context, as far as a link asks for them."""
 
     name = "/t"
-    check_again = staticmethod(lambda subscription: None)
+    check_publishers = staticmethod(lambda subscription: None)
     emit = staticmethod(lambda event: None)
 
     def __init__(self) -> None:
         self.context: Any = self
-        self.said = PeerLog("rosproto.test")
+        self.events = self
+        self.peer_log = PeerLog("rosproto.test")
         self.closed = threading.Event()
 
     def report(self, error: Exception) -> None: ...

@@ -103,7 +103,7 @@ def test_who_closes_a_subscriber_of_this_process_is_who_is_told(monkeypatch: pyt
         subscriber = b.subscriber("/slowly", String)
         publisher.publish(data="x")
         subscriber.next(5)
-        publication = a._topics.publication("/slowly")
+        publication = a._parts.topics.publication("/slowly")
         assert publication is not None
         detach = publication.detach
 

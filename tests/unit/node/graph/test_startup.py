@@ -8,7 +8,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError
 from rosproto.node import MasterClient
-from rosproto.node.graph.master_monitor import GraphFacts, ask_facts
+from rosproto.node.graph.startup import GraphSettings, ask_settings
 
 URI = "http://127.0.0.1:11311/"
 UNSET: list[object] = [-1, "Parameter is not set", 0]
@@ -50,18 +50,20 @@ def master(
 
 @pytest.mark.parametrize("multicall", [True, False])
 @pytest.mark.parametrize(
-    ("params", "facts"),
+    ("params", "settings"),
     [
-        ({}, GraphFacts(simulated=False, rosout_topics=True)),
-        ({"use_sim_time": True}, GraphFacts(simulated=True, rosout_topics=True)),
-        ({"use_sim_time": "true"}, GraphFacts(simulated=False, rosout_topics=True)),
-        ({"rosout_disable_topics_generation": True}, GraphFacts(simulated=False, rosout_topics=False)),
-        ({"rosout_disable_topics_generation": False}, GraphFacts(simulated=False, rosout_topics=True)),
+        ({}, GraphSettings(simulated=False, rosout_topics=True)),
+        ({"use_sim_time": True}, GraphSettings(simulated=True, rosout_topics=True)),
+        ({"use_sim_time": "true"}, GraphSettings(simulated=False, rosout_topics=True)),
+        ({"rosout_disable_topics_generation": True}, GraphSettings(simulated=False, rosout_topics=False)),
+        ({"rosout_disable_topics_generation": False}, GraphSettings(simulated=False, rosout_topics=True)),
     ],
 )
-def test_the_facts_of_the_graph(params: dict[str, object], facts: GraphFacts, multicall: bool) -> None:
+def test_the_settings_of_the_graph(
+    params: dict[str, object], settings: GraphSettings, multicall: bool
+) -> None:
     client, asked = master(multicall=multicall, **params)
-    assert ask_facts(client, 5.0) == facts
+    assert ask_settings(client, 5.0) == settings
     singly = ["getPid", "getParam", "getParam"]
     assert asked.asked == ["system.multicall", *([] if multicall else singly)]
 
@@ -69,7 +71,7 @@ def test_the_facts_of_the_graph(params: dict[str, object], facts: GraphFacts, mu
 def test_what_is_no_master_is_refused() -> None:
     for pid, error in (([0, "no", 0], MasterError), ([1, "", "many"], RemoteProtocolError)):
         with pytest.raises(error, match="getPid"):
-            ask_facts(master(pid=pid)[0], 5.0)
+            ask_settings(master(pid=pid)[0], 5.0)
 
 
 def test_a_master_that_is_away_is_not_asked_again() -> None:
@@ -82,5 +84,5 @@ def test_a_master_that_is_away_is_not_asked_again() -> None:
 
     asked.call = lost  # type: ignore[method-assign]
     with pytest.raises(ConnectionLost):
-        ask_facts(client, 5.0)
+        ask_settings(client, 5.0)
     assert asked.asked == ["system.multicall"]
