@@ -8,7 +8,7 @@ from typing import Any
 
 from rosproto.codec import Message, message_class
 from rosproto.errors import CodecError, DefinitionError
-from rosproto.node.definitions.md5sum_mismatch import Revisions
+from rosproto.node.definitions.known_definitions import KnownDefinitions
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class ActionType:
     status_array: type[Any]
 
 
-def action_type(action: type[Message] | str, revisions: Revisions | None = None) -> ActionType:
+def action_type(action: type[Message] | str, revisions: KnownDefinitions | None = None) -> ActionType:
     """The classes of an action type.
 
     Args:
@@ -102,6 +102,6 @@ def _part(owner: type[Any], name: str) -> type[Any]:
     return type(getattr(owner(), name))
 
 
-def _class_of(name: str, revisions: Revisions | None) -> type[Message]:
+def _class_of(name: str, revisions: KnownDefinitions | None) -> type[Message]:
     name = name if name.endswith("Action") else name + "Action"
     return message_class(name, revisions.library_for(name) if revisions is not None else None)

@@ -6,9 +6,10 @@ Start with `Node`.
 from __future__ import annotations
 
 from rosproto.node.clock import NodeClock, Rate, Timer, TimerEvent
-from rosproto.node.definitions.md5sum_mismatch import NoRevisions, Unfit, revised_type
-from rosproto.node.definitions.type_argument import TopicType
-from rosproto.node.definitions.unknown_md5sum import probe_topic
+from rosproto.node.definitions.known_definitions import NoRevisions
+from rosproto.node.definitions.md5sum_mismatch import Unfit, revised_type
+from rosproto.node.definitions.topic_probe import probe_topic
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.graph.slave_client import NodeClient

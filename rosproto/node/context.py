@@ -11,18 +11,18 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from rosproto.logs import PeerLog
-from rosproto.node.definitions.md5sum_mismatch import Revisions
+from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.events import Event, Events
+from rosproto.node.graph.listening import Listening
 from rosproto.node.graph.master_connection import MasterConnection
-from rosproto.node.graph.own_address import OwnAddress
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.shutdown import Lifecycle
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient
-from rosproto.transport.address import parse_uri
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.uri import parse_uri
 
 FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor unregisters later what took longer
 
@@ -38,7 +38,7 @@ class Context:
         lifecycle: Open, closing or closed.
         master_connection: The master's address, and whether it answers.
         master: The client of `master_connection`.
-        own_address: Where the node listens now.
+        listening: Where the node listens now.
         registrations: What is registered at the master; the master monitor registers all of it again when
             the master restarted or our address changed.
         link_monitor: The thread that watches all subscribers.
@@ -55,7 +55,7 @@ class Context:
         master_uri: str,
         host: str | None,
         limits: Limits,
-        revisions: Revisions,
+        revisions: KnownDefinitions,
         hosts: Mapping[str, str],
         intraprocess: bool | LocalNodes,
         on_event: Callable[[Event], object] | None,
@@ -70,7 +70,7 @@ class Context:
         self.check_publishers: Callable[[Any], None] = lambda subscription: None
         self._link_ids = itertools.count(1)
         self.hosts = HostNames(hosts, master=parse_uri(master_uri)[0])
-        self.own_address = OwnAddress(host)
+        self.listening = Listening(host)
         self.master_connection = connection = MasterConnection(
             master_uri,
             name,
@@ -92,7 +92,7 @@ class Context:
     @property
     def uri(self) -> str:
         """XML-RPC URI of the node's slave API, at present."""
-        return self.own_address.uri
+        return self.listening.uri
 
     def next_link_id(self) -> int:
         """A number for a connection, in getBusInfo."""
@@ -107,7 +107,7 @@ class Context:
 
     def close_servers(self, seconds: float) -> None:
         """Close the servers, the link monitor and the client of the master."""
-        self.own_address.endpoints.close(seconds)
+        self.listening.endpoints.close(seconds)
         self.link_monitor.close(seconds)
         self.master.close()
 

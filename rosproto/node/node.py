@@ -14,8 +14,9 @@ from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
 from rosproto.node import options, shutdown
 from rosproto.node.context import Context
-from rosproto.node.definitions.md5sum_mismatch import Revisions
-from rosproto.node.definitions.type_argument import ANY, TypeGiven, resolve_type
+from rosproto.node.definitions.known_definitions import KnownDefinitions
+from rosproto.node.definitions.topic_type import ANY
+from rosproto.node.definitions.type_argument import TypeGiven, resolve_type
 from rosproto.node.events import Event
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.startup import GraphSettings
@@ -120,7 +121,7 @@ class Node:
             master_uri=master_uri,
             host=host,
             limits=limits or Limits(),
-            revisions=Revisions(options.message_path(msg_path, use_environment=use_environment)),
+            revisions=KnownDefinitions(options.message_path(msg_path, use_environment=use_environment)),
             hosts=given,
             intraprocess=intraprocess,
             on_event=on_event,
@@ -351,18 +352,18 @@ class Node:
     @property
     def host_given(self) -> str | None:
         """Our address as the program gave it; None where it is found from the route to the master."""
-        return self._parts.context.own_address.given
+        return self._parts.context.listening.given
 
     @property
     def tcpros_address(self) -> tuple[str, int]:
         """Host and port where subscribers and clients of services connect."""
-        address = self._parts.context.own_address
+        address = self._parts.context.listening
         return address.host, address.endpoints.tcpros.port
 
     @property
     def rosrpc_uri(self) -> str:
         """URI under which services of this node are registered."""
-        return self._parts.context.own_address.endpoints.rosrpc_uri
+        return self._parts.context.listening.endpoints.rosrpc_uri
 
     @property
     def master(self) -> MasterClient:
@@ -390,12 +391,12 @@ class Node:
         return self._parts.naming.logger
 
     @property
-    def revisions(self) -> Revisions:
+    def revisions(self) -> KnownDefinitions:
         """Definitions, and their revisions; may be replaced before anything is opened (`NoRevisions`)."""
         return self._parts.context.revisions
 
     @revisions.setter
-    def revisions(self, revisions: Revisions) -> None:
+    def revisions(self, revisions: KnownDefinitions) -> None:
         self._parts.context.revisions = revisions
 
     def resolve_name(self, name: str) -> str:

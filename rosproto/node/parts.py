@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 from rosproto.node import shutdown
 from rosproto.node.clock import NodeClock
 from rosproto.node.context import Context
-from rosproto.node.graph.endpoints import open_endpoints
+from rosproto.node.graph.listening import Listen, open_endpoints
 from rosproto.node.graph.master_monitor import MasterMonitor
-from rosproto.node.graph.own_address import Listen
 from rosproto.node.graph.slave_api import SlaveApi
 from rosproto.node.graph.startup import GraphSettings, join
 from rosproto.node.naming import NodeNaming
@@ -61,7 +60,7 @@ class NodeParts:
         self._lock = threading.RLock()
         self._services: Services | None = None
         self._parameters: Parameters | None = None
-        address, master = context.own_address, context.master_connection
+        address, master = context.listening, context.master_connection
         self.slave = SlaveApi(
             name=context.name,
             master=context.master,
@@ -86,7 +85,7 @@ class NodeParts:
         self.master_monitor = MasterMonitor(
             context.name,
             master=master,
-            own_address=address,
+            listening=address,
             registrations=context.registrations,
             topics=self.topics,
             closed=lambda: context.lifecycle.closed,
@@ -108,7 +107,7 @@ class NodeParts:
             return join(
                 context.name,
                 context.master_connection,
-                context.own_address,
+                context.listening,
                 self._listen,
                 Deadline(timeout),
             )

@@ -15,7 +15,7 @@ from typing import Any
 from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.graph.listening import refuse
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.incoming.subscriber_queue import Recipient

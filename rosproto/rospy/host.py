@@ -8,7 +8,7 @@ from typing import Any
 from rosproto.errors import Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node import Event, EventKind, MasterClient, Node
-from rosproto.node.definitions.md5sum_mismatch import Revisions
+from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.options import host_names
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.robot_host_names import HostNames
@@ -74,5 +74,5 @@ class Caller:
         self.limits = Limits()
         self.hosts = HostNames(host_names(), master=parse_uri(master_uri)[0])
         self.master = MasterClient(master_uri, name, timeout=60.0, hosts=self.hosts)
-        self.revisions = Revisions()
+        self.revisions = KnownDefinitions()
         self.said = PeerLog("rosproto.rospy")

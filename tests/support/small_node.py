@@ -7,9 +7,8 @@ from typing import Any
 from rosproto.errors import MasterError
 from rosproto.logs import PeerLog
 from rosproto.names import resolve
-from rosproto.node.definitions.md5sum_mismatch import Revisions
-from rosproto.node.graph.endpoints import TcprosServer
-from rosproto.node.graph.own_address import OwnAddress
+from rosproto.node.definitions.known_definitions import KnownDefinitions
+from rosproto.node.graph.listening import Listening, TcprosServer
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.parameters import Parameters
 from rosproto.node.services.table import Services
@@ -112,12 +111,12 @@ class SmallNode:
         self.master = master or MemoryMaster()
         self.limits = limits or Limits()
         self.hosts = HostNames()
-        self.revisions = Revisions()
+        self.revisions = KnownDefinitions()
         self.peer_log = PeerLog("rosproto.node")
         self.lifecycle = Lifecycle()
         self.registrations = Registrations(self.master)  # type: ignore[arg-type]
-        self.own_address = OwnAddress(None)
-        self.own_address.endpoints = _Endpoints(  # type: ignore[assignment]
+        self.listening = Listening(None)
+        self.listening.endpoints = _Endpoints(  # type: ignore[assignment]
             TcprosServer("127.0.0.1", limits=self.limits, on_topic=lambda sock, fields, peer: sock.close())
         )
         self.services = Services(self)  # type: ignore[arg-type]
@@ -130,7 +129,7 @@ class SmallNode:
 
     @property
     def tcpros_address(self) -> tuple[str, int]:
-        return "127.0.0.1", self.own_address.endpoints.tcpros.port
+        return "127.0.0.1", self.listening.endpoints.tcpros.port
 
     def resolve_name(self, name: str) -> str:
         return resolve(name, self.name)
@@ -150,4 +149,4 @@ class SmallNode:
     def close(self) -> None:
         for closer in reversed(self.lifecycle.closers):
             closer()
-        self.own_address.endpoints.tcpros.close(2.0)
+        self.listening.endpoints.tcpros.close(2.0)

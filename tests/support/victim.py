@@ -154,7 +154,7 @@ def live() -> None:
                     "master_uri": master.uri,
                     "node_uri": node.uri,
                     "master": master.port,
-                    "node": node._parts.context.own_address.endpoints.slave.port,
+                    "node": node._parts.context.listening.endpoints.slave.port,
                     "tcpros": node.tcpros_address[1],
                 }
             ),
@@ -169,8 +169,8 @@ def live() -> None:
                     "names": names,
                     "watched": watched[-5:],
                     "closed": node.closed,
-                    "tcpros": node._parts.context.own_address.endpoints.tcpros._server.connections,
-                    "slave": node._parts.context.own_address.endpoints.slave._server.connections,
+                    "tcpros": node._parts.context.listening.endpoints.tcpros._server.connections,
+                    "slave": node._parts.context.listening.endpoints.slave._server.connections,
                     "master": master.stats()["connections"],
                     "links": {
                         uri: link.state.value

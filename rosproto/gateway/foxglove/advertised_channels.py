@@ -23,7 +23,7 @@ from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import TopicDescription
 from rosproto.logs import get_logger
 from rosproto.node import Node
-from rosproto.node.definitions.unknown_md5sum import probe_topic
+from rosproto.node.definitions.topic_probe import probe_topic
 from rosproto.transport.deadline import Deadline
 
 _log = get_logger("rosproto.gateway")

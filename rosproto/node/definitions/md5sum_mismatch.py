@@ -1,189 +1,22 @@
-"""Which definition a peer means by its md5sum, when it is not ours; and the way of values between the two.
+"""A peer with another md5sum than ours: messages and service calls are converted by field name, or refused.
 
-Robots of other firmware have other definitions. Where an md5sum differs, the definition behind it is looked
-for among the bundled revisions of the type, in the user's own folders (`msg_path`), and in the text that the
-peer sent. When one fits, values travel by field name (`rosproto.codec.conversion`); only otherwise does the
-user get an error. While the md5sums agree nothing here is ever called.
+Robots of other firmware have other definitions. Where an md5sum differs, the peer's definition is looked for
+(`known_definitions.py`: bundled revisions, the user's folders, the text that the peer sent). When it is found
+and fits, values travel by field name (`rosproto.codec.conversion`); otherwise the user gets an error. Nothing
+here is called while the md5sums agree.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
-from rosproto.bounded_cache import BoundedCache
-from rosproto.codec import Message, define, message_class, service_class
+from rosproto.codec import Message, define
 from rosproto.codec.conversion import Conversion, ConversionError, side_by_side
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
-from rosproto.logs import PeerLog, get_logger
-from rosproto.msg import DefinitionLibrary, bundled
-from rosproto.msg.user_folder import is_learned
-from rosproto.node.definitions.type_argument import TopicType
-from rosproto.node.definitions.unknown_md5sum import DefinitionLookup, Learn
-from rosproto.protocol.handshake import is_md5sum
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import Caller
-
-_log = get_logger("rosproto.node")
-
-MOST_FOUND = 1000
-MOST_LEARNED = 64
-MOST_LEARNED_CHARACTERS = 2 << 20  # of their texts
-
-
-class Revisions:
-    """The definitions one node knows beside those in use.
-
-    Args:
-        paths: Folders of .msg, .srv and .action files in ROS layout; a definition there is another revision
-            of the bundled one, or a type of its own. Those of `learned_paths` are what robots have sent.
-
-    Attributes:
-        fetched: Asks other publishers for what is not known.
-    """
-
-    def __init__(self, paths: Iterable[str | os.PathLike[str]] = ()) -> None:
-        # Opened now: a folder that is not there is the caller's error, and not the first peer's.
-        paths = list(paths)
-        own = [path for path in paths if not is_learned(path)]
-        self._learned_folders = [bundled().fork([path]) for path in paths if is_learned(path)]
-        self._folders = [*(bundled().fork([path]) for path in own), *self._learned_folders]
-        # The user's types mean what the user's folders together say: one may use a type of the next.
-        self._own = None if not own else self._folders[0] if len(own) == 1 else bundled().fork(own)
-        self.fetched = DefinitionLookup()
-        # Under md5sums, which come from peers. What a text they sent defines is kept by `define`, and only
-        # what others are to have too, by `learn`, here.
-        self._found: BoundedCache[tuple[type, str], _Found] = BoundedCache(MOST_FOUND)
-        self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
-            MOST_LEARNED, MOST_LEARNED_CHARACTERS
-        )
-
-    def library_for(self, name: str, kind: str = "msg") -> DefinitionLibrary | None:
-        """The library for a type given by name; None for the bundled one.
-
-        The user's own folders go first, then the bundled definitions, then what robots have sent. Where the
-        user's has the md5sum of the bundled one, that is taken: its class is the one programs import.
-
-        Raises:
-            DefinitionError: The user's own definition is damaged.
-        """
-        own = self._own
-        if own is not None and own.defines(kind, name):
-            same = bundled().has(kind, name) and bundled().md5sum(name, kind=kind) == own.md5sum(
-                name, kind=kind
-            )
-            return None if same else own
-        if bundled().has(kind, name):
-            return None
-        return next((library for library in self._learned_folders if library.defines(kind, name)), None)
-
-    def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
-        """The class of `ours`' type that has this md5sum; None when nobody knows it.
-
-        Args:
-            ours: The class in use.
-            md5sum: What the peer has.
-            definition: Full text the peer sent; it counts only when its md5sum is the one announced.
-        """
-        if not is_md5sum(md5sum) or getattr(ours, "_binding", None) is None:
-            return None  # a class that genpy generated: nothing is known of its definition but the text
-        found: type[Message] | None = self._remembered(ours, md5sum, lambda: self._find(ours, md5sum))
-        return found or self._learned.get((ours, md5sum)) or self._defined(ours, md5sum, definition)
-
-    def learn(self, ours: type[Message], md5sum: str, definition: str) -> type[Message] | None:
-        """As `message`; a definition that counts is remembered for peers that do not send it themselves."""
-        found = self.message(ours, md5sum, definition)
-        if found is not None:
-            self._learned.put((ours, md5sum), found, len(definition))
-        return found
-
-    def service(self, ours: Any, md5sum: str) -> Any:
-        """The class of that service with this md5sum; None when nobody knows it. Services carry no text."""
-        if not is_md5sum(md5sum):
-            return None
-        return self._remembered(ours, md5sum, lambda: self._find_service(ours, md5sum))
-
-    def _remembered(self, ours: Any, md5sum: str, find: Callable[[], Any]) -> Any:
-        found = self._found.get((ours, md5sum))
-        if found is None:
-            found = _Found(find())
-            self._found.put((ours, md5sum), found)
-        return found.cls
-
-    def _find(self, ours: Any, md5sum: str) -> type[Message] | None:
-        binding = ours._binding
-        for library in self._libraries(ours._type, md5sum, "msg", binding.library):
-            return message_class(ours._type, library, flavour=binding.flavour)
-        return None
-
-    @staticmethod
-    def _defined(ours: Any, md5sum: str, definition: str) -> type[Message] | None:
-        if not definition:
-            return None
-        try:
-            learned = define(ours._type, definition, flavour=ours._binding.flavour)
-        except (DefinitionError, CodecError, ValueError) as error:
-            _log.debug("! %s: the definition a peer sent cannot be used: %s", ours._type, error)
-            return None
-        return learned if learned._md5sum == md5sum else None
-
-    def _find_service(self, ours: Any, md5sum: str) -> Any:
-        binding = getattr(ours._request_class, "_binding", None)
-        if binding is None:
-            return None
-        for library in self._libraries(ours._type, md5sum, "srv", binding.library):
-            return service_class(ours._type, library, flavour=binding.flavour)
-        return None
-
-    def _libraries(
-        self, name: str, md5sum: str, kind: str, own: DefinitionLibrary
-    ) -> Iterable[DefinitionLibrary]:
-        """Libraries in which the type has that md5sum."""
-        for library in (own, bundled(), self._own, *self._folders):
-            if library is None:
-                continue
-            try:  # a damaged file in one folder must not keep the others from being used
-                if not library.has(kind, name):
-                    continue
-                if library.md5sum(name, kind=kind) == md5sum:
-                    yield library
-                yield from (r.library for r in library.revisions(name, kind=kind) if r.md5sum == md5sum)
-            except DefinitionError as error:
-                _log.debug("! %s: %s", name, error)
-
-
-class _Found(NamedTuple):
-    """What was looked for in the libraries; also that it is not there."""
-
-    cls: Any
-
-
-class NoRevisions(Revisions):
-    """For a node that takes its own definitions only and refuses all others, as rospy and roscpp do.
-
-    `node.revisions = NoRevisions()` before anything is published, subscribed or provided.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.fetched = _AskNobody()
-
-    def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
-        """Nothing is known."""
-        return None
-
-    def service(self, ours: Any, md5sum: str) -> Any:
-        """Nothing is known."""
-        return None
-
-
-class _AskNobody(DefinitionLookup):
-    def fetch(
-        self, caller: Caller, learn: Learn, topic: str, ours: type[Message], md5sum: str
-    ) -> type[Message] | None:
-        return None
+from rosproto.logs import PeerLog
+from rosproto.node.definitions.known_definitions import KnownDefinitions
+from rosproto.node.definitions.topic_type import TopicType
 
 
 class Unfit:
@@ -290,7 +123,7 @@ def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: st
 
 
 def revised_type(
-    revisions: Revisions, ours: TopicType, md5sum: str, definition: str, mismatch: Md5sumMismatch
+    revisions: KnownDefinitions, ours: TopicType, md5sum: str, definition: str, mismatch: Md5sumMismatch
 ) -> RevisedType:
     """The peer's revision of a topic type.
 
@@ -307,7 +140,7 @@ def revised_type(
 
 
 def revised_service(
-    revisions: Revisions, ours: Any, md5sum: str, mismatch: Md5sumMismatch
+    revisions: KnownDefinitions, ours: Any, md5sum: str, mismatch: Md5sumMismatch
 ) -> ServiceRevision:
     """The peer's revision of a service.
 

@@ -1,14 +1,8 @@
-"""The definition behind a subscriber's md5sum that nobody here knows, asked of others who publish that topic.
+"""A subscriber's md5sum that nobody here knows: other publishers of the topic are asked for the definition.
 
 A rospy subscriber sends its definition, a roscpp one does not. But on a chassis the action servers have a
-client of their own (`/ros_interface` publishes their goal topics), and a publisher tells its definition to
-everybody: the one whose md5sum is the subscriber's is the one that is missing.
-
-A publisher is asked for its type, md5sum and definition, without receiving a message. The wildcard md5sum
-is what rostopic sends; the publisher answers with its header, and we leave. Nothing is registered at the
-master.
-
-Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Slave_API (requestTopic).
+client of their own (`/ros_interface` publishes their goal topics), and every publisher sends its definition:
+the one with the subscriber's md5sum is the one that is missing.
 """
 
 from __future__ import annotations
@@ -19,51 +13,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.codec import Message
-from rosproto.errors import ConnectionLost, RosError
+from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from rosproto.node.definitions.type_argument import ANY
-from rosproto.node.graph.slave_client import NodeClient
-from rosproto.protocol.handshake import PublisherReply, check_publisher_header, subscriber_header
-from rosproto.transport.connecting import connect
+from rosproto.node.definitions.topic_probe import probe_topic
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
     from rosproto.node.graph.caller_identity import Caller
 
 _log = get_logger("rosproto.node")
-
-
-def probe_topic(caller: Caller, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
-    """What one publisher says about a topic.
-
-    Args:
-        caller: In whose name to ask.
-        topic: Resolved name.
-        publisher: Name of the publishing node.
-        deadline: For all steps together.
-
-    Raises:
-        MasterError: The master does not know the node, or it does not publish the topic (any more).
-        ConnectionLost, RosTimeout: It cannot be reached.
-        RemoteProtocolError: Its answer is no header of a publisher.
-    """
-    uri = caller.master.lookup_node(publisher, timeout=deadline.remaining())
-    with NodeClient(uri, caller.name, limits=caller.limits, hosts=caller.hosts) as peer:
-        answer = peer.request_topic(topic, timeout=deadline.remaining())
-    if len(answer) < 3 or answer[0] != "TCPROS" or not isinstance(answer[2], int):
-        raise ConnectionLost(
-            f"{topic}: {publisher} offers no TCPROS connection (answered {str(answer)[:100]})", peer=uri
-        )
-    sock = connect(str(answer[1]), answer[2], deadline, hosts=caller.hosts)
-    try:
-        wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=caller.name)
-        write_header(sock, wanted, deadline)
-        header = read_header(sock, caller.limits, deadline)
-    finally:
-        sock.close()
-    return check_publisher_header(header, topic=topic, type_name=ANY, md5sum=ANY, peer=publisher)
-
 
 FETCH_SECONDS = 3.0  # the subscriber waits for our answer meanwhile
 MOST_ASKED = 8
@@ -72,7 +30,7 @@ MOST_REMEMBERED = 200
 
 
 Learn = Callable[["type[Message]", str, str], "type[Message] | None"]
-"""`Revisions.learn`: the class of a type by md5sum and full definition; None when they do not agree."""
+"""`KnownDefinitions.learn`: the class of a type by md5sum and full definition; None if they do not agree."""
 
 
 class DefinitionLookup:
@@ -87,7 +45,7 @@ class DefinitionLookup:
     ) -> type[Message] | None:
         """The class of `ours`' type with that md5sum, by another publisher's word; None when nobody has it.
 
-        `learn` makes a class of a definition that was found (`Revisions.learn`).
+        `learn` makes a class of a definition that was found (`KnownDefinitions.learn`).
 
         Waits at most `FETCH_SECONDS`; a question without an answer is not repeated for `AGAIN_AFTER` seconds.
         """

@@ -1,4 +1,4 @@
-"""Open the listening sockets of a node: its slave API and its TCPROS server, on one address.
+"""Where a node listens: its slave API and its TCPROS server on one address, moved when that changes.
 
 The TCPROS server is one listening socket for its publishers and its services; the connection header says
 what the other side wants: `topic` a subscriber, `service` a service client. Each connection's header is
@@ -22,7 +22,7 @@ from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.handshake import error_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.own_address import local_address_towards
+from rosproto.transport.own_address import choose_own_address, local_address_towards
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_all, write_header
 from rosproto.transport.uri import make_uri
@@ -223,3 +223,66 @@ def open_endpoints(host: str, bind: str, master: tuple[str, int], **options: obj
         if other == bind:
             raise
         return Endpoints(host, other, **options)  # type: ignore[arg-type]
+
+
+REBIND_SECONDS = 1.0  # for looking up names, and for ending what used the old address
+
+Listen = Callable[[str, str], Endpoints]
+"""Opens the servers of the node: the host to announce, the address to listen on."""
+
+
+class Listening:
+    """Where one node listens now; it moves when the network gives this computer another address.
+
+    Args:
+        given: Address or name that the program gave; None to use the address that routes to the master.
+
+    Attributes:
+        given: As above.
+        endpoints: The open servers; another object after each change of address.
+    """
+
+    endpoints: Endpoints
+
+    def __init__(self, given: str | None) -> None:
+        self.given = given
+
+    @property
+    def uri(self) -> str:
+        """XML-RPC URI of the slave API."""
+        return self.endpoints.uri
+
+    @property
+    def host(self) -> str:
+        """The host that is announced."""
+        return self.endpoints.host
+
+    def open(self, listen: Listen, master: tuple[str, int], timeout: float) -> None:
+        """Choose the address and open the servers.
+
+        Raises:
+            RosError: There is no route to the master, or nothing can be listened on.
+        """
+        announced, bind = choose_own_address(self.given, master, timeout)
+        self.endpoints = listen(announced, bind)
+
+    def follow(self, listen: Listen, master: tuple[str, int], moved: Callable[[str], None]) -> bool:
+        """Listen on our present address towards the master; True when it has changed.
+
+        `moved` is called with the old URI, before the old servers are closed.
+
+        Raises:
+            RosError: There is no route to the master at present, or nothing can be listened on.
+        """
+        if self.given is not None:
+            return False
+        announced, bind = choose_own_address(None, master, REBIND_SECONDS)
+        old = self.endpoints
+        if announced == old.host:
+            return False
+        new = listen(announced, bind)
+        new.tcpros.on_service = old.tcpros.on_service
+        self.endpoints = new
+        moved(old.uri)
+        old.close(REBIND_SECONDS)
+        return True

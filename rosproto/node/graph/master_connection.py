@@ -7,7 +7,7 @@ from collections.abc import Callable
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient
-from rosproto.transport.address import is_loopback, parse_uri
+from rosproto.transport.uri import is_loopback, parse_uri
 
 MASTER_CALL_SECONDS = 10.0
 

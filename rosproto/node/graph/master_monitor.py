@@ -24,14 +24,14 @@ from typing import Protocol
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.graph.listening import Listen, Listening
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.graph.master_connection import MasterConnection
-from rosproto.node.graph.own_address import Listen, OwnAddress
 from rosproto.node.graph.registrations import Registration, Registrations
-from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import SleepDetector
 from rosproto.transport.os_errors import no_route
+from rosproto.transport.uri import same_uri
 
 _log = get_logger("rosproto.node")
 
@@ -85,7 +85,7 @@ class MasterMonitor:
     Args:
         name: Of the node.
         master: Its connection to the master.
-        own_address: Where it listens.
+        listening: Where it listens.
         registrations: What is registered.
         topics: Its topics.
         closed: Whether the node is closing; then the thread ends.
@@ -103,7 +103,7 @@ class MasterMonitor:
         name: str,
         *,
         master: MasterConnection,
-        own_address: OwnAddress,
+        listening: Listening,
         registrations: Registrations,
         topics: WatchedTopics,
         closed: Callable[[], bool],
@@ -115,7 +115,7 @@ class MasterMonitor:
         self.full_check_every = FULL_CHECK_EVERY
         self._name = name
         self._master = master
-        self._own_address = own_address
+        self._listening = listening
         self._registrations = registrations
         self._topics = topics
         self._closed = closed
@@ -210,9 +210,9 @@ class MasterMonitor:
             return True
         if not isinstance(uri, str):
             return False
-        if not same_uri(uri, self._own_address.uri):
+        if not same_uri(uri, self._listening.uri):
             # Another node has our name: it was told to, and we were told to shut down. Do not fight over it.
-            _log.debug("! %s is registered at %s, not at %s", self._name, uri, self._own_address.uri)
+            _log.debug("! %s is registered at %s, not at %s", self._name, uri, self._listening.uri)
             return True
         self._looks += 1
         return self._looks % self.full_check_every != 0 or self.graph_has_all()
@@ -285,9 +285,9 @@ class MasterMonitor:
         Raises:
             ConnectionLost: There is no way to the master, the cable is out.
         """
-        old = self._own_address.uri
+        old = self._listening.uri
         try:
-            if not self._own_address.follow(self._listen, self._master.address, self._moved):
+            if not self._listening.follow(self._listen, self._master.address, self._moved):
                 return False
         except RosError as error:
             if no_route(error.__cause__):
@@ -299,8 +299,8 @@ class MasterMonitor:
             return False
         self._topics.links_changed_address()
         self._master.client.reconnect()
-        _log.warning("= %s: our address changed, %s is now %s", self._name, old, self._own_address.uri)
-        self._emit(Event(EventKind.ADDRESS_CHANGED, address=self._own_address.uri))
+        _log.warning("= %s: our address changed, %s is now %s", self._name, old, self._listening.uri)
+        self._emit(Event(EventKind.ADDRESS_CHANGED, address=self._listening.uri))
         return True
 
     def _master_lost(self, error: RosError) -> None:

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node.graph import api_client
+from rosproto.node.graph.listening import Listen, Listening
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.master_connection import MasterConnection
-from rosproto.node.graph.own_address import Listen, OwnAddress
 from rosproto.sentence import say
-from rosproto.transport.address import resolve
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.name_lookup import resolve
 
 
 class GraphSettings(NamedTuple):
@@ -51,7 +51,7 @@ def ask_settings(master: MasterClient, timeout: float | None) -> GraphSettings:
 
 
 def join(
-    name: str, master: MasterConnection, address: OwnAddress, listen: Listen, deadline: Deadline
+    name: str, master: MasterConnection, address: Listening, listen: Listen, deadline: Deadline
 ) -> GraphSettings:
     """Find the master, then listen: a node that cannot register need not open a port.
 

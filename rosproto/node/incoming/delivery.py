@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from rosproto.codec import AnyMsg, encode
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import Unfit
-from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.incoming.subscriber_queue import Recipient
 
 

@@ -23,7 +23,7 @@ from rosproto.errors import (
 )
 from rosproto.logs import get_logger
 from rosproto.node.definitions.md5sum_mismatch import RevisedType
-from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.incoming.delivery import Delivery, Topic
 from rosproto.node.incoming.publisher_link_state import (

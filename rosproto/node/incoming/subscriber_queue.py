@@ -30,7 +30,7 @@ from time import perf_counter, time
 from typing import Any
 
 from rosproto.logs import get_logger
-from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import is_interrupt
 from rosproto.transport.deadline import wait_for
 

@@ -21,7 +21,8 @@ from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import RevisedType, Unfit, note_differences, revised_type
-from rosproto.node.definitions.type_argument import ANY, TopicType, learn_type
+from rosproto.node.definitions.topic_type import ANY, TopicType
+from rosproto.node.definitions.unknown_type import learn_type
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Announcement

@@ -17,7 +17,7 @@ from time import perf_counter, sleep
 from typing import Any, Protocol
 
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
-from rosproto.node.definitions.type_argument import ANY
+from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.incoming.publisher_link_state import LinkEvent

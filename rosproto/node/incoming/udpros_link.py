@@ -15,7 +15,7 @@ import socket
 from time import monotonic
 
 from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
-from rosproto.node.definitions.type_argument import ANY
+from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming.publisher_link import LinkOwner
 from rosproto.node.incoming.publisher_link_state import LinkEvent
@@ -46,7 +46,7 @@ class UdprosLink(TcprosLink):
     def _open(self) -> None:
         deadline = Deadline(TRY_SECONDS)
         self.transport, self._broken_off = UDPROS, False
-        self._sock = sock = open_receiver(self._context.own_address.endpoints.tcpros.host)
+        self._sock = sock = open_receiver(self._context.listening.endpoints.tcpros.host)
         answer = self._ask(sock.getsockname()[1], deadline)
         if answer and answer[0] == UDPROS:
             self._agreed(DatagramAnswer.parse(answer))
@@ -73,7 +73,7 @@ class UdprosLink(TcprosLink):
             callerid=self._context.name,
             message_definition="" if md5sum == ANY else self.subscription.type.definition,
         )
-        offer = DatagramRequest(header, self._context.own_address.host, port, DATAGRAM_BYTES)
+        offer = DatagramRequest(header, self._context.listening.host, port, DATAGRAM_BYTES)
         return self._request_topic([offer.as_protocol(), ["TCPROS"]], deadline)
 
     def _agreed(self, answer: DatagramAnswer) -> None:

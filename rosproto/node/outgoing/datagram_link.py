@@ -195,7 +195,7 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
     sock = open_sender(context.hosts.meant(request.host), request.port, Deadline(ADDRESS_SECONDS))
     peer, own = sock.getpeername()[:2], sock.getsockname()
     why = ""
-    if not context.own_address.endpoints.tcpros.allows(peer[0]):
+    if not context.listening.endpoints.tcpros.allows(peer[0]):
         why = f"{peer[0]} may not connect (allow=)"
     elif links >= context.limits.connections:
         why = f"there are {context.limits.connections} connections already (Limits.connections)"
@@ -219,6 +219,4 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
     publication.prepare(output)
     publication.attach(link, link.address, output)
     header = publication.header(output)
-    return DatagramAnswer(
-        context.own_address.host, own[1], link.id, request.datagram_bytes, header
-    ).as_answer()
+    return DatagramAnswer(context.listening.host, own[1], link.id, request.datagram_bytes, header).as_answer()

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from rosproto.codec import AnyMsg, prepare
 from rosproto.errors import CodecError
-from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.stats import LinkStats
 
 LARGE = 32 << 10  # bytes; below this one copy costs less than a second system-call argument

@@ -16,7 +16,7 @@ from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import explained, note_differences
-from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind, is_interrupt, without_frames
 from rosproto.node.graph.listening import refuse
 from rosproto.node.outgoing.frames import LargeFrame, OutgoingLink, small_frame

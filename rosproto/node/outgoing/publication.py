@@ -20,7 +20,7 @@ from rosproto.codec import Message
 from rosproto.errors import CodecError, ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.definitions.type_argument import TopicType
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind, is_interrupt
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
@@ -288,7 +288,7 @@ class Publication:
         LostSubscriber(
             self.context.lifecycle.closing,
             link.caller_id,
-            bind=lambda sock: self.context.own_address.endpoints.tcpros.bind_beside(sock, local),
+            bind=lambda sock: self.context.listening.endpoints.tcpros.bind_beside(sock, local),
             remote=remote,
             announce=lambda: self.context.registrations.say_again(self),
             is_back=is_back,

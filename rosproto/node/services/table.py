@@ -14,7 +14,8 @@ from rosproto.codec import service_class
 from rosproto.errors import LocalProtocolError, RosError, ServiceError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
-from rosproto.node.definitions.md5sum_mismatch import Revisions
+from rosproto.node.definitions.known_definitions import KnownDefinitions
+from rosproto.node.definitions.type_argument import ServiceTypeGiven, resolve_service_type
 from rosproto.node.graph.caller_identity import Caller
 from rosproto.node.graph.listening import refuse
 from rosproto.node.graph.master_client import MasterClient
@@ -25,29 +26,10 @@ from rosproto.node.services.server import ServiceServer
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import format_address
 
-ServiceTypeGiven = type | str | None
-"""A service class, "package/Type", or None: ask the provider for its type."""
-
 PROBE_SECONDS = 10.0
 
 
-def resolve_service_type(type_: Any, service: str, revisions: Revisions | None = None) -> Any:
-    """The service class; a name is looked for as `resolve_type` does.
-
-    Raises:
-        DefinitionError: There is no such service type.
-        LocalProtocolError: It is no service type.
-    """
-    if isinstance(type_, str):
-        return service_class(type_, revisions.library_for(type_, "srv") if revisions else None)
-    if hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
-        return type_
-    raise LocalProtocolError(
-        f'service {service}: {type_!r} is no service type; give a class such as SetBool or "std_srvs/SetBool"'
-    )
-
-
-def ask_type(caller: Caller, revisions: Revisions, service: str) -> Any:
+def ask_type(caller: Caller, revisions: KnownDefinitions, service: str) -> Any:
     """The class of what the present provider says it provides.
 
     Raises:
@@ -76,12 +58,12 @@ class ServiceRegistration:
         self._registered_as = ""
 
     def register(self, master: MasterClient) -> None:
-        uri = self._context.own_address.endpoints.rosrpc_uri
+        uri = self._context.listening.endpoints.rosrpc_uri
         master.register_service(self.name, uri, self._context.uri)
         self._registered_as = uri
 
     def announce(self) -> Announcement:
-        uri = self._context.own_address.endpoints.rosrpc_uri
+        uri = self._context.listening.endpoints.rosrpc_uri
         return Announcement(
             "registerService",
             (self.name, uri, self._context.uri),
@@ -91,7 +73,7 @@ class ServiceRegistration:
     def unregister(self, master: MasterClient) -> None:
         # The master takes a service off only under the URI it has: another node may provide it by now.
         master.unregister_service(
-            self.name, self._registered_as or self._context.own_address.endpoints.rosrpc_uri
+            self.name, self._registered_as or self._context.listening.endpoints.rosrpc_uri
         )
 
 
@@ -104,7 +86,7 @@ class Services:
         self._servers: dict[str, tuple[ServiceServer, ServiceRegistration]] = {}
         self._clients: set[ServiceClient] = set()
         self._closed = False
-        context.own_address.endpoints.tcpros.on_service = self.on_service
+        context.listening.endpoints.tcpros.on_service = self.on_service
         context.lifecycle.closers.append(self.close)
 
     def client(self, name: str, type_: ServiceTypeGiven, *, persistent: bool = False) -> ServiceClient:

@@ -184,7 +184,7 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
         eventually(
             lambda: (
                 publisher.connections
-                == node._parts.context.own_address.endpoints.tcpros._server.connections
+                == node._parts.context.listening.endpoints.tcpros._server.connections
                 == 0
             )
         )

@@ -174,7 +174,7 @@ def test_a_crowd_of_publishers_is_cut_and_ousts_nobody() -> None:
         subscriber.wait_for_connection(60)
         crowd = [f"http://127.0.0.1:{port}/" for port in range(1, 500)]
         with Caller(
-            ("127.0.0.1", hearer._parts.context.own_address.endpoints.slave.port), "127.0.0.1"
+            ("127.0.0.1", hearer._parts.context.listening.endpoints.slave.port), "127.0.0.1"
         ) as update:
             update.call("publisherUpdate", "/master", "/crowded", [*crowd, talker.uri])
         assert len(subscriber.stats()) == 5
@@ -235,7 +235,7 @@ def test_a_dead_nodes_port_in_new_hands() -> None:
             Node("/innocent", master_uri=master.uri, port=port, host="127.0.0.1") as innocent,
             Node("/robot", master_uri=master.uri) as successor,
         ):
-            assert innocent._parts.context.own_address.endpoints.slave.port == port
+            assert innocent._parts.context.listening.endpoints.slave.port == port
             successor.publisher("/t", STRING)
             assert master.flush(10)
             assert not innocent.wait(0.3)
@@ -252,7 +252,7 @@ def test_a_closed_peer_on_a_port_of_ours() -> None:
     with Master() as master:
         with Node("/first", master_uri=master.uri) as first:
             first.publisher("/gone", STRING)
-            port, tcpros = first._parts.context.own_address.endpoints.slave.port, first.tcpros_address[1]
+            port, tcpros = first._parts.context.listening.endpoints.slave.port, first.tcpros_address[1]
         with Node("/second", master_uri=master.uri, port=port, tcpros_port=tcpros) as second:
             with closing(XmlRpcClient(second.uri)) as client:
                 assert client.call("requestTopic", "/x", "/gone", [["TCPROS"]])[0] != 1

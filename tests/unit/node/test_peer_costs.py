@@ -15,7 +15,7 @@ import pytest
 from rosproto.codec import classes, define, message_class
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.definitions.md5sum_mismatch import Revisions
+from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.header import encode_header
@@ -142,7 +142,7 @@ def test_what_peers_define_is_kept_by_its_length() -> None:
 @pytest.mark.promise("is bounded in number and length")
 def test_what_was_looked_for_in_vain_is_kept_by_number() -> None:
     """An md5sum is a stranger's text: those that are none are not even looked for."""
-    revisions = Revisions()
+    revisions = KnownDefinitions()
     for number in range(1500):
         assert revisions.message(String, f"{number:032x}") is None
         assert revisions.message(String, "f" * 10_000 + str(number)) is None

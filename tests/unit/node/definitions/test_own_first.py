@@ -13,7 +13,7 @@ from rosproto.codec import message_class, service_class
 from rosproto.errors import DefinitionError
 from rosproto.msg import bundled
 from rosproto.msg.user_folder import learned_paths
-from rosproto.node.definitions.md5sum_mismatch import Revisions
+from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.recording import Player, Recorder
 from rosproto.tf import TransformListener
 
@@ -54,7 +54,7 @@ SENT = {
 def test_the_order(tmp_path: Path, turned: bool) -> None:
     """Own, bundled, learned, in whatever order the folders were given."""
     paths = [write(tmp_path / "own", **OWN), learned_set(tmp_path / "learned", **SENT)]
-    revisions = Revisions(reversed(paths) if turned else paths)
+    revisions = KnownDefinitions(reversed(paths) if turned else paths)
     for name, kind, field in [
         ("std_msgs/String", "msg", "mine"),
         ("std_srvs/SetBool", "srv", "mine"),
@@ -73,14 +73,14 @@ def test_the_order(tmp_path: Path, turned: bool) -> None:
 def test_a_learned_folder_named_by_hand_is_the_users_own(tmp_path: Path) -> None:
     """The mark is in what `learned_paths` gives, and goes with it into another process."""
     path = learned_set(tmp_path, **SENT)
-    assert Revisions([path]).library_for("std_msgs/Bool") is None
-    assert Revisions([pickle.loads(pickle.dumps(path))]).library_for("std_msgs/Bool") is None
-    assert Revisions([str(path)]).library_for("std_msgs/Bool") is not None
+    assert KnownDefinitions([path]).library_for("std_msgs/Bool") is None
+    assert KnownDefinitions([pickle.loads(pickle.dumps(path))]).library_for("std_msgs/Bool") is None
+    assert KnownDefinitions([str(path)]).library_for("std_msgs/Bool") is not None
 
 
 def test_the_same_definition_gives_the_class_that_programs_import(tmp_path: Path) -> None:
     """A workspace with ROS's own packages in it: other comments, the same md5sum, the same class."""
-    revisions = Revisions([write(tmp_path, std_msgs__msg__String="# what is said\nstring data\n")])
+    revisions = KnownDefinitions([write(tmp_path, std_msgs__msg__String="# what is said\nstring data\n")])
     assert revisions.library_for("std_msgs/String") is None
 
 
@@ -88,7 +88,7 @@ def test_the_users_folders_are_read_together(tmp_path: Path) -> None:
     """A type of one may use a type of the next; the first that has one counts."""
     one = write(tmp_path / "one", my_msgs__msg__Outer="Inner inner\n", my_msgs__msg__Twice="int8 first\n")
     two = write(tmp_path / "two", my_msgs__msg__Inner="int8 deep\n", my_msgs__msg__Twice="int8 second\n")
-    library = Revisions([one, two]).library_for("my_msgs/Outer")
+    library = KnownDefinitions([one, two]).library_for("my_msgs/Outer")
     assert library is not None
     assert message_class("my_msgs/Outer", library)().inner.deep == 0
     assert message_class("my_msgs/Twice", library).__slots__ == ["first"]
@@ -96,7 +96,7 @@ def test_the_users_folders_are_read_together(tmp_path: Path) -> None:
 
 def test_a_damaged_definition_is_told_of_when_it_is_asked_for(tmp_path: Path) -> None:
     """By its file; the bundled one is not taken in its place."""
-    revisions = Revisions([write(tmp_path, std_msgs__msg__String="this is ] no definition\n")])
+    revisions = KnownDefinitions([write(tmp_path, std_msgs__msg__String="this is ] no definition\n")])
     with pytest.raises(DefinitionError, match=r"String\.msg"):
         revisions.library_for("std_msgs/String")
     assert revisions.library_for("std_msgs/Bool") is None

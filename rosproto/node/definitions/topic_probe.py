@@ -1,0 +1,53 @@
+"""Ask a publisher for the type, md5sum and definition of its topic, without receiving a message.
+
+It is asked as rostopic does, with the wildcard md5sum, and answers with its header; then we close. Nothing is
+registered at the master.
+
+Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Slave_API (requestTopic).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost
+from rosproto.node.definitions.topic_type import ANY
+from rosproto.node.graph.slave_client import NodeClient
+from rosproto.protocol.handshake import PublisherReply, check_publisher_header, subscriber_header
+from rosproto.transport.connecting import connect
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcpros_io import read_header, write_header
+
+if TYPE_CHECKING:
+    from rosproto.node.graph.caller_identity import Caller
+
+
+def probe_topic(caller: Caller, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
+    """What one publisher says about a topic.
+
+    Args:
+        caller: In whose name to ask.
+        topic: Resolved name.
+        publisher: Name of the publishing node.
+        deadline: For all steps together.
+
+    Raises:
+        MasterError: The master does not know the node, or it does not publish the topic (any more).
+        ConnectionLost, RosTimeout: It cannot be reached.
+        RemoteProtocolError: Its answer is no header of a publisher.
+    """
+    uri = caller.master.lookup_node(publisher, timeout=deadline.remaining())
+    with NodeClient(uri, caller.name, limits=caller.limits, hosts=caller.hosts) as peer:
+        answer = peer.request_topic(topic, timeout=deadline.remaining())
+    if len(answer) < 3 or answer[0] != "TCPROS" or not isinstance(answer[2], int):
+        raise ConnectionLost(
+            f"{topic}: {publisher} offers no TCPROS connection (answered {str(answer)[:100]})", peer=uri
+        )
+    sock = connect(str(answer[1]), answer[2], deadline, hosts=caller.hosts)
+    try:
+        wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=caller.name)
+        write_header(sock, wanted, deadline)
+        header = read_header(sock, caller.limits, deadline)
+    finally:
+        sock.close()
+    return check_publisher_header(header, topic=topic, type_name=ANY, md5sum=ANY, peer=publisher)
