@@ -167,8 +167,8 @@ class LocalLink(PublisherLink):
         self.caller_id = reply.callerid
         self._pipe = _Pipe(self, publication, publication.queue_size, self._context.next_link_id())
         if not self.closed:
+            publication.prepare()  # before the publisher sees the subscriber and publishes
             publication.attach(self._pipe, self.address)
-            publication.prepare()  # afterwards: nothing that is published meanwhile passes us by
 
     def _find_publication(self) -> Publication:
         nodes = self._context.local_nodes
