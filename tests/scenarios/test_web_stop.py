@@ -147,6 +147,23 @@ def test_a_body_of_100_megabytes_holds_no_stop_up(web: Served) -> None:
     assert "stopped all the same" in answer
 
 
+def test_the_answer_is_not_lost_while_the_body_is_still_being_sent(
+    web: Served, until: Callable[..., None]
+) -> None:
+    """A server that closes the connection then resets it, and the client may lose the answer."""
+    size, part = 20_000_000, b"x" * 1_000_000
+    with ExitStack() as stack:
+        one = begun(web, "POST /api/v1/stop HTTP/1.1", stack)
+        one.sendall(f"Content-Length: {size}\r\nContent-Type: application/json\r\n\r\n".encode() + part)
+        answer = answer_of(one)
+        assert answer.startswith("HTTP/1.1 413")
+        assert "stopped all the same" in answer
+        assert {entry.state for entry in stops(web)} == {"stands still"}
+        for _ in range(size // len(part) - 1):
+            one.sendall(part)
+        assert one.recv(1) == b"", "the connection ends when the body has come"
+
+
 def test_only_ours_is_stopped_where_the_body_says_so(web: Served, chassis: Chassis) -> None:
     """A body in a packet of its own is waited for a moment; what is ours ends before it has come."""
     wanted: list[bool] = []

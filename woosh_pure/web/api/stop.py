@@ -14,7 +14,7 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse
 from pydantic import ValidationError
-from starlette.types import Receive
+from starlette.types import Receive, Scope, Send
 
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
@@ -31,6 +31,8 @@ from woosh_pure.web.validation_errors import refusal
 router = APIRouter(tags=["stop"], responses=PROBLEMS)
 BODY_SECONDS = 0.5
 """Seconds for the body to say what not to stop; then everything is stopped."""
+REST_SECONDS = 10.0
+"""Seconds for the rest of a body that is answered before it has come."""
 ANSWER_SECONDS = 30.0
 """Seconds after which a stop whose result is still not known is answered."""
 
@@ -46,8 +48,9 @@ async def stop(request: Request) -> Response:
         begun += [robot.begin_stop(name) for robot in robots]
     try:
         report = await _over(begun)
-    finally:
+    except BaseException:
         body.close()
+        raise
     complaint = complaint or _of_method(request) or body.complaint()
     if complaint is None:
         return JSONResponse(stop_part(report))
@@ -60,7 +63,7 @@ async def stop(request: Request) -> Response:
     headers = {"connection": "close"} if complaint.status in (408, 413) else {}
     if complaint.status == 405:
         headers["allow"] = "POST"
-    return JSONResponse(document, complaint.status, headers=headers, media_type=MEDIA_TYPE)
+    return _AnswerBeforeBody(body, document, complaint.status, headers)
 
 
 def _meant(request: Request) -> tuple[list[Robot], Problem | None]:
@@ -102,6 +105,26 @@ def _each(reports: list[StopReport], part: Callable[[StopReport], list[str]]) ->
     return list(dict.fromkeys(text for report in reports for text in part(report)))
 
 
+class _AnswerBeforeBody(JSONResponse):
+    """An answer after which the rest of the body is read: closing the connection while a client still sends
+    would reset it, and the client might lose the answer.
+    """
+
+    media_type = MEDIA_TYPE
+
+    def __init__(self, body: _Body, document: dict[str, Any], status: int, headers: dict[str, str]) -> None:
+        super().__init__(document, status, headers)
+        self._rest = body
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See Starlette."""
+        head = {"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers}
+        await send(head)
+        await send({"type": "http.response.body", "body": self.body, "more_body": True})
+        await self._rest.ends(REST_SECONDS)
+        await send({"type": "http.response.body", "body": b""})
+
+
 class _Body:
     """The body of a stop. It is read while the robot is being stopped; only the beginning of it is kept."""
 
@@ -135,10 +158,10 @@ class _Body:
 
     def complaint(self) -> Problem | None:
         """What is wrong with it."""
-        if not self._reading.done():
-            return Problem(408, "the body did not come")
         if len(self._text) > MOST_BODY:
             return Problem(413, say("the body is larger than {most} bytes", most=MOST_BODY))
+        if not self._reading.done():
+            return Problem(408, "the body did not come")
         if not self._text:
             return None
         if not self._is_json:
@@ -149,6 +172,13 @@ class _Body:
             schema = models.StopRequest.model_json_schema()
             return Problem(422, refusal(error.errors(), schema, {}), "invalid")
         return None
+
+    async def ends(self, seconds: float) -> None:
+        """Wait until it has come, or the time is up."""
+        try:
+            await asyncio.wait([self._reading], timeout=seconds)
+        finally:
+            self.close()
 
     def close(self) -> None:
         """Read no more of it."""
