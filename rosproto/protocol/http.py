@@ -101,6 +101,10 @@ class _Head:
         self.chunked = False
 
 
+_BEGUN_ENDS = (b"\r\n\r", b"\r\n", b"\n\r", b"\r", b"\n")
+"""Beginnings of the end of a head, the longest first."""
+
+
 class _Connection:
     """What both sides share: cutting the stream into heads and bodies."""
 
@@ -146,7 +150,10 @@ class _Connection:
             for mark in (b"\r\n\r\n", b"\n\n", b"\n\r\n")
             if (at := buffer.find(mark, start)) >= 0
         ]
-        size = min(ends)[0] if ends else len(buffer)
+        if ends:
+            size = min(ends)[0]
+        else:  # what may begin the empty line is not part of the head
+            size = len(buffer) - next((len(mark) for mark in _BEGUN_ENDS if buffer.endswith(mark)), 0)
         if size > self._limits.http_head_bytes:
             raise TooLarge("http_head_bytes", size, self._limits.http_head_bytes)
         if not ends:

@@ -156,6 +156,18 @@ def test_http_head_bytes_bounds_the_head() -> None:
         assert http.error_status(caught.value) == 431
 
 
+@pytest.mark.parametrize("end", [b"\r\n\r\n", b"\n\n", b"\n\r\n"])
+def test_a_head_as_long_as_allowed_may_come_byte_by_byte(end: bytes) -> None:
+    """The empty line behind it does not count."""
+    head = b"POST / HTTP/1.1\r\nContent-length: 0\r\nX: "
+    whole = head + b"x" * (512 - len(head)) + end
+    connection = http.HttpServerConnection(LIMITS)
+    for at in range(len(whole)):
+        assert connection.next_event() is None
+        connection.receive(whole[at : at + 1])
+    assert isinstance(connection.next_event(), http.Request)
+
+
 def test_http_head_bytes_bounds_trailers() -> None:
     with pytest.raises(TooLarge, match="http_head_bytes"):
         serve(CHUNKED.replace(b"Trailer: x\r\n", b"Trailer: x\r\n" * 100))
