@@ -1,7 +1,7 @@
-"""Length-prefixed frames: how TCPROS cuts its byte stream (wiki.ros.org/ROS/TCPROS).
+"""Split the TCPROS byte stream into length-prefixed frames (wiki.ros.org/ROS/TCPROS).
 
-Both the connection header and each message come as a little-endian uint32 length and that many bytes.
-A service answer has one more byte in front; `FrameDecoder.take` reads it.
+The connection header and each message are a little-endian uint32 length and that many bytes. A service
+response has one more byte in front; `FrameDecoder.take` reads it.
 """
 
 from __future__ import annotations
@@ -38,28 +38,27 @@ def frame(payload: bytes | bytearray | memoryview) -> bytes:
 
 
 class FrameDecoder:
-    """Bytes in, whole frames out; what is left over waits for more.
+    """Bytes in, complete frames out; an incomplete frame is kept.
 
-    Bytes come in by `space` and `received`, so that a socket can write them where they are wanted, or by
-    `receive`, which copies. Frames go out as bytes (`next_frame`, `frames`) or decoded in place (`decoded`).
+    Add bytes with `space` and `received`, so that a socket writes into the buffer directly, or with
+    `receive`, which copies. Take frames as bytes (`next_frame`, `frames`) or decoded in place (`decoded`).
 
-    A large buffer takes whatever has arrived, and every frame in it is cut out in place. A frame that is too
-    long for that gets memory of its own, and its bytes are received straight into it. Memory grows with the
-    bytes that arrived, never with a length that was merely announced. A length above `limit` is refused as
-    soon as it is seen, and again on every later try: the stream cannot be brought back into step, drop the
-    link.
+    A large buffer takes whatever has arrived, and every frame in it is decoded in place. A frame too long for
+    it gets its own memory, and its bytes are received directly into that. Memory grows with the bytes that
+    have arrived, never with the announced length. A length above `limit` is refused as soon as it is known,
+    and on every later call: the stream cannot be resynchronised, so drop the link.
 
     Args:
         limit, what: As the attributes.
         room: Bytes of the first buffer.
-        step: Bytes of memory that a long frame gets before they have arrived.
+        step: Bytes of memory allocated for a long frame before they have arrived.
 
     Attributes:
-        limit: Most bytes of one frame's payload; change it when the header is over and messages follow.
+        limit: Most bytes of one frame's payload; change it when messages follow the header.
         what: Field of `Limits` named in the error.
         buffer: The memory behind `space`, while no long frame is being received.
-        count: Frames taken out, those passed over included.
-        passed_over: Frames that `decoded` did not decode, because newer ones were there.
+        count: Frames taken out or skipped.
+        passed_over: Frames that `decoded` skipped because newer ones were complete.
     """
 
     __slots__ = (
@@ -86,12 +85,12 @@ class FrameDecoder:
     # -- bytes in -------------------------------------------------------------------------------------------
 
     def space(self) -> memoryview:
-        """Where the next bytes of the stream go: fill some of it from its beginning, then call `received`.
+        """Memory for the next bytes of the stream: fill some of it from its beginning, then call `received`.
 
         It is valid until any other method is called, and never empty.
 
         Raises:
-            TooLarge: The frame that has begun announces more than `limit`.
+            TooLarge: The current frame announces more than `limit`.
         """
         if self._start != self._end:
             self._announced()
@@ -112,7 +111,7 @@ class FrameDecoder:
         return memoryview(self._large)[self._have :]
 
     def _make_room(self) -> None:
-        """See to it that something fits behind what waits, and that a stream gets a larger buffer."""
+        """Make room for more bytes, and give a fast stream a larger buffer."""
         rest, room = self._end - self._start, len(self.buffer)
         filled = self._end == room < MOST_ROOM  # by the last read: more would have come
         if not rest:
@@ -132,14 +131,14 @@ class FrameDecoder:
             self._start, self._end = 0, rest
 
     def received(self, count: int) -> None:
-        """So many bytes were written into `space`."""
+        """Report the number of bytes written into `space`."""
         if self._large is None:
             self._end += count
         else:
             self._have += count
 
     def receive(self, data: bytes | bytearray | memoryview) -> None:
-        """Add bytes from the stream, copied. A frame that is too long is refused when it is taken out."""
+        """Add a copy of bytes from the stream. A frame that is too long is refused when it is taken out."""
         with memoryview(data) as source:
             done = 0
             while done < len(source):
@@ -152,18 +151,18 @@ class FrameDecoder:
                 done += count
 
     def _begun(self) -> int:
-        """Length of the frame that has begun; -1 while its length is not there."""
+        """Length of the current frame; -1 until its length has arrived."""
         return _length(self.buffer, self._start)[0] if self._end - self._start >= 4 else -1
 
     def _announced(self) -> int:
-        """As `_begun`, but refused when it is above the limit."""
+        """As `_begun`, but raises above the limit."""
         size = self._begun()
         if size > self.limit:
             raise TooLarge(self.what, size, self.limit)
         return size
 
     def _grow(self, size: int, rest: int) -> None:
-        """A frame does not fit, or a read filled the buffer: a larger one, with the rest in front."""
+        """Replace the buffer by a larger one, because a frame does not fit or a read filled it."""
         buffer = bytearray(max(min(max(4 * len(self.buffer), 2 * size), MOST_ROOM), rest + ROOM))
         buffer[:rest] = self._view[self._start : self._end]
         self.buffer, self._view = buffer, memoryview(buffer)
@@ -179,11 +178,11 @@ class FrameDecoder:
     # -- frames out -----------------------------------------------------------------------------------------
 
     def whole(self, count: int, after: int = 0) -> bytes | None:
-        """The payload, when nothing waited and `count` bytes in `space` are one frame behind `after` others.
+        """Take out the payload, if the buffer was empty and `count` bytes in `space` are one frame behind
+        `after` other bytes.
 
-        Then they count as taken out; otherwise, and when that frame is too long, None, and `received` is
-        still to be called. Most requests and answers come so: it spares a call of a service a tenth of its
-        time here.
+        Otherwise, or if the frame is too long, return None; `received` must then be called. Most requests and
+        responses arrive so; it saves a tenth of the time of a service call.
         """
         start = after + 4
         if (
@@ -198,7 +197,7 @@ class FrameDecoder:
         return bytes(self._view[start:count])
 
     def frames(self) -> Iterator[bytes]:
-        """Take out each frame that is complete. An empty payload is a frame too (std_msgs/Empty).
+        """Take out each complete frame. An empty payload is a frame, too (std_msgs/Empty).
 
         Raises:
             TooLarge: A frame announces more than `limit`.
@@ -224,13 +223,13 @@ class FrameDecoder:
         return payload
 
     def decoded(self, decode: Decode, owns: bool, newest: int | None = None) -> list[Any]:
-        """Take out the frames that are complete, `BATCH` of them at most, each decoded where it lies.
+        """Take out complete frames, at most `BATCH`, each decoded in place.
 
         Args:
             decode: `(buffer, start, end) -> message`.
-            owns: True when messages keep parts of the buffer they are decoded from: they get one of their
-                own. That of a long frame they get in any case.
-            newest: Decode at most this many, the newest of all that are complete; None decodes every one.
+            owns: True if messages keep parts of the buffer they are decoded from; each then gets its own. A
+                long frame always has its own buffer.
+            newest: Decode at most this many, the newest of all complete ones; None decodes all.
         """
         if self._large is not None:
             return [] if self._have < self._size else [decode(self._taken(), 0, self._size)]
@@ -257,7 +256,7 @@ class FrameDecoder:
         return batch
 
     def _newest(self, decode: Decode, owns: bool, newest: int) -> list[Any]:
-        """The frames are found first, and the older ones passed over."""
+        """Find all complete frames, skip the older ones, decode the rest."""
         buffer, start, end = self.buffer, self._start, self._end
         found: list[tuple[int, int]] = []
         while end - start >= 4:
@@ -279,7 +278,7 @@ class FrameDecoder:
         return large
 
     def _put_back(self) -> None:
-        """A long frame is complete and not taken out, and more comes: all of it into one buffer."""
+        """Move a complete long frame that was not taken out into one buffer with the bytes that follow."""
         whole = _LENGTH.pack(self._size) + bytes(self._large)
         self._large = None
         self.buffer = bytearray(2 * len(whole))
@@ -296,7 +295,7 @@ class FrameDecoder:
         return taken
 
     def left_over(self) -> bytes:
-        """Take out everything that no frame was made of yet."""
+        """Take out all bytes that belong to no complete frame."""
         if self._large is not None:
             taken, self._large = _LENGTH.pack(self._size) + bytes(self._large[: self._have]), None
             return taken
@@ -306,7 +305,7 @@ class FrameDecoder:
 
     @property
     def buffered(self) -> int:
-        """Bytes waiting."""
+        """Number of bytes in the buffer."""
         return self._end - self._start if self._large is None else self._have + 4
 
     @property
@@ -316,7 +315,7 @@ class FrameDecoder:
 
     @property
     def missing(self) -> int:
-        """Bytes that must still arrive before a frame can be complete; 0 when one is."""
+        """Bytes that must arrive before a frame can be complete; 0 if one is."""
         if self._large is not None:
             return self._size - self._have
         have = self._end - self._start
@@ -326,9 +325,9 @@ class FrameDecoder:
 
 
 def _memory(size: int) -> Any:
-    """Writable memory; numpy's where it is loaded, which is not filled with zeros first.
+    """Writable memory; from numpy where it is loaded, which does not fill it with zeros.
 
-    The zeros are a quarter of a subscriber's time: 1.6 ms against 1.2 for 6.2 MB.
+    Filling takes a quarter of a subscriber's time: 1.6 ms against 1.2 for 6.2 MB.
     """
     empty = getattr(sys.modules.get("numpy"), "empty", None)
     return bytearray(size) if empty is None else memoryview(empty(size, "u1"))

@@ -1,33 +1,34 @@
-"""One goal seen from the client: actionlib's communication state machine, without any I/O.
+"""The client's view of one goal: actionlib's communication state machine, without I/O.
 
-A goal is sent, then heard of on two topics that are not in step with each other: `status`, an array of all
-goals of the server, 5 times a second and at every change; and `result`, once. The client follows the server's
-goal through *communication states*:
+After a goal is sent, two topics report on it, and they are not synchronised: `status`, an array of all goals
+of the server, 5 times a second and at every change; and `result`, once. The client follows the goal through
+*communication states*:
 
-    WAITING_FOR_GOAL_ACK    sent, the server has not mentioned it yet
-    PENDING, ACTIVE         as the server says
+    WAITING_FOR_GOAL_ACK    sent, not yet in the server's status
+    PENDING, ACTIVE         as the server reports
     WAITING_FOR_CANCEL_ACK  a cancel was sent, the server has not reacted yet
     RECALLING, PREEMPTING   the server is cancelling it: before it was accepted, while it was active
-    WAITING_FOR_RESULT      the server says it has ended, the result message is still on its way
-    DONE                    the result is here, or the goal is lost
+    WAITING_FOR_RESULT      the server reports that it has ended, the result message has not arrived
+    DONE                    the result has arrived, or the goal is lost
 
 A status may be missed (the array is sent at intervals), so one status can imply several transitions: a goal
-first heard of as PREEMPTED has been ACTIVE and PREEMPTING. Every state passed through is reported, in
-order, because programs hang their reactions on a particular one.
+first seen as PREEMPTED has been ACTIVE and PREEMPTING. Every state passed through is reported, in order,
+because programs react to particular states.
 
 The table has a row for each state and a column for each status. A cell is the path to take, one letter for
-each state passed; `.` stays, `!` is something no correct server says in that state: it is counted and changes
-nothing (not even the remembered status), since the likeliest source is a second server or a stale message.
+each state passed. `.` stays. `!` marks a status that no correct server sends in that state: it is counted and
+otherwise ignored (the remembered status stays, too), since it most likely comes from a second server or an
+outdated message.
 
 Beyond the table:
 
-* A result may come before any status. Its own status goes through the table first, then the goal is DONE.
-* After DONE nothing moves the goal: late status and second results are ignored (pr2_common#139).
-* A goal that the server's array no longer mentions is LOST (DONE with status LOST), except in
-  WAITING_FOR_GOAL_ACK (the array may be older than the goal) and in WAITING_FOR_RESULT (the server forgets
-  ended goals after 5 s, the result may still be under way). A restarted server shows itself this way.
-* Only the server that mentioned the goal first, known by its caller id, is believed: an array of another
-  node on the same topic does not mention the goal and would otherwise lose it.
+* A result may arrive before any status. Its status goes through the table first, then the goal is DONE.
+* DONE is final: late status and second results are ignored (pr2_common#139).
+* A goal missing from the server's array is LOST (DONE with status LOST), except in WAITING_FOR_GOAL_ACK (the
+  array may be older than the goal) and in WAITING_FOR_RESULT (the server forgets ended goals after 5 s, and
+  the result may still arrive). This is how a restarted server is noticed.
+* Only the server that first reported the goal counts, identified by its caller id: another node's array on
+  the same topic does not contain the goal and would otherwise make it LOST.
 
 Source: wiki.ros.org/actionlib/DetailedDescription ("Client Description"); where it is silent, rospy's and
 roscpp's actionlib: the table agrees with rospy's, `cancel_sent` with roscpp's (rospy leaves DONE when a
@@ -94,24 +95,24 @@ _CANCEL_HELPS = (
 
 
 def transition_path(state: CommState, status: GoalStatus) -> tuple[CommState, ...] | None:
-    """The states passed when `status` is heard in `state`; empty to stay, None when the pair is illegal."""
+    """The states passed when `status` is received in `state`; empty to stay, None if the pair is illegal."""
     return _PATHS.get((state, status))
 
 
 class GoalMachine:
     """State of one goal as its client knows it.
 
-    Each method takes one thing that happened and returns the states passed because of it, in order. The
-    caller does the talking and the locking.
+    Each method takes one event and returns the states passed because of it, in order. The caller does the
+    communication and the locking.
 
     Attributes:
         goal_id: The id the goal was sent with.
-        state: Where it is now.
-        status: Latest status believed; PENDING before any.
+        state: Current state.
+        status: Latest accepted status; PENDING before any.
         text: The server's text that came with it.
-        server: Caller id of the server this goal belongs to; "" until one has mentioned it.
-        result: Result message, None until it came.
-        violations: How often a server said something illegal or unknown.
+        server: Caller id of the server of this goal; "" until a server has reported it.
+        result: Result message, None before it arrives.
+        violations: Number of illegal or unknown statuses.
     """
 
     __slots__ = ("goal_id", "result", "server", "state", "status", "text", "violations")
@@ -127,15 +128,15 @@ class GoalMachine:
 
     @property
     def done(self) -> bool:
-        """True when nothing will change any more."""
+        """Whether the state is final."""
         return self.state is CommState.DONE
 
     def status_received(self, status: int, text: str, server: str = "") -> tuple[CommState, ...]:
-        """A status array of `server` mentions this goal.
+        """A status array of `server` contains this goal.
 
         Args:
-            status: Number of a GoalStatus; an unknown one is counted as a violation.
-            text: The server's words.
+            status: Number of a GoalStatus; an unknown one counts as a violation.
+            text: The server's text.
             server: Caller id of the array's sender; "" skips the check.
         """
         if self.done or not self._is_ours(server):
@@ -152,7 +153,7 @@ class GoalMachine:
         return self._pass(path)
 
     def unmentioned(self, server: str = "") -> tuple[CommState, ...]:
-        """A status array of `server` arrived that does not mention this goal."""
+        """A status array of `server` arrived without this goal."""
         if self.state in _MAY_BE_UNMENTIONED or (server and server != self.server):
             return ()
         return self.lose("the action server no longer knows this goal; it was restarted or dropped it")
@@ -160,27 +161,29 @@ class GoalMachine:
     def result_received(
         self, result: object, status: int, text: str, server: str = ""
     ) -> tuple[CommState, ...]:
-        """The result arrived. DONE follows whatever its status says; after DONE it is ignored."""
+        """The result arrived. The goal becomes DONE whatever its status; after DONE it is ignored."""
         if self.done or not self._is_ours(server):
             return ()
         passed = self.status_received(status, text, server)
         self.result = result
         if not (self.status.is_terminal and self.status == status):
-            # The server ended the goal but gives no status that fits (an unknown one, or one that is not
-            # terminal). What can be said for sure is that it is over; the words are kept.
+            # The result has no fitting status (unknown or not terminal). The goal has ended for certain; the
+            # text is kept.
             self.status = _nearest_terminal(status, self.state)
             self.text = text
         return passed + self._pass((CommState.DONE,))
 
     def cancel_sent(self) -> tuple[CommState, ...]:
-        """A cancel of this goal went out; changes the state where the server's answer is awaited now."""
+        """A cancel of this goal was sent; enter WAITING_FOR_CANCEL_ACK where the server's reaction is
+        expected.
+        """
         if self.state not in _CANCEL_HELPS:
             return ()
         return self._pass((CommState.WAITING_FOR_CANCEL_ACK,))
 
     @property
     def cancel_helps(self) -> bool:
-        """True while sending a cancel can make a difference (roscpp's ClientGoalHandle::cancel)."""
+        """Whether a cancel can still have an effect (roscpp's ClientGoalHandle::cancel)."""
         return self.state in _CANCEL_HELPS
 
     def lose(self, why: str) -> tuple[CommState, ...]:
@@ -191,7 +194,9 @@ class GoalMachine:
         return self._pass((CommState.DONE,))
 
     def is_from(self, server: str) -> bool:
-        """Whether a message of `server` may be about this goal: that is its server, or none is known yet."""
+        """Whether a message of `server` may concern this goal: the server is the goal's, or none is known
+        yet.
+        """
         return not server or not self.server or server == self.server
 
     def _is_ours(self, server: str) -> bool:
@@ -206,7 +211,7 @@ class GoalMachine:
 
 
 def _nearest_terminal(status: int, state: CommState) -> GoalStatus:
-    """A terminal status for a result whose own does not fit the state."""
+    """A terminal status for a result whose own status does not fit the state."""
     try:
         known = GoalStatus(status)
     except ValueError:

@@ -1,22 +1,22 @@
-"""Goals seen from the server: the states of one goal, and the list the status topic shows. No I/O, no clock.
+"""The server's view of goals: the states of one goal, and the list on the status topic. No I/O, no clock.
 
 A goal is PENDING when it arrives. The program accepts it (ACTIVE) or rejects it; an accepted goal succeeds,
 is aborted, or is cancelled. A client's cancel is a *request*: the goal becomes RECALLING (not accepted yet)
-or PREEMPTING (active), and it is up to the program to end it, as cancelled (RECALLED, PREEMPTED) or
-otherwise, since work may finish before the request is seen. Accepting a RECALLING goal makes it PREEMPTING.
+or PREEMPTING (active), and the program ends it, as cancelled (RECALLED, PREEMPTED) or otherwise, since work
+may finish before the request is seen. Accepting a RECALLING goal makes it PREEMPTING.
 
-The table has a row for each state that is not terminal and a column for each command; `-` is a mistake of the
-calling program. A program may cancel an ACTIVE or PENDING goal without being asked: a simple server does so
+The table has a row for each state that is not terminal and a column for each command; `-` is an error of the
+calling program. A program may cancel an ACTIVE or PENDING goal without a request: a simple server does so
 when a newer goal arrives.
 
-The list (`GoalList`) holds one entry for each goal id:
+The list (`GoalList`) has one entry for each goal id:
 
-* A goal whose id is known already is a repetition and is not started again.
-* A cancel names goals by id, by time ("at or before", stamp not zero), by both (either suffices), or all of
-  them (id "" and stamp zero).
-* A cancel may arrive before its goal, on another connection: an id not known is kept as RECALLING for 5 s,
-  and the goal that follows is RECALLED at once. Likewise a goal not newer than the latest cancel stamp.
-* Terminal entries stay in the status array for 5 s, so that a client that missed one array still learns the
+* A goal with a known id is a repetition and is not started again.
+* A cancel names goals by id, by time ("at or before", stamp not zero), by both (either suffices), or all (id
+  "" and stamp zero).
+* A cancel may arrive before its goal, on another connection: an unknown id is kept as RECALLING for 5 s, and
+  the goal that follows is RECALLED at once. The same holds for a goal not newer than the latest cancel stamp.
+* Terminal entries stay in the status array for 5 s, so that a client that missed one array still sees the
   end.
 
 Source: wiki.ros.org/actionlib/DetailedDescription ("Server Description"); where it is silent, rospy's
@@ -63,7 +63,7 @@ _NEXT = {
 
 
 def next_status(status: GoalStatus, command: str) -> GoalStatus | None:
-    """What `command` makes of a goal with `status`; None where the command is not allowed."""
+    """The status after `command`; None if the command is not allowed in `status`."""
     return _NEXT.get((status, command))
 
 
@@ -75,7 +75,7 @@ def is_meant(goal_id: str, stamp: int, cancel_id: str, cancel_stamp: int) -> boo
 
 
 def is_before(stamp: int, last_cancel: int) -> bool:
-    """Whether a goal that comes now was cancelled by time before it came; one without stamp was not."""
+    """Whether a goal that arrives now was cancelled by time before; a goal without stamp was not."""
     return 0 < stamp <= last_cancel
 
 
@@ -85,10 +85,10 @@ class GoalRecord:
     Attributes:
         goal_id: Unique id, from the client.
         stamp: The goal id's stamp, nanoseconds; 0 when the client gave none.
-        status: Where it is.
-        text: Words to go with the status.
+        status: Current status.
+        text: Text that accompanies the status.
         early_cancel: True for an entry made by a cancel whose goal has not arrived.
-        expires: Time at which the entry leaves the list; None while the goal is under way.
+        expires: Time at which the entry leaves the list; None while the goal is active.
     """
 
     __slots__ = ("early_cancel", "expires", "goal_id", "stamp", "status", "text")
@@ -106,9 +106,9 @@ class GoalRecord:
 
 
 class GoalList:
-    """All goals a server reports.
+    """All goals that a server reports.
 
-    `now` is any steady clock in seconds, given by the caller; the caller also does the locking.
+    `now` is any monotonic clock in seconds, passed by the caller; the caller also does the locking.
 
     Args:
         keep_seconds: How long a terminal entry (or an early cancel) stays.
@@ -129,9 +129,8 @@ class GoalList:
         """A goal message arrived.
 
         Returns:
-            The entry, and whether the program is to be told of it. When not, it is a repetition (nothing to
-            do) or was cancelled before it came: then its status is RECALLED now, and a result is to be
-            published.
+            The entry, and whether to notify the program. If not, it is a repetition (nothing to do) or was
+            cancelled before it arrived: its status is then RECALLED, and a result must be published.
         """
         known = self._records.get(goal_id)
         if known is not None and not known.early_cancel:
@@ -154,7 +153,7 @@ class GoalList:
         """A cancel message arrived.
 
         Returns:
-            The goals that changed to RECALLING or PREEMPTING by it: the program is to be told.
+            The goals that became RECALLING or PREEMPTING; notify the program of them.
         """
         touched = [r for r in self._records.values() if is_meant(r.goal_id, r.stamp, goal_id, stamp)]
         if goal_id and goal_id not in self._records:
@@ -163,13 +162,13 @@ class GoalList:
         return [r for r in touched if not r.early_cancel and self._try(r, "request_cancel", now)]
 
     def apply(self, record: GoalRecord, command: str, now: float, text: str | None = None) -> None:
-        """Do what the program says.
+        """Carry out a command of the program.
 
         Args:
             record: An entry of this list.
             command: accept, reject, cancel, succeed or abort.
             now: The clock.
-            text: New words for the status; None keeps those it has.
+            text: New text of the status; None keeps the old one.
 
         Raises:
             LocalProtocolError: The goal's state does not allow it.
@@ -184,7 +183,7 @@ class GoalList:
             record.text = text
 
     def expire(self, now: float) -> None:
-        """Drop entries whose time is over, and of very many the oldest."""
+        """Remove expired entries, and the oldest ones beyond the limit."""
         ended = [record for record in self if record.expires is not None and not record.early_cancel]
         over = ended[: max(0, len(ended) - MOST_ENDED)]
         for record in [*over, *(r for r in self if r.expires is not None and r.expires <= now)]:

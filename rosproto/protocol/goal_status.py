@@ -10,7 +10,7 @@ from enum import IntEnum
 
 
 class GoalStatus(IntEnum):
-    """What the server says of a goal; LOST is a client's own conclusion and never on the wire."""
+    """Status of a goal as the server reports it; LOST is a client's own conclusion and never sent."""
 
     PENDING = 0
     ACTIVE = 1
@@ -25,7 +25,7 @@ class GoalStatus(IntEnum):
 
     @property
     def is_terminal(self) -> bool:
-        """True when nothing follows: the goal has ended, well or not."""
+        """Whether the goal has ended, successfully or not."""
         return self not in _UNDER_WAY
 
 
@@ -33,7 +33,9 @@ _UNDER_WAY = frozenset((GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMP
 
 
 def read_table(text: str) -> Iterator[tuple[str, str, str]]:
-    """(row, column, cell) of a table as text: names of the columns first, then rows with theirs in front."""
+    """Yield (row, column, cell) of a table as text: the first line names the columns, each row begins with
+    its name.
+    """
     head, *rows = text.strip().splitlines()
     for row in rows:
         name, *cells = row.split()

@@ -1,10 +1,10 @@
-"""The connection headers of the four TCPROS roles: built, and checked (wiki.ros.org/ROS/TCPROS).
+"""Build and check the connection headers of the four TCPROS roles (wiki.ros.org/ROS/TCPROS).
 
-The md5sum decides whether two sides fit, as in rospy and roscpp; types only make the error readable.
-Where the wiki is silent: a wildcard `*` for md5sum and type may come from a subscriber or a service client
-(rostopic echo, rosservice call, rosbag record). Of those that serve, only a publisher of AnyMsg has it
-(rospy's relays and taps): it does not know what it sends, and only subscribers that take anything get it.
-roscpp's subscriber sends no message_definition and its service client no type, so neither is asked for.
+The md5sum decides whether two sides match, as in rospy and roscpp; types only make the error readable. Where
+the wiki is silent: a subscriber or a service client may send the wildcard `*` for md5sum and type (rostopic
+echo, rosservice call, rosbag record). Among the serving sides only a publisher of AnyMsg sends it (rospy's
+relays): it does not know the type of its messages, and only wildcard subscribers receive them. roscpp's
+subscriber sends no message_definition and its service client no type, so neither is required.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class HandshakeRefused(RemoteProtocolError):
     Attributes:
         name: Topic or service.
         peer: Address or URI of the other side.
-        text: The other side's own words.
+        text: The other side's error text.
     """
 
     def __init__(self, name: str, peer: str, text: str) -> None:
@@ -38,7 +38,7 @@ class HandshakeRefused(RemoteProtocolError):
 
 
 class SubscriberRequest(NamedTuple):
-    """What a subscriber asks of a publisher. `type_name` and `md5sum` may be "*" (or "" for the type)."""
+    """A subscriber's header. `type_name` and `md5sum` may be "*" (or "" for the type)."""
 
     callerid: str
     topic: str
@@ -49,7 +49,7 @@ class SubscriberRequest(NamedTuple):
 
 
 class PublisherReply(NamedTuple):
-    """What a publisher says about itself; type and md5sum are what will be on the wire."""
+    """A publisher's header; type and md5sum are those of the messages it will send."""
 
     callerid: str
     type_name: str
@@ -59,7 +59,7 @@ class PublisherReply(NamedTuple):
 
 
 class ServiceRequest(NamedTuple):
-    """What a service client asks. A `probe` gets the reply header and no call follows."""
+    """A service client's header. After a `probe` the reply header is sent and no call follows."""
 
     callerid: str
     service: str
@@ -71,7 +71,7 @@ class ServiceRequest(NamedTuple):
 
 
 class ServiceReply(NamedTuple):
-    """What a service server says about itself; `type_name` may be "" (roscpp clients do not need it)."""
+    """A service server's header; `type_name` may be "" (roscpp clients do not need it)."""
 
     callerid: str
     type_name: str
@@ -89,7 +89,7 @@ def subscriber_header(
     message_definition: str = "",
     tcp_nodelay: bool = False,
 ) -> dict[str, str]:
-    """What a subscriber sends first. "*" for type and md5sum takes whatever is published."""
+    """The header that a subscriber sends first. "*" for type and md5sum accepts any type."""
     fields = {
         "callerid": callerid,
         "md5sum": md5sum,
@@ -111,7 +111,7 @@ def publisher_header(
     message_definition: str,
     latching: bool = False,
 ) -> dict[str, str]:
-    """What a publisher answers. rosbag and rostopic write and read `message_definition`: the full text.
+    """The header with which a publisher replies. rosbag and rostopic use `message_definition`, the full text.
 
     Raises:
         LocalProtocolError: One of type and md5sum is the wildcard (both are, for AnyMsg), or empty.
@@ -137,7 +137,7 @@ def service_client_header(
     persistent: bool = False,
     probe: bool = False,
 ) -> dict[str, str]:
-    """What a service client sends first; `probe` asks for the reply header only."""
+    """The header that a service client sends first; `probe` asks for the reply header only."""
     fields = {"callerid": callerid, "md5sum": md5sum, "service": service}
     if type_name:
         fields["type"] = type_name
@@ -157,7 +157,7 @@ def service_server_header(
     request_type: str = "",
     response_type: str = "",
 ) -> dict[str, str]:
-    """What a service server answers. rospy's client needs `type`; `rosservice type` reads it too.
+    """The header with which a service server replies. rospy's client and `rosservice type` need `type`.
 
     Raises:
         LocalProtocolError: Type or md5sum is the wildcard.
@@ -174,7 +174,7 @@ def service_server_header(
 
 
 def error_header(text: str) -> dict[str, str]:
-    """The refusal either side sends before it closes: one field, `error`."""
+    """The refusal that either side sends before it closes: one field, `error`."""
     return {"error": text}
 
 
@@ -186,7 +186,7 @@ def check_subscriber_header(
     md5sum: str,
     peer: str = "",
 ) -> SubscriberRequest:
-    """On the publisher: does this subscriber fit? `str(error)` is the text for `error_header`.
+    """On the publisher: check a subscriber's header. `str(error)` is the text for `error_header`.
 
     Args:
         fields: The subscriber's header.
@@ -198,7 +198,7 @@ def check_subscriber_header(
     Raises:
         Md5sumMismatch: Another definition.
         HandshakeRefused: The header is an error.
-        RemoteProtocolError: A required field is missing, or another topic was meant.
+        RemoteProtocolError: A required field is missing, or the topic is another.
     """
     name = _check_required(fields, topic, peer, "subscriber", ("topic", "md5sum", "callerid"))
     if fields["topic"] != topic:
@@ -219,12 +219,12 @@ def check_subscriber_header(
 def check_publisher_header(
     fields: Mapping[str, str], *, topic: str, type_name: str, md5sum: str, peer: str = ""
 ) -> PublisherReply:
-    """On the subscriber: does this publisher fit? With "*" the reply's own type and md5sum hold; they are "*"
-    as well when it publishes AnyMsg.
+    """On the subscriber: check a publisher's header. With "*", the reply's type and md5sum are accepted; they
+    are "*" as well if it publishes AnyMsg.
 
     Raises:
-        Md5sumMismatch: Another definition; `message_definition` has the publisher's full text. Also when
-            the publisher refused us and its text names another md5sum.
+        Md5sumMismatch: Another definition; `message_definition` has the publisher's full text. Also if the
+            publisher refused us and its text names another md5sum.
         HandshakeRefused: The publisher refused us for another reason.
         RemoteProtocolError: A required field is missing.
     """
@@ -244,11 +244,11 @@ def check_publisher_header(
 def check_service_client_header(
     fields: Mapping[str, str], *, service: str, type_name: str, md5sum: str, peer: str = ""
 ) -> ServiceRequest:
-    """On the service server: does this client fit? `str(error)` is the text for `error_header`.
+    """On the service server: check a client's header. `str(error)` is the text for `error_header`.
 
     Raises:
         Md5sumMismatch: Another definition.
-        RemoteProtocolError: A required field is missing, or another service was meant.
+        RemoteProtocolError: A required field is missing, or the service is another.
     """
     name = _check_required(fields, service, peer, "service client", ("service", "md5sum", "callerid"))
     if fields["service"] != service:
@@ -268,7 +268,7 @@ def check_service_client_header(
 def check_service_server_header(
     fields: Mapping[str, str], *, service: str, type_name: str, md5sum: str, peer: str = ""
 ) -> ServiceReply:
-    """On the service client: does this server fit? With "*" the reply's own type and md5sum hold.
+    """On the service client: check a server's header. With "*", the reply's type and md5sum are accepted.
 
     Raises:
         Md5sumMismatch: Another definition.
@@ -288,7 +288,7 @@ def check_service_server_header(
 
 
 def is_md5sum(text: str) -> bool:
-    """Whether this can be an md5sum at all: peers send texts of any length."""
+    """Whether a text has the form of an md5sum; peers send texts of any length."""
     return re.fullmatch(r"[0-9a-f]{32}", text) is not None
 
 
@@ -306,7 +306,7 @@ def _flag(fields: Mapping[str, str], key: str) -> bool:
 def _check_required(
     fields: Mapping[str, str], name: str, peer: str, role: str, required: tuple[str, ...]
 ) -> str:
-    """Raises unless all fields are there; returns how errors call the peer."""
+    """Raise unless all fields are present; return the name of the peer for errors."""
     who = f"{name}: {role} {fields.get('callerid', '')} at {peer or 'unknown address'}"
     if "error" in fields:
         raise HandshakeRefused(name, peer, fields["error"])
@@ -320,7 +320,7 @@ def _check_required(
 
 
 def _check_refusal(fields: Mapping[str, str], name: str, type_name: str, md5sum: str, peer: str) -> None:
-    """An `error` answer; when its text names another md5sum, that is what went wrong (rospy, roscpp)."""
+    """Raise for an `error` reply; if its text names another md5sum, that is the cause (rospy, roscpp)."""
     text = fields.get("error")
     if text is None:
         return
@@ -341,7 +341,7 @@ def _check_refusal(fields: Mapping[str, str], name: str, type_name: str, md5sum:
 def _types_differ(
     fields: Mapping[str, str], topic: str, type_name: str, md5sum: str, peer: str
 ) -> Md5sumMismatch:
-    """A definite type is asked of a publisher of AnyMsg; rospy's words."""
+    """The error for a definite type requested from a publisher of AnyMsg, in rospy's words."""
     asked = fields.get("type", "")
     return Md5sumMismatch(
         f"{topic}: topic types do not match: [{asked or fields['md5sum']}] vs. [{type_name}]; it is published"
@@ -384,7 +384,7 @@ def _check_md5sum(
 
 
 def _real(fields: Mapping[str, str], type_name: str, md5sum: str, name: str) -> tuple[str, str]:
-    """Type and md5sum on the wire: the publisher's own; ours where an old peer left its type out."""
+    """Type and md5sum of the messages sent: the publisher's; ours where an old peer left its type out."""
     real_md5sum = fields["md5sum"] if fields["md5sum"] != ANY else md5sum
     real_type = fields.get("type", "")
     if md5sum == real_md5sum == real_type == ANY:

@@ -1,7 +1,6 @@
 """The TCPROS connection header: `key=value` fields, each with its length (wiki.ros.org/ROS/TCPROS).
 
-Bag files use the same form for their record headers, with other rules for the values; this module is for
-the text headers of a connection.
+Bags use the same form for record headers, with binary values; see rosproto/bag for those.
 """
 
 from __future__ import annotations
@@ -16,13 +15,13 @@ MOST_FIELDS = 1000  # real ones have a dozen; each costs far more than the bytes
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
-    """The complete header with its own 4-byte length, ready to be sent.
+    """Encode a header, including its 4-byte length.
 
-    Fields are sorted by key, as rospy and roscpp both write them. Values may hold `=` and newlines, and
-    the surrogate escapes with which `decode_header` keeps bytes that are not UTF-8.
+    Fields are sorted by key, as in rospy and roscpp. Values may contain `=`, newlines, and the surrogate
+    escapes by which `decode_header` represents bytes that are not UTF-8.
 
     Raises:
-        LocalProtocolError: A key is empty or holds `=`, or a key or value is no text.
+        LocalProtocolError: A key is empty or contains `=`, or a key or value is no text.
     """
     parts = [_encode_field(key, fields[key]) for key in sorted(fields)]
     body = b"".join(parts)
@@ -45,12 +44,12 @@ def _encode_field(key: str, value: str) -> bytes:
 
 
 def decode_header(body: bytes | bytearray | memoryview) -> dict[str, str]:
-    """The fields of a header body (without the outer length), in the order they came.
+    """The fields of a header body (without the outer length), in their order.
 
-    Any order is accepted, unknown keys are kept, the last of two equal keys counts (as in rospy and
-    roscpp). A field is split at its *first* `=`; white space around the key is dropped, as rospy does.
-    Bytes that are not UTF-8 (comments of a definition text may hold them) become surrogate escapes, so
-    that encoding the value again gives the same bytes.
+    Any order is accepted, unknown keys are kept, the last of two equal keys counts (as in rospy and roscpp).
+    A field is split at its *first* `=`; white space around the key is removed, as in rospy. Bytes that are
+    not UTF-8 (comments of a definition may contain them) become surrogate escapes, so that encoding the value
+    restores them.
 
     Raises:
         RemoteProtocolError: The body is not a sequence of such fields, or of more than `MOST_FIELDS`.

@@ -1,10 +1,10 @@
 """The part of HTTP/1.1 that XML-RPC needs, for both sides of a connection: bytes in, messages out.
 
-What is sent is what roscpp's client accepts (XmlRpcClient.cpp): the status line exactly `HTTP/1.1 200 OK`,
-`Content-length: ` followed by one space, never chunked. What is received may be more: HTTP/1.0, chunked
-bodies, `Expect: 100-continue`, lines that end in a bare newline, pipelined requests.
+Messages are written as roscpp's client expects them (XmlRpcClient.cpp): the status line exactly `HTTP/1.1 200
+OK`, `Content-length: ` with one space, never chunked. The reader accepts more: HTTP/1.0, chunked bodies,
+`Expect: 100-continue`, lines that end in a bare newline, pipelined requests.
 
-`receive(b"")` says that the peer closed its side.
+`receive(b"")` reports that the peer has closed its side.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class HttpStatusError(RemoteProtocolError):
     """The peer's HTTP message is refused.
 
     Attributes:
-        status: Status code a server answers with before it closes.
+        status: Status code that a server sends before it closes.
     """
 
     def __init__(self, status: int, message: str) -> None:
@@ -47,14 +47,14 @@ class HttpStatusError(RemoteProtocolError):
 
 
 def error_status(error: RemoteProtocolError) -> int:
-    """The status code with which a server answers a request that raised this error."""
+    """The status code with which a server replies to a request that raised this error."""
     if isinstance(error, TooLarge):
         return 431 if error.what == "http_head_bytes" else 413
     return error.status if isinstance(error, HttpStatusError) else 400
 
 
 class Request(NamedTuple):
-    """A complete request. `headers` has lower-case names; `keep_alive` says what the peer wants."""
+    """A complete request. `headers` has lower-case names; `keep_alive` is what the peer requests."""
 
     method: str
     target: str
@@ -64,7 +64,7 @@ class Request(NamedTuple):
 
 
 class Response(NamedTuple):
-    """A complete response. `keep_alive` says whether the connection can be used again."""
+    """A complete response. `keep_alive`: the connection can be used again."""
 
     status: int
     reason: str
@@ -89,7 +89,7 @@ Event = Request | Response | ContinueWanted | PeerClosed
 
 
 class _Head:
-    """A parsed head and what it says about the body: a length, chunks, or (None) all until the end."""
+    """A parsed head and the form of the body: a length, chunks, or (None) everything until the end."""
 
     __slots__ = ("chunked", "headers", "length", "start", "version")
 
@@ -106,7 +106,7 @@ _BEGUN_ENDS = (b"\r\n\r", b"\r\n", b"\n\r", b"\r", b"\n")
 
 
 class _Connection:
-    """What both sides share: cutting the stream into heads and bodies."""
+    """Base of both sides: splits the stream into heads and bodies."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -129,7 +129,7 @@ class _Connection:
 
     @property
     def mid_message(self) -> bool:
-        """Part of a message has arrived."""
+        """Whether part of a message has arrived."""
         return self._head is not None or bool(self._buffer)
 
     def _read_head(self) -> _Head | None:
@@ -140,7 +140,7 @@ class _Connection:
         return self._head
 
     def _cut_head(self) -> bytes | None:
-        """The lines up to the first empty one; None while that has not arrived."""
+        """The lines up to the first empty one; None before that has arrived."""
         buffer = self._buffer
         while buffer.startswith((b"\r\n", b"\n")):  # empty lines before a message are to be ignored
             del buffer[: buffer.index(b"\n") + 1]
@@ -173,10 +173,10 @@ class _Connection:
         return head
 
     def _parse_start(self, head: _Head) -> None:
-        """Check the first line; each side has its own."""
+        """Parse the first line."""
 
     def _no_length(self, head: _Head) -> int | None:
-        """Body length when the head gives none; None means until the end of the stream."""
+        """Body length if the head gives none; None means until the end of the stream."""
 
     def _parse_body_length(self, head: _Head) -> None:
         coding, length = head.headers.get("transfer-encoding"), head.headers.get("content-length")
@@ -199,7 +199,7 @@ class _Connection:
             raise TooLarge("xml_body_bytes", size, self._limits.xml_body_bytes)
 
     def _read_body(self, head: _Head) -> bytes | None:
-        """The whole body, taken out; None while it is incomplete."""
+        """Take out the whole body; None while it is incomplete."""
         if head.chunked:
             complete = self._read_chunks()
         elif head.length is None:
@@ -277,7 +277,7 @@ class _Connection:
         return line
 
     def _check_end(self) -> PeerClosed | None:
-        """At the end of the stream: closed between messages, or cut off inside one."""
+        """Handle the end of the stream: closed between messages, or within one."""
         if not self._ended:
             return None
         if self.mid_message:
@@ -320,18 +320,18 @@ def _encode(start: str, headers: dict[str, str], body: bytes) -> bytes:
 
 
 class HttpServerConnection(_Connection):
-    """The server's side: requests come out of `next_event`, `encode_response` writes the answers."""
+    """The server's side: `next_event` returns requests, `encode_response` writes responses."""
 
     def __init__(self, limits: Limits) -> None:
         super().__init__(limits)
         self._continue_answered = False
 
     def next_event(self) -> Event | None:
-        """The next thing that happened, or None until more bytes are received.
+        """The next event, or None until more bytes are received.
 
         Raises:
-            RemoteProtocolError: The request is refused: answer with `error_status(error)`, then close.
-                (A client that closes in the middle of a request gets no answer.)
+            RemoteProtocolError: The request is refused: reply with `error_status(error)`, then close. (A
+                client that closes in the middle of a request gets no reply.)
         """
         head = self._read_head()
         if head is None:
@@ -348,7 +348,7 @@ class HttpServerConnection(_Connection):
     def encode_response(
         self, status: int, body: bytes = b"", *, keep_alive: bool = True, allow: str = ""
     ) -> bytes:
-        """A response with its head. `allow` names the methods a 405 answer must list."""
+        """A response with its head. `allow` names the methods that a 405 response must list."""
         # roscpp looks for this spelling of Content-length, and for "200 OK"
         headers = {"Server": "rosproto", "Content-Type": "text/xml", "Content-length": str(len(body))}
         if allow:
@@ -379,7 +379,7 @@ class HttpServerConnection(_Connection):
 
 
 class HttpClientConnection(_Connection):
-    """The client's side: `encode_request` writes a request, its response comes out of `next_event`."""
+    """The client's side: `encode_request` writes requests, `next_event` returns responses."""
 
     def encode_request(self, host: str, path: str, body: bytes) -> bytes:
         """A POST request with its head."""
@@ -392,10 +392,10 @@ class HttpClientConnection(_Connection):
         return _encode(f"POST {path} HTTP/1.1", headers, body)
 
     def next_event(self) -> Event | None:
-        """The next thing that happened, or None until more bytes are received.
+        """The next event, or None until more bytes are received.
 
         Raises:
-            RemoteProtocolError: This is no HTTP response, or it was cut off.
+            RemoteProtocolError: The bytes are no HTTP response, or it was cut off.
         """
         while True:
             head = self._read_head()
@@ -406,7 +406,7 @@ class HttpClientConnection(_Connection):
             if body is None:
                 return self._check_end()
             status = int(head.start[1])
-            if status >= 200:  # 1xx are notes on the way
+            if status >= 200:  # 1xx are interim responses
                 break
         reason = head.start[2] if len(head.start) > 2 else ""
         keep = not until_end and not self._ended and _keeps_alive(head.headers, head.version)

@@ -1,13 +1,14 @@
-"""UDPROS: the messages of a topic in datagrams. What is lost is lost, and what comes is never late.
+"""UDPROS: messages of a topic in datagrams. Lost messages are not repeated, so no message is delayed by
+another.
 
-A subscriber offers its UDP port, and its connection header, in `requestTopic` already; the answer has the
-publisher's header and the number that stands in every datagram of this connection. A message is the same
-bytes as over TCP, its length and its body, cut into blocks:
+The subscriber's `requestTopic` already contains its UDP port and its connection header; the reply has the
+publisher's header and the number that every datagram of this connection carries. A message has the same bytes
+as over TCP, length and body, cut into blocks:
 
     uint32 connection, uint8 opcode, uint8 message, uint16 block, then the bytes
 
-Opcode DATA0 begins a message, and its `block` is the number of blocks; DATAN brings the others, and its
-`block` is which. Messages are numbered 1 to 255 and then from 1 again: roscpp takes 0 for none.
+Opcode DATA0 begins a message, and its `block` is the number of blocks. DATAN carries the others, and its
+`block` is the index. Messages are numbered 1 to 255 and then from 1 again: roscpp treats 0 as none.
 
 Source: wiki.ros.org/ROS/UDPROS; for the parameters of requestTopic roscpp (topic_manager.cpp,
 transport_udp.cpp).
@@ -24,7 +25,7 @@ from rosproto.protocol.header import decode_header, encode_header
 
 UDPROS = "UDPROS"
 DATAGRAM_BYTES = 1472
-"""What fits into an Ethernet frame with IP's and UDP's headers (roscpp asks for 1500, and IP cuts them)."""
+"""The payload of an Ethernet frame without IP and UDP headers (roscpp asks for 1500, which IP fragments)."""
 
 MOST_DATAGRAM_BYTES = 65507
 MOST_BLOCKS = 0xFFFF
@@ -42,12 +43,12 @@ HEADER_BYTES = _header.size
 
 
 class DatagramRequest(NamedTuple):
-    """What a subscriber asks for.
+    """A subscriber's request.
 
     Attributes:
         header: Its connection header.
-        host, port: Where it waits for datagrams.
-        datagram_bytes: The longest datagram it wants, UDPROS's own 8 bytes included.
+        host, port: Where it receives datagrams.
+        datagram_bytes: The longest datagram it accepts, UDPROS's 8 bytes included.
     """
 
     header: dict[str, str]
@@ -61,7 +62,7 @@ class DatagramRequest(NamedTuple):
 
     @classmethod
     def parse(cls, protocol: Sequence[object]) -> DatagramRequest:
-        """An entry of requestTopic's `protocols`, from the wire.
+        """Parse an entry of requestTopic's `protocols`.
 
         Raises:
             RemoteProtocolError: It is not one.
@@ -76,11 +77,11 @@ class DatagramRequest(NamedTuple):
 
 
 class DatagramAnswer(NamedTuple):
-    """What the publisher answers.
+    """A publisher's reply.
 
     Attributes:
-        host, port: Where the publisher has its UDP socket; roscpp sends from another one.
-        connection: Stands in each of its datagrams.
+        host, port: The publisher's UDP socket; roscpp sends from another one.
+        connection: The number in each of its datagrams.
         datagram_bytes: Its longest datagram.
         header: The publisher's connection header.
     """
@@ -97,7 +98,7 @@ class DatagramAnswer(NamedTuple):
 
     @classmethod
     def parse(cls, answer: Sequence[object]) -> DatagramAnswer:
-        """requestTopic's value, from the wire.
+        """Parse requestTopic's value.
 
         Raises:
             RemoteProtocolError: It is not one.
@@ -133,7 +134,7 @@ def _checked_size(size: int) -> int:
 def datagrams(
     frame: bytes | memoryview, connection: int, message: int, datagram_bytes: int = DATAGRAM_BYTES
 ) -> Iterator[bytes]:
-    """Cut one message.
+    """Cut one message into datagrams.
 
     Args:
         frame: Length and body, as over TCP.
@@ -157,7 +158,7 @@ def datagrams(
 
 
 class _Partial:
-    """A message of which blocks are missing."""
+    """An incomplete message."""
 
     __slots__ = ("blocks", "bytes", "total")
 
@@ -177,18 +178,18 @@ class _Partial:
 
 
 class Reassembly:
-    """Puts the messages of one connection together.
+    """Reassembles the messages of one connection.
 
-    Blocks may come in any order, twice, or never. Messages keep their order: one that is complete only after
-    a later one is given up, like those of which something is missing.
+    Blocks may arrive in any order, twice, or never. Messages keep their order: one that completes only after
+    a later one is dropped, as are incomplete ones.
 
     Args:
-        connection: Datagrams with another number are passed over.
+        connection: Datagrams with another number are ignored.
         limit: Most bytes of a message.
 
     Attributes:
-        lost: Messages that were sent and did not come, as their numbers tell.
-        strays: Datagrams passed over: of another connection, or no UDPROS at all.
+        lost: Number of lost messages, from gaps in the numbers.
+        strays: Number of ignored datagrams: of another connection, or not UDPROS.
     """
 
     def __init__(self, connection: int, limit: int) -> None:
@@ -201,10 +202,10 @@ class Reassembly:
         self.strays = 0
 
     def add(self, datagram: bytes) -> bytes | None:
-        """Take a datagram; the body of the message that it completes, or None.
+        """Add a datagram; return the body of the message that it completes, or None.
 
         Raises:
-            TooLarge: The message is longer than the limit; it is given up.
+            TooLarge: The message is longer than the limit; it is dropped.
         """
         if len(datagram) < HEADER_BYTES:
             self.strays += 1
@@ -214,7 +215,7 @@ class Reassembly:
             self.strays += 1
             return None
         if self._last is not None and not 0 < (message - self._last) % NUMBERS < NUMBERS // 2:
-            return None  # late, or twice
+            return None  # late, or a duplicate
         data = datagram[HEADER_BYTES:]
         if opcode == DATA0 and block == 1:  # by far the most frequent case: a whole message
             return self._finished(message, data)
@@ -237,7 +238,7 @@ class Reassembly:
         return self._finished(message, b"".join(partial.blocks[index] for index in range(partial.total)))
 
     def _finished(self, message: int, frame: bytes) -> bytes | None:
-        """The body of a whole message; those before it are not waited for any more."""
+        """The body of a complete message; earlier incomplete ones are dropped."""
         self._count(message)
         for number in [n for n in self._partial if (message - n) % NUMBERS < NUMBERS // 2]:
             del self._partial[number]

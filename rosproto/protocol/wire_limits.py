@@ -1,4 +1,4 @@
-"""How much a peer may ask of us. Every length from the wire is compared before memory is taken."""
+"""Limits on what a peer may send. Every length from the wire is checked before memory is allocated."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from typing import NamedTuple
 
 
 class Limits(NamedTuple):
-    """Bounds for one node, master or server; the defaults fit a robot.
+    """Limits of one node, master or server; the defaults fit a robot.
 
     Attributes:
-        header_bytes: A TCPROS connection header (it carries full definition texts).
+        header_bytes: A TCPROS connection header (it contains full definition texts).
         message_bytes: A TCPROS message; roscpp's own limit.
         xml_body_bytes: An XML-RPC request or response body.
         xml_depth: Nesting of arrays and structs in XML-RPC.
         http_head_bytes: Request or status line and headers of an HTTP message.
         pending_handshakes: Accepted TCPROS connections whose header has not arrived yet.
-        connections: Open connections of one server (TCPROS and XML-RPC counted apart).
+        connections: Open connections of one server (TCPROS and XML-RPC counted separately).
         publishers: Publishers of one topic that a subscriber connects to; each costs a thread, and anybody
-            may register at a master.
-        revisions: Definitions other than ours that the subscribers of one topic may have at a time; each
+            can register at a master.
+        revisions: Other definitions than ours that the subscribers of one topic may have at a time; each
             costs `publish()` a conversion.
         handshake_seconds: Time to send a complete connection header or HTTP head.
-        idle_seconds: An idle keep-alive HTTP connection is closed after this.
+        idle_seconds: An idle keep-alive HTTP connection is closed after this time.
     """
 
     header_bytes: int = 1 << 20

@@ -1,12 +1,12 @@
-"""XML-RPC as the ROS master and slave APIs speak it: Python values to documents and back.
+"""XML-RPC as the ROS master and slave APIs use it: convert Python values to documents and back.
 
-The written form keeps to what roscpp's own small parser understands (XmlRpcValue.cpp): compact tags without
-attributes, the named entities only, integers of 32 bits, no `<nil/>`, no `<i8>`. Reading is lenient where
-that is harmless (`i8`, `nil`, `ex:` prefixes) and strict where a hostile peer would gain: DOCTYPE and
-entity declarations are refused, nesting and size bounded, and nothing here recurses.
+Documents are written so that roscpp's parser (XmlRpcValue.cpp) can read them: compact tags without
+attributes, named entities only, integers of 32 bits, no `<nil/>`, no `<i8>`. The reader accepts harmless
+variants (`i8`, `nil`, `ex:` prefixes) and refuses what could be abused: DOCTYPE and entity declarations;
+nesting and size are limited, and nothing recurses.
 
 Values: str, int, float, bool, bytes (base64), `DateTime`, list, dict with str keys. `None` is read (from
-`<nil/>`, and where roscpp leaves a value out) but never written.
+`<nil/>`, and where roscpp omits a value) but never written.
 
 The reader is in `xmlrpc_reader`; expat is imported with the first document that is read.
 """
@@ -30,13 +30,13 @@ _INT_MIN, _INT_MAX = -(2**31), 2**31 - 1
 _MAX_DEPTH = 64  # a value that its receiver could not read (Limits.xml_depth) is not sent either
 _DEFAULT_LIMITS = Limits()
 
-# XML 1.0 has no way to write these, not even as numeric references. Carriage return is legal but read back
-# as a newline by every conforming parser; roscpp, which does not decode numeric references, keeps it.
+# XML 1.0 cannot contain these, not even as numeric references. Carriage return is legal, but conforming
+# parsers read it as a newline; roscpp, which does not decode numeric references, keeps it.
 _FORBIDDEN = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled with its first use
 
 
 class Fault(RosError):
-    """The other side answered an XML-RPC fault; raised by a dispatcher, it is sent as one.
+    """The other side replied with an XML-RPC fault. A dispatcher raises it to send one.
 
     Attributes:
         code: faultCode.
@@ -50,16 +50,16 @@ class Fault(RosError):
 
 
 class DateTime(str):
-    """The text of a `<dateTime.iso8601>`, not interpreted; written back as it came."""
+    """The text of a `<dateTime.iso8601>`, not interpreted; written back unchanged."""
 
     __slots__ = ()
 
 
 def encode_call(method: str, params: Iterable[object] = ()) -> bytes:
-    """A `<methodCall>` document.
+    """Encode a `<methodCall>` document.
 
     Raises:
-        LocalProtocolError: A value cannot be written; the text says which and why.
+        LocalProtocolError: A value cannot be encoded; the text says which and why.
     """
     out = [_HEAD, "<methodCall><methodName>", _escape(method, "method name"), "</methodName><params>"]
     for number, value in enumerate(params):
@@ -71,10 +71,10 @@ def encode_call(method: str, params: Iterable[object] = ()) -> bytes:
 
 
 def encode_response(value: object) -> bytes:
-    """A `<methodResponse>` document with one value.
+    """Encode a `<methodResponse>` document with one value.
 
     Raises:
-        LocalProtocolError: The value cannot be written.
+        LocalProtocolError: The value cannot be encoded.
     """
     out = [_HEAD, "<methodResponse><params><param>"]
     _write(out, value, "response", 0)
@@ -83,7 +83,7 @@ def encode_response(value: object) -> bytes:
 
 
 def encode_fault(code: int, text: str) -> bytes:
-    """A `<methodResponse>` document with a fault; characters XML cannot carry become `?`."""
+    """Encode a `<methodResponse>` document with a fault; characters that XML cannot contain become `?`."""
     out = [_HEAD, "<methodResponse><fault>"]
     _write(out, {"faultCode": code, "faultString": re.sub(_FORBIDDEN, "?", text)}, "fault", 0)
     out.append("</fault></methodResponse>")
@@ -108,7 +108,7 @@ def decode_call(
 
 
 def decode_response(body: bytes | bytearray | memoryview, limits: Limits = _DEFAULT_LIMITS) -> object:
-    """The value of a `<methodResponse>` document; None when the peer left it out (roscpp does).
+    """The value of a `<methodResponse>` document; None if the peer omitted it (roscpp does).
 
     Raises:
         Fault: The document is a fault.
@@ -140,7 +140,7 @@ def _fault(values: list[object]) -> Fault:
 
 
 def _write(out: list[str], value: object, where: str, depth: int) -> None:
-    """Append one `<value>`. The order of the tests matters: bool is an int, DateTime a str."""
+    """Append one `<value>`. The order of the checks matters: bool is an int, DateTime a str."""
     if isinstance(value, DateTime):
         out.append(f"<value><dateTime.iso8601>{_escape(value, where)}</dateTime.iso8601></value>")
     elif isinstance(value, str):

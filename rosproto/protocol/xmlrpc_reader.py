@@ -1,8 +1,7 @@
-"""Reads XML-RPC documents with expat, in one pass, without recursion.
+"""Read XML-RPC documents with expat, in one pass, without recursion.
 
-A table says which element may stand in which; everything else is refused with its name. Text between
-elements must be white space; text in a `<value>` without a type is a string, white space included
-(roscpp writes strings so).
+A table says which element may contain which; anything else is refused by name. Text between elements must be
+white space. Text in a `<value>` without a type is a string, white space included (roscpp writes strings so).
 """
 
 from __future__ import annotations
@@ -42,12 +41,12 @@ _WHITE = " \t\r\n"
 
 
 class Document:
-    """What a document said.
+    """A parsed document.
 
     Attributes:
         kind: "methodCall" or "methodResponse".
         method: Method name of a call.
-        is_fault: The response is a fault; its struct is the one value.
+        is_fault: The response is a fault; its struct is the only value.
         values: Arguments of a call, or the response's value.
     """
 
@@ -61,14 +60,14 @@ class Document:
 
 
 class _Missing:
-    """A `<value>` that has no typed child (yet)."""
+    """A `<value>` without a typed child (so far)."""
 
 
 _MISSING = _Missing()
 
 
 class _Reader:
-    """expat's handlers. `_path` holds the open elements, `_results` one partial result for each."""
+    """expat's handlers. `_path` contains the open elements, `_results` one partial result for each."""
 
     def __init__(self, limits: Limits) -> None:
         self.document = Document()
@@ -97,7 +96,7 @@ class _Reader:
                 raise TooLarge("xml_depth", self._depth, self._limits.xml_depth)
 
     def _other_spelling(self, tag: str, parent: str) -> str:
-        """Apache's extensions, ex:nil and ex:i8; anything else is refused."""
+        """Accept Apache's extensions ex:nil and ex:i8; refuse anything else."""
         plain = tag.removeprefix("ex:")
         if plain not in _CHILDREN.get(parent, _NONE):
             raise RemoteProtocolError(f"XML-RPC: <{tag[:40]}> inside <{parent or 'document'}>")
@@ -114,7 +113,7 @@ class _Reader:
         self._text.append(data)
 
     def _only_white(self, tag: str) -> None:
-        """Text beside elements, where it means nothing."""
+        """Refuse text other than white space between elements."""
         text = "".join(self._text).strip(_WHITE)
         self._text.clear()
         if text:
@@ -207,7 +206,9 @@ def _read_double(text: str) -> float:
 
 
 def _number(text: str) -> str:
-    """White space stripped; int() and float() would also take underscores and other scripts' digits."""
+    """Strip white space and check the characters; int() and float() would also accept underscores and other
+    scripts' digits.
+    """
     text = text.strip(_WHITE)
     if not text.isascii() or "_" in text or len(text) > _NUMBER_CHARACTERS:
         raise ValueError(text[:40])
@@ -229,7 +230,7 @@ _SCALAR_READERS: dict[str, Callable[[str], object]] = {
 def read_document(body: bytes, limits: Limits) -> Document:
     """Read one document.
 
-    The body is taken as UTF-8, or as ISO-8859-1 when it declares that. No other encoding is looked up:
+    The body is decoded as UTF-8, or as ISO-8859-1 if it declares that. No other encoding is allowed, since
     Python would import a codec by a name that the peer chose.
 
     Raises:
