@@ -1,4 +1,4 @@
-"""A ROS master: registry and parameter tree (pure), and the server around them."""
+"""A ROS master: registry and parameter tree (pure), the Master API over them, and the server."""
 
 from __future__ import annotations
 

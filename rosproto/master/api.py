@@ -1,12 +1,12 @@
-"""The Master API and Parameter Server API as one dispatch function (wiki.ros.org/ROS/Master_API).
+"""The Master API and Parameter Server API as one dispatch function, without sockets
+(wiki.ros.org/ROS/Master_API).
 
-Joins registry and parameters under one lock and hands every notification to `post`, inside that lock, so
-that notifications leave in the order of the calls that caused them. No sockets here: the server gives the
-calls, the notifier takes the notifications.
+Registry and parameters share one lock. Every notification is passed to `post` with the lock held, so that
+notifications leave in the order of the calls that caused them.
 
-Replies have rosmaster's shapes, status codes and texts, its treatment of bad arguments included
-(`apivalidate` in master_api.py): anything wrong with the arguments is status -1 with a default value of the
-right type, only an unknown method is a Fault.
+Replies have rosmaster's shapes, status codes and texts. Invalid arguments are treated as in rosmaster
+(`apivalidate` in master_api.py): status -1 with a default value of the right type. Only an unknown method is
+a Fault.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Handler = Callable[..., Answer]
 
 
 class UnknownMethod(LookupError):
-    """No such method; the server answers with a Fault."""
+    """There is no such method; the server replies with a Fault."""
 
 
 class _Method(NamedTuple):
@@ -42,7 +42,7 @@ METHODS: dict[str, _Method] = {}
 
 
 def _method(default: object, *checks: v.Check) -> Callable[[Handler], Handler]:
-    """Make a function `name(self, caller_id, ...)` callable from outside under its own name."""
+    """Publish a function `name(self, caller_id, ...)` as an API method of that name."""
 
     def add(handler: Handler) -> Handler:
         METHODS[handler.__name__] = _Method(handler, checks, default)
@@ -52,11 +52,11 @@ def _method(default: object, *checks: v.Check) -> Callable[[Handler], Handler]:
 
 
 class MasterApi:
-    """Everything a master answers.
+    """All methods of a master.
 
     Args:
-        post: Takes every notification; must not block.
-        stop: Called when somebody calls `shutdown`; must not block.
+        post: Receives every notification; must not block.
+        stop: Called when a peer calls `shutdown`; must not block.
         may_stop: Whether a peer ("host:port") may do that.
         registry: The graph; by default an empty one.
         parameters: The parameter tree; by default an empty one. It must read `registry.param_subscribers`.
@@ -91,11 +91,11 @@ class MasterApi:
 
         Args:
             method: Name of the method.
-            params: Its arguments as they came, caller_id first.
+            params: Its arguments as received, caller_id first.
             peer: Address of the caller, for `shutdown`.
 
         Raises:
-            UnknownMethod: There is no such method; the caller makes a Fault of it.
+            UnknownMethod: There is no such method.
         """
         if method == "shutdown":
             return self._shutdown(params, peer)
@@ -141,7 +141,7 @@ class MasterApi:
 
     @_method(-1)
     def getPid(self, caller_id: str) -> Answer:
-        """Our process."""
+        """Process id of the master."""
         return Answer(SUCCESS, "", os.getpid())
 
     # -- parameters --------------------------------------------------------------------------------------
@@ -176,7 +176,7 @@ class MasterApi:
 
     @_method(0, v.key)
     def searchParam(self, caller_id: str, key: str) -> Answer:
-        """The key found upwards from the caller's name."""
+        """The key found by searching upwards from the caller's name."""
         try:
             found = self.parameters.search(caller_id, key)
         except ValueError as error:
@@ -187,7 +187,7 @@ class MasterApi:
 
     @_method(0, v.api_uri("caller_api"), v.resolved_key)
     def subscribeParam(self, caller_id: str, caller_api: str, key: str) -> Answer:
-        """The value (`{}` when unset), and paramUpdate calls from now on."""
+        """The value (`{}` if unset); subscribe to paramUpdate calls."""
         answer = _named(caller_id) or self.registry.subscribe_param(
             caller_id, subscription_key(key), caller_api
         )
@@ -198,13 +198,13 @@ class MasterApi:
 
     @_method(0, v.api_uri("caller_api"), v.resolved_key)
     def unsubscribeParam(self, caller_id: str, caller_api: str, key: str) -> Answer:
-        """No more paramUpdate calls; answers 1 also when there was no subscription, as rosmaster does."""
+        """End the paramUpdate calls; replies 1 also without a subscription, as rosmaster does."""
         self.registry.unsubscribe_param(caller_id, subscription_key(key), caller_api)
         return Answer(SUCCESS, f"Unsubscribe to parameter [{key}]", 1)
 
     @_method(False, v.resolved_key)
     def hasParam(self, caller_id: str, key: str) -> Answer:
-        """Whether a value or namespace is there."""
+        """Whether a value or namespace exists."""
         return Answer(SUCCESS, key, self.parameters.has(key))
 
     @_method([])
@@ -216,14 +216,14 @@ class MasterApi:
 
     @_method(0, v.resource("service"), v.api_uri("service_api"), v.api_uri("caller_api"))
     def registerService(self, caller_id: str, service: str, service_api: str, caller_api: str) -> Answer:
-        """Become the provider of a service."""
+        """Register as the provider of a service."""
         return _named(caller_id) or self.registry.register_service(
             caller_id, service, service_api, caller_api
         )
 
     @_method(0, v.resource("service"), v.api_uri("service_api"))
     def unregisterService(self, caller_id: str, service: str, service_api: str) -> Answer:
-        """Stop being the provider."""
+        """Unregister as the provider."""
         return self.registry.unregister_service(caller_id, service, service_api)
 
     @_method("", v.resource("service"))
@@ -235,26 +235,26 @@ class MasterApi:
 
     @_method([], v.resource("topic"), v.type_name, v.api_uri("caller_api"))
     def registerSubscriber(self, caller_id: str, topic: str, topic_type: str, caller_api: str) -> Answer:
-        """Publishers of a topic, and publisherUpdate calls from now on."""
+        """The publishers of a topic; subscribe to publisherUpdate calls."""
         return _named(caller_id, []) or self.registry.register_subscriber(
             caller_id, topic, topic_type, caller_api
         )
 
     @_method(0, v.resource("topic"), v.api_uri("caller_api"))
     def unregisterSubscriber(self, caller_id: str, topic: str, caller_api: str) -> Answer:
-        """No more publisherUpdate calls."""
+        """End the publisherUpdate calls."""
         return self.registry.unregister_subscriber(caller_id, topic, caller_api)
 
     @_method([], v.resource("topic"), v.type_name, v.api_uri("caller_api"))
     def registerPublisher(self, caller_id: str, topic: str, topic_type: str, caller_api: str) -> Answer:
-        """Become a publisher; subscribers are told."""
+        """Register as a publisher; subscribers are notified."""
         return _named(caller_id, []) or self.registry.register_publisher(
             caller_id, topic, topic_type, caller_api
         )
 
     @_method(0, v.resource("topic"), v.api_uri("caller_api"))
     def unregisterPublisher(self, caller_id: str, topic: str, caller_api: str) -> Answer:
-        """Stop being a publisher; subscribers are told."""
+        """Unregister as a publisher; subscribers are notified."""
         return self.registry.unregister_publisher(caller_id, topic, caller_api)
 
     # -- the graph ---------------------------------------------------------------------------------------
@@ -266,7 +266,7 @@ class MasterApi:
 
     @_method(0, v.subgraph)
     def getPublishedTopics(self, caller_id: str, subgraph: str) -> Answer:
-        """[topic, type] of what is published below a namespace."""
+        """[topic, type] of the topics published below a namespace."""
         return self.registry.published_topics(subgraph)
 
     @_method([])
@@ -281,7 +281,7 @@ class MasterApi:
 
 
 def _arity_problem(params: Sequence[object], expected: int) -> str:
-    """rosmaster's words for missing, superfluous or anonymous arguments; "" when all is well."""
+    """rosmaster's text for missing, superfluous or anonymous arguments; "" if there is no problem."""
     if not params:
         return "missing required caller_id parameter"
     if len(params) != expected:
@@ -292,7 +292,7 @@ def _arity_problem(params: Sequence[object], expected: int) -> str:
 
 
 def _named(caller_id: str, default: object = 0) -> Answer | None:
-    """Refuse to register a node that nobody could look up (rosmaster takes any string)."""
+    """Refuse to register a node under a name that cannot be looked up (rosmaster accepts any string)."""
     if caller_id.strip("/ ") and ":" not in caller_id and " " not in caller_id:
         return None
     return Answer(ERROR, f"ERROR: caller_id [{caller_id}] is not a node name", default)

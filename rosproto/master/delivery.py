@@ -1,4 +1,4 @@
-"""One node's end of the notifier: the calls of the slave API that a master makes."""
+"""Send notifications to one node: the slave API calls that a master makes."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _log = get_logger("rosproto.master")
 class NodeSender:
     """Calls one node (a `Sender` of the notifier).
 
-    What the node answers does not matter: roscpp and rospy disagree on the status of an update they do not
-    expect. In particular -1 from paramUpdate does not end the subscription, as rosmaster intends (and, by an
-    error in its reverse_lookup, never does): rospy answers -1 for every key below a subscribed namespace, and
-    for an update that overtakes the answer of its own subscribeParam.
+    The node's reply is ignored: roscpp and rospy disagree on the status of an unexpected update. In
+    particular, -1 from paramUpdate does not end the subscription. rosmaster intends that (and, by an error in
+    its reverse_lookup, never does it), but rospy replies -1 for every key below a subscribed namespace, and
+    for an update that overtakes the reply of its own subscribeParam.
 
     Args:
         uri: The node's XML-RPC URI.
         names_at: Names registered with a URI at this moment.
-        timeout: Seconds for one call; for finding out who somebody is, all calls together.
-        limits: Bounds for the node's answers.
+        timeout: Seconds for one call; for identifying a node, all calls together.
+        limits: Limits of the node's replies.
         said: The master's log of what nodes do.
     """
 
@@ -52,7 +52,7 @@ class NodeSender:
             self._client = None
 
     def send(self, note: Notification) -> DeliveryOutcome:
-        """Make one call; says what became of it."""
+        """Make one call; return its outcome."""
         if self._client is None:
             return DeliveryOutcome.GONE
         if not isinstance(note, Shutdown) and not self._names_at(self.uri):
@@ -83,7 +83,7 @@ class NodeSender:
             self._shut_down(client, note)
 
     def _shut_down(self, client: XmlRpcClient, note: Shutdown) -> None:
-        """Tell the old holder of a name to end, if it is really that one (see `identity.py`)."""
+        """Ask the previous holder of a name to end, if it is really that node (see `identity.py`)."""
         others = [name for name in self._names_at(note.uri) if name != note.name]
         if others:
             text = "= %s moved; its old address %s is %s now, left alone"
@@ -106,7 +106,9 @@ class NodeSender:
 
 
 def _is_refused(error: ConnectionLost) -> bool:
-    """Nobody listens: the one final answer. No route, unknown names and broken connections may heal."""
+    """Whether the connection was refused, which is final. No route, unknown names and broken connections may
+    recover.
+    """
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, ConnectionRefusedError):

@@ -1,18 +1,18 @@
-"""Who is it that listens at a node's old address? Asked before that process is told to end.
+"""Identify the process at a node's previous URI before it is asked to end.
 
-When a name is registered from a new URI, the old holder is to be shut down (wiki.ros.org/ROS/Master_API). But
-ports are used again: the process that listens there now may be an innocent node which got a dead node's port
-(ros_comm#2241, #2018). rosmaster shuts it down all the same. Here the process is asked who it is:
+When a name is registered from a new URI, the previous holder is shut down (wiki.ros.org/ROS/Master_API). But
+ports are reused: the process there now may be an unrelated node with a dead node's port (ros_comm#2241,
+#2018). rosmaster shuts it down all the same. Here the process is identified first:
 
-1. Another name is registered with that URI: somebody else's home now. (The master knows; no call.)
+1. Another name is registered with that URI, so it is another node. (The master knows; no call.)
 2. `getName` answers (rospy, this library): the name decides.
-3. roscpp has no such call. But every roscpp and rospy node publishes /rosout, and a publisher gives its name
-   as `callerid` when somebody connects to a topic: connect to one of its publications as a raw subscriber,
-   read the reply's header, hang up. That is the node's own word and decides as well.
-4. Nothing it publishes can be reached: it must still publish and subscribe everything the old node was
-   registered for, and at least one thing besides /rosout and /clock, which everybody has in common.
-5. Otherwise nobody knows, and nothing is sent. Two nodes of one name are a nuisance that the user sees; the
-   end of a robot's innocent node is a riddle.
+3. roscpp has no such call. But every roscpp and rospy node publishes /rosout, and a publisher sends its name
+   as `callerid` on a connection: connect to one of its publications as a raw subscriber, read the reply's
+   header, disconnect. The name decides.
+4. None of its publications can be reached: it must still publish and subscribe everything that the old node
+   was registered for, and at least one topic besides /rosout and /clock, which all nodes share.
+5. Otherwise the process is unknown, and nothing is sent. Users notice two nodes of one name; they could not
+   explain the end of an unrelated node.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MAX_ASKED = 3  # publications asked for the callerid
 
 
 class Verdict(Enum):
-    """Whether the process at an old URI is the node that was registered there."""
+    """Whether the process at a previous URI is the node that was registered there."""
 
     SAME = "same"
     OTHER = "other"
@@ -42,10 +42,10 @@ class Verdict(Enum):
 
 
 def identify(client: XmlRpcClient, note: Shutdown, limits: Limits, deadline: Deadline) -> Verdict:
-    """Ask the process at `client.uri` whether it is the node of `note`.
+    """Find out whether the process at `client.uri` is the node of `note`.
 
     Raises:
-        ConnectionLost: Nobody listens there.
+        ConnectionLost: Nothing listens there.
         RosTimeout: It does not answer before the deadline.
     """
     told = _name_by_call(client, deadline)
@@ -61,12 +61,12 @@ def identify(client: XmlRpcClient, note: Shutdown, limits: Limits, deadline: Dea
 
 
 def same_name(expected: str, told: str) -> Verdict:
-    """Compare the old node's name with the one the process told."""
+    """Compare the old node's name with the name that the process reported."""
     return Verdict.SAME if told.strip("/") == expected.strip("/") else Verdict.OTHER
 
 
 def still_the_same(registered: Collection[str], told: Collection[str]) -> Verdict:
-    """Compare the topics a node was registered for with those the process says it has."""
+    """Compare the topics that a node was registered for with those that the process reports."""
     known, now = set(registered), set(told)
     if not known <= now:
         return Verdict.OTHER
@@ -92,14 +92,14 @@ def _topics(client: XmlRpcClient, method: str, deadline: Deadline) -> frozenset[
 
 
 def _worth_asking(publications: frozenset[str], registered: frozenset[str]) -> list[str]:
-    """/rosout first: connecting to it has no side effect on a robot; then what the old node published."""
+    """/rosout first, since connecting to it has no side effect on a robot; then the other publications."""
     order = sorted(publications, key=lambda topic: (topic != "/rosout", topic not in registered, topic))
     return order[:MAX_ASKED]
 
 
 def _name_by_topic(client: XmlRpcClient, topic: str, limits: Limits, deadline: Deadline) -> str | None:
-    """`callerid` of the publisher's connection header; None when it does not come to one."""
-    # One silent publication must not use up the time for the others.
+    """`callerid` of the publisher's connection header; None if none is received."""
+    # One silent publication must not use up the time of the others.
     step = Deadline((deadline.remaining() or 0.0) / 2)
     try:
         where = unpack(

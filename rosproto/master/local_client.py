@@ -1,8 +1,8 @@
-"""A client of a master in the same process: the same answers, without XML, sockets and threads.
+"""Call a master in the same process directly, without XML, sockets and threads.
 
-Twenty nodes that joined their own master over HTTP were a third of what the start of a simulated chassis cost
-the processor. Only those who are given the master's object get here; everybody else, on this computer or not,
-takes the port.
+Over HTTP, twenty nodes that registered with their own master took a third of the processor time of a
+simulated chassis's start. Only code that has the master object uses this; all other clients, also on this
+computer, use the port.
 """
 
 from __future__ import annotations
@@ -26,17 +26,18 @@ _DIRECT = frozenset(
         "getSystemState",
     }
 )
-"""What takes texts only and never waits; all else, a parameter's value for one, passes the wire's checks."""
+"""Methods with text arguments that never wait; others (a parameter's value) need the checks of the wire."""
 
 
 class LocalClient(XmlRpcClient):
-    """An `XmlRpcClient` of a master in this process; rare calls take the port, and all do once it has closed.
+    """An `XmlRpcClient` for a master in this process. Rare calls use the port, and all calls do after the
+    master has closed.
 
-    A master that was closed, or this client in a fork, fails as it does over the network.
+    A closed master, or this client in a fork, fails as it would over the network.
 
     Args:
-        master: To be called.
-        limits, timeout, hosts: As `XmlRpcClient` has them.
+        master: The master.
+        limits, timeout, hosts: As for `XmlRpcClient`.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ def _direct_calls(params: tuple[object, ...]) -> list[tuple[str, list[object]]] 
 
 
 def _copied(value: object) -> object:
-    """What the caller may keep: the master's own lists and namespaces change later."""
+    """A copy that the caller may keep: the master's own lists and namespaces change later."""
     if isinstance(value, (list, tuple)):
         return [_copied(item) for item in value]
     if isinstance(value, dict):

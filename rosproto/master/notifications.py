@@ -1,7 +1,7 @@
-"""What the master tells nodes on its own accord, as plain values.
+"""The calls that a master makes to nodes, as plain values.
 
-The registry and the parameter tree decide; the notifier carries out. Two notifications to one node with
-the same `topic` of conversation (`key`) replace each other: only the newest still means anything.
+The registry and the parameter tree create them; the notifier sends them. A notification replaces an earlier
+one to the same node with the same `key`: only the newest is still valid.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class PublisherUpdate(NamedTuple):
 
     @property
     def key(self) -> tuple[str, str]:
-        """What a later notification to the same node has to share to replace this one."""
+        """Identifies the notifications to one node that replace each other."""
         return ("publisherUpdate", self.topic)
 
 
@@ -43,15 +43,15 @@ class ParamUpdate(NamedTuple):
 
     @property
     def key(self) -> tuple[str, str]:
-        """What a later notification to the same node has to share to replace this one."""
+        """Identifies the notifications to one node that replace each other."""
         return ("paramUpdate", self.parameter)
 
 
 class Shutdown(NamedTuple):
     """A request to end, for a node whose name was taken over by another one.
 
-    The remaining fields say what was known of that node; the notifier uses them to find out whether the
-    process that listens at `uri` now is still that node (`identity.py`).
+    The other fields describe that node; the notifier uses them to find out whether the process that listens
+    at `uri` now is still that node (`identity.py`).
 
     Attributes:
         uri: XML-RPC URI under which the name was registered before.
@@ -69,7 +69,7 @@ class Shutdown(NamedTuple):
 
     @property
     def key(self) -> tuple[str, str]:
-        """What a later notification to the same node has to share to replace this one."""
+        """Identifies the notifications to one node that replace each other."""
         return ("shutdown", self.name)
 
 

@@ -1,16 +1,15 @@
-"""Carries the master's notifications to the nodes: a queue per node, and nobody waits for anybody else.
+"""Send the master's notifications in the background: a queue per node, so that no node waits for another.
 
-Calls to one node are made one after the other, in order; calls to different nodes run side by side, each
-node on a worker thread of its own while it has something to get. Of several notifications with the same
-`key` only the newest is sent: what matters is the list of publishers now, not the way there. A replaced
-notification goes to the end of the queue, so `/a` and `/a/b` written in turn arrive in an order that ends at
-the right tree.
+Calls to one node are made one after the other; calls to different nodes run in parallel, in a worker thread
+for each node with something to send. Of several notifications with the same `key` only the newest is sent:
+the current list of publishers matters, not its history. A replaced notification moves to the end of the
+queue, so `/a` and `/a/b`, written alternately, arrive in an order that ends with the right tree.
 
-Two lanes keep the bounds honest. A node is served in the *prompt* lane until a call to it times out or its
-host cannot be reached; then it moves to the *patient* lane, which has few threads, and is tried again with
-growing pauses. So any number of dead nodes costs a few threads and delays only dead nodes. A refused
-connection is final for what was queued before it: nobody listens there any more, and a node that comes back
-registers again, which gives it the whole list. Threads end when they have been idle for a moment.
+Two groups of workers keep the number of threads bounded. A node belongs to the *prompt* group until a call to
+it times out or its host cannot be reached. It then moves to the *patient* group, which has few threads, and
+is tried again with growing pauses. So any number of dead nodes costs a few threads and delays only dead
+nodes. A refused connection is final for the notifications queued before it: nothing listens there any more,
+and a node that restarts registers again, which gives it the whole list. Idle threads end after a moment.
 """
 
 from __future__ import annotations
@@ -30,35 +29,35 @@ from .notifications import Notification
 
 _log = get_logger("rosproto.master")
 
-# Seconds before each further attempt, a quarter of an hour together: a laptop that was asleep gets the newest
-# lists within a minute of waking. Then the node's queue is given up.
+# Seconds before each further attempt, a quarter of an hour in total: a laptop that was asleep gets the newest
+# lists within a minute of waking. After that the node's queue is dropped.
 PAUSES = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0, *(60.0,) * 14)
 IDLE_SECONDS = 1.0
 SUSPECTS = 1024  # nodes remembered as slow, so that the next call to them goes to the patient lane at once
 
 
 class DeliveryOutcome(Enum):
-    """What became of one call."""
+    """The outcome of one call."""
 
-    DONE = "done"  # answered, whatever the answer: the node knows
+    DONE = "done"  # replied, whatever the reply: the node has received it
     GONE = "gone"  # nobody listens there
     SILENT = "silent"  # no answer in time, host unreachable: may be back later
 
 
 class Sender(Protocol):
-    """Makes calls to one node; one is opened per worker and node, so its connection can be kept."""
+    """Makes calls to one node. Each worker opens one per node, so that its connection can be kept."""
 
     def send(self, note: Notification) -> DeliveryOutcome:
-        """Make one call; returns within the sender's own timeout and does not raise."""
+        """Make one call; return within the sender's own time-out, never raise."""
         ...
 
     def close(self) -> None:
-        """Release the connection; makes a running `send` return early where the system allows it."""
+        """Release the connection; a running `send` returns early where the system allows it."""
         ...
 
 
 class _Queue:
-    """What one node has to get: key -> (number of the post, notification), the oldest first."""
+    """One node's notifications: key -> (number of the post, notification), the oldest first."""
 
     __slots__ = ("attempts", "pending", "uri")
 
@@ -69,7 +68,7 @@ class _Queue:
 
 
 class _WorkerGroup:
-    """Work that is due, and the threads that do it. All state belongs to the notifier's lock."""
+    """Due work and the threads for it. All state is guarded by the notifier's lock."""
 
     def __init__(self, name: str, workers: int, lock: threading.Lock) -> None:
         self.name = name
@@ -86,8 +85,8 @@ class Notifier:
     Args:
         connect: Opens a `Sender` for a URI.
         prompt_workers: Nodes served at the same time.
-        patient_workers: Silent nodes tried at the same time.
-        pending_per_node: Different notifications kept for one node; beyond that the oldest is dropped.
+        patient_workers: Unresponsive nodes tried at the same time.
+        pending_per_node: Most notifications kept for one node; beyond that the oldest is dropped.
         monotonic: Clock for the pauses.
     """
 
@@ -116,7 +115,7 @@ class Notifier:
         self._counts = dict.fromkeys(("sent", "replaced", "dropped", "failed"), 0)
 
     def post(self, note: Notification) -> None:
-        """Queue a notification; never blocks. Nothing happens after `close`."""
+        """Queue a notification; never blocks. Ignored after `close`."""
         with self._lock:
             if self._closed:
                 return
@@ -133,18 +132,18 @@ class Notifier:
             queue.pending[note.key] = (next(self._order), note)
 
     def wait_until_quiet(self, timeout: float | None = 5.0) -> bool:
-        """Wait until everything was delivered or given up; False when that took longer."""
+        """Wait until everything was delivered or given up; False after `timeout`."""
         with self._lock:
             return self._quiet.wait_for(lambda: not self._queues, as_float(timeout))
 
     def stats(self) -> dict[str, int]:
-        """Counters sent, replaced, dropped, failed (calls given up); and nodes, threads at this moment."""
+        """Counters sent, replaced, dropped, failed (calls given up), and the current nodes and threads."""
         with self._lock:
             threads = len(self._prompt.threads) + len(self._patient.threads)
             return {**self._counts, "nodes": len(self._queues), "threads": threads}
 
     def close(self, timeout: float = 2.0) -> None:
-        """Drop what is queued and end the threads, within `timeout` seconds; idempotent."""
+        """Drop queued notifications and end the threads, within `timeout` seconds; idempotent."""
         with self._lock:
             self._closed = True
             self._queues.clear()
@@ -170,7 +169,7 @@ class Notifier:
         lane.changed.notify()
 
     def _grow(self, lane: _WorkerGroup) -> None:
-        """Start a worker when more nodes wait than workers."""
+        """Start a worker if more nodes are due than workers are idle."""
         if lane.idle >= len(lane.ready) or len(lane.threads) >= lane.most:
             return
         name = f"rosproto:master-notify-{lane.name}"
@@ -188,13 +187,13 @@ class Notifier:
             with self._lock:
                 queue = self._take(lane)
                 if queue is None:
-                    # In the same locked section as the decision, or `_grow` could count on this thread.
+                    # With the lock still held since the decision, or `_grow` could count on this thread.
                     lane.threads.discard(threading.current_thread())
                     return
             self._serve(queue)
 
     def _take(self, lane: _WorkerGroup) -> _Queue | None:
-        """The next due node; None when this worker shall end."""
+        """The next due node; None if this worker should end."""
         give_up = self._monotonic() + IDLE_SECONDS
         lane.idle += 1
         try:
@@ -206,7 +205,7 @@ class Notifier:
                     self._grow(lane)  # this worker may be busy for long; what is due next needs another
                     lane.idle += 1
                     return queue
-                # Somebody has to stay for work that is due later; any other idle worker may go.
+                # One worker must stay for work that is due later; other idle workers may end.
                 needed = bool(lane.ready) and lane.idle == 1
                 if now >= give_up and not needed:
                     return None
@@ -217,7 +216,7 @@ class Notifier:
             lane.idle -= 1
 
     def _serve(self, queue: _Queue) -> None:
-        """Send what a node has pending, one call after the other."""
+        """Send the pending notifications of a node, one after the other."""
         sender = self._connect(queue.uri)
         with self._lock:
             self._senders.add(sender)
@@ -246,7 +245,7 @@ class Notifier:
             return DeliveryOutcome.GONE
 
     def _settle(self, queue: _Queue, note: Notification, begun: int, outcome: DeliveryOutcome) -> bool:
-        """Book one call; True when this worker is done with the node for now."""
+        """Record the outcome of one call; True if this worker has finished with the node for now."""
         assert self._lock.locked()
         if outcome is DeliveryOutcome.DONE:
             self._counts["sent"] += 1
@@ -256,7 +255,7 @@ class Notifier:
         if self._closed:
             return True
         if outcome is DeliveryOutcome.SILENT and queue.attempts < len(PAUSES):
-            # Unless something newer replaced it meanwhile, the same call is made again, first of all.
+            # Repeat the same call first, unless a newer notification has replaced it meanwhile.
             if note.key not in queue.pending:
                 queue.pending = {note.key: (begun, note), **queue.pending}
             self._suspect(queue.uri)
@@ -264,7 +263,7 @@ class Notifier:
             queue.attempts += 1
             self._schedule(self._patient, queue, pause)
             return True
-        # What was posted during the call is for somebody who came meanwhile, perhaps to the same address.
+        # Notifications posted during the call are for a new node, perhaps at the same address.
         later = {key: item for key, item in queue.pending.items() if item[0] > begun}
         self._counts["failed"] += 1 + len(queue.pending) - len(later)
         say = self._said.info if outcome is DeliveryOutcome.GONE else self._said.warning

@@ -1,15 +1,15 @@
 """The parameter server's tree, without sockets or threads (wiki.ros.org/Parameter%20Server).
 
-A key names a place in a tree of dicts: `/a/b` is entry "b" of the dict at `/a`. Reading a namespace gives
-the dict below it; writing a dict replaces everything below. Dict keys that contain "/" are kept as they are,
-as rosmaster does: they come back in the dict and cannot be reached by name.
+A key is a path in a tree of dicts: `/a/b` is entry "b" of the dict at `/a`. Reading a namespace gives the
+dict below it; writing a dict replaces everything below. Dict keys that contain "/" are kept, as in rosmaster:
+they are returned in the dict and cannot be reached by name.
 
-The tree is copied on write along the written path, so a value that was handed out never changes: it can be
+The tree is copied on write along the written path, so a value that was returned never changes: it can be
 encoded outside any lock, without a deep copy.
 
-Who is told of a change follows rosmaster's `compute_param_updates` (paramserver.py), keys with a trailing
-slash and `{}` for "deleted" included. One addition: subscribers below a namespace that is replaced by a
-plain value are told of the deletion.
+Notifications follow rosmaster's `compute_param_updates` (paramserver.py), keys with a trailing slash and `{}`
+for "deleted" included. One addition: subscribers below a namespace that is replaced by a plain value are
+notified of the deletion.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ _ENTRY_BYTES = 64  # rough cost of one value or dict entry in this process
 
 
 def subscription_key(key: str) -> str:
-    """The form under which subscriptions of `key` are kept and announced: with a trailing slash."""
+    """The form of `key` in subscriptions and updates: with a trailing slash."""
     return "/" + "".join(f"{part}/" for part in key.split("/") if part)
 
 
 class ParameterTree:
-    """Values and who hears of them. Not thread-safe: the caller holds a lock around every method.
+    """Values and their subscribers. Not thread-safe: the caller holds a lock around every method.
 
     Args:
         subscribers: Live view: subscription key -> {(node name, node URI): None}.
-        max_bytes: Rough size of all values together.
-        max_depth: Nesting of the tree; deeper values could not be answered within `Limits.xml_depth`.
+        max_bytes: Approximate size of all values together.
+        max_depth: Nesting of the tree; deeper values could not be sent within `Limits.xml_depth`.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class ParameterTree:
         return value
 
     def has(self, key: str) -> bool:
-        """Whether `get` would answer."""
+        """Whether `get` would succeed."""
         try:
             self.get(key)
         except KeyError:
@@ -73,12 +73,12 @@ class ParameterTree:
 
         Args:
             key: Resolved key; "/" replaces the whole tree and needs a dict.
-            value: Anything XML-RPC can carry back; owned by the tree from now on.
-            caller_id: Who sets it: that node is not told about this key and those above.
+            value: Any value that XML-RPC can return; owned by the tree from now on.
+            caller_id: The node that sets it; it is not notified about this key and those above.
 
         Raises:
             TypeError: The root is set to something else than a dict.
-            ValueError: The value cannot be answered later (nil, int beyond 32 bits), is nested too deep, or
+            ValueError: The value cannot be returned later (nil, int beyond 32 bits), is nested too deep, or
                 the tree is full.
         """
         parts = _parts(key)
@@ -99,7 +99,7 @@ class ParameterTree:
         return self._updates(key, value, caller_id, below=isinstance(former, dict))
 
     def delete(self, key: str) -> list[ParamUpdate]:
-        """Remove a value or subtree; everybody who subscribed is told, the caller too.
+        """Remove a value or subtree; all subscribers are notified, the caller included.
 
         Raises:
             KeyError: Nothing is set there, or it is the root.
@@ -145,7 +145,7 @@ class ParameterTree:
             return None
 
     def _updates(self, key: str, value: object, ignore: str | None, *, below: bool) -> list[ParamUpdate]:
-        """Updates that follow from `key` becoming `value` (`{}`: deleted); `below`: also of keys below it."""
+        """Updates for `key` changing to `value` (`{}`: deleted); `below`: also for the keys below it."""
         if not self._subscribers:
             return []
         changed = subscription_key(key)
@@ -179,7 +179,7 @@ def _upwards(subscribed: str) -> Iterator[str]:
 
 
 def _below(value: object, path: str) -> object:
-    """What is at a relative path inside a new value; `{}`, which means deleted, when there is nothing."""
+    """The part of a new value at a relative path; `{}`, which means deleted, if there is none."""
     for part in _parts(path):
         if not isinstance(value, dict) or part not in value:
             return {}
@@ -198,9 +198,9 @@ def _leaves(prefix: str, tree: dict[str, object]) -> Iterator[str]:
 def _replaced(
     tree: dict[str, object], parts: list[str], value: object, weight: int
 ) -> tuple[dict[str, object], int]:
-    """A copy of `tree` with one place changed or removed, and by how many bytes it grew.
+    """A copy of `tree` with one entry changed or removed, and the growth in bytes.
 
-    A plain value on the way becomes a namespace, as in rosmaster. Recursion is bounded by the tree's depth.
+    A plain value on the path becomes a namespace, as in rosmaster. Recursion is bounded by the tree's depth.
     """
     head, rest = parts[0], parts[1:]
     copy = dict(tree)
@@ -221,10 +221,10 @@ def _replaced(
 
 
 def _weigh(value: object, depth: int = 1 << 30) -> int:
-    """Rough size in bytes of a value, which is checked on the way.
+    """Approximate size of a value in bytes; also checks it.
 
     Raises:
-        ValueError: It is nested deeper than `depth`, or could not be sent back over XML-RPC.
+        ValueError: It is nested deeper than `depth`, or could not be returned over XML-RPC.
     """
     total = 0
     todo = [(value, depth)]
@@ -246,7 +246,7 @@ def _weigh(value: object, depth: int = 1 << 30) -> int:
 def _weigh_plain(item: object) -> int:
     if item is None:
         raise ValueError("holds nil, which XML-RPC cannot carry back")
-    # rosmaster stores such a number, and every getParam of it is a Fault from then on.
+    # rosmaster stores such a number, and then every getParam of it is a Fault.
     if isinstance(item, int) and not _INT_MIN <= item <= _INT_MAX:
         raise ValueError(f"holds {item}, but XML-RPC integers have 32 bits; use a string or a double")
     return len(item) if isinstance(item, (str, bytes, bytearray)) else 0

@@ -1,19 +1,19 @@
-"""Who publishes, subscribes and serves what: the graph of a master, without sockets, threads or clocks.
+"""The graph of a master: publishers, subscribers, services. Without sockets, threads or clocks.
 
 Every method returns an `Answer`: the status triple of the Master API (wiki.ros.org/ROS/Master_API) and the
-notifications that follow from it. Reply texts and status codes are rosmaster's (rosmaster/registrations.py
-and master_api.py of ros_comm), because tools print and people search for them. Names and URIs are validated
-by the caller (`validation.py`).
+resulting notifications. Texts and status codes are rosmaster's (rosmaster/registrations.py and master_api.py
+of ros_comm), because tools print them and people search for them. The caller validates names and URIs
+(`validation.py`).
 
-Where this differs from rosmaster, on purpose:
+Intended differences from rosmaster:
 
-- A node that comes back under a new URI loses all registrations of its former life, and the subscribers of
-  what it published are told. rosmaster tells nobody, and their links to the dead publisher linger.
-- A node that was sent away cannot take its name back by a parameter subscription. roscpp, told to end, logs
-  that; its first log line asks for a cached parameter, which subscribes under the old URI; and rosmaster then
-  ends the new node too.
-- A node whose only service was taken over by another node is forgotten. rosmaster keeps it for ever.
-- The number of registrations and of remembered types of vanished topics is bounded.
+- A node that registers under a new URI loses all earlier registrations, and the subscribers of its topics are
+  notified. rosmaster notifies nobody, and their links to the dead publisher remain.
+- A node that was shut down because of its name cannot take the name back by a parameter subscription. roscpp,
+  asked to end, writes a log line, which reads a cached parameter, which subscribes under the old URI;
+  rosmaster then ends the new node as well.
+- A node whose only service was taken over by another node is removed. rosmaster keeps it for ever.
+- The number of registrations and of remembered types of vanished topics is limited.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from .notifications import Notification, PublisherUpdate, Shutdown
 ANY_TYPE = "*"
 FAILURE, SUCCESS, ERROR = 0, 1, -1
 
-# getTopicTypes goes on telling the types of topics that nobody uses any more, as rosmaster's does
+# getTopicTypes keeps returning the types of topics without nodes, as rosmaster does
 # (`rostopic type` of a topic that was just closed); only so many of them.
 MAX_RETIRED_TYPES = 10_000
-MAX_EVICTED = 1_000  # nodes remembered as sent away
+MAX_EVICTED = 1_000  # nodes remembered as shut down
 
 
 class Answer(NamedTuple):
-    """A status triple and what to send because of it.
+    """A status triple and the resulting notifications.
 
     Attributes:
         code: 1 success, 0 failure, -1 caller's error.
         text: For people.
-        value: Depends on the method; a documented default when `code` is not 1.
+        value: Depends on the method; a documented default if `code` is not 1.
         notifications: To be sent, in this order.
     """
 
@@ -49,12 +49,12 @@ class Answer(NamedTuple):
 
     @property
     def triple(self) -> list[object]:
-        """The reply as it goes over the wire."""
+        """The reply as it is sent."""
         return [self.code, self.text, self.value]
 
 
 class _Node:
-    """One registered name: where it answers and what it is registered for."""
+    """One registered name: its URI and its registrations."""
 
     __slots__ = ("held", "name", "uri")
 
@@ -69,10 +69,10 @@ class _Node:
 
 
 class Registrations:
-    """Registrations of one kind: key (topic, service or parameter) -> who, in order of arrival.
+    """Registrations of one kind: key (topic, service or parameter) -> nodes, in order of registration.
 
     Attributes:
-        providers: key -> {(node name, node URI): None}; keys without anybody are absent.
+        providers: key -> {(node name, node URI): None}; keys without nodes are absent.
     """
 
     __slots__ = ("providers",)
@@ -84,7 +84,7 @@ class Registrations:
         self.providers.setdefault(key, {})[name, uri] = None
 
     def remove(self, key: str, name: str, uri: str) -> bool:
-        """Remove one registration; True when there was one."""
+        """Remove one registration; True if there was one."""
         entries = self.providers.get(key)
         if entries is None or (name, uri) not in entries:
             return False
@@ -105,7 +105,7 @@ class Registry:
     """The graph. Not thread-safe: the caller holds a lock around every method.
 
     Args:
-        capacity: Registrations of all kinds together; more are refused with status 0.
+        capacity: Most registrations of all kinds together; more are refused with status 0.
     """
 
     def __init__(self, *, capacity: int = 200_000) -> None:
@@ -125,11 +125,11 @@ class Registry:
     # -- topics ------------------------------------------------------------------------------------------
 
     def register_publisher(self, name: str, topic: str, type_name: str, uri: str) -> Answer:
-        """Add a publisher; the value is the list of subscriber URIs, each of which is told."""
+        """Add a publisher; the value is the list of subscriber URIs, each of which is notified."""
         if self._full(name, self.publishers, topic, uri):
             return self._refusal([])
         notes = self._register(self.publishers, topic, name, uri)
-        # '*' must not squash a known type, but a publisher's concrete type replaces an older one.
+        # '*' must not overwrite a known type, but a publisher's concrete type replaces an older one.
         if type_name != ANY_TYPE or topic not in self._types:
             self._types[topic] = type_name
         notes += self._publisher_updates([topic])
@@ -137,7 +137,7 @@ class Registry:
         return Answer(SUCCESS, text, list(self.subscribers.uris(topic)), tuple(notes))
 
     def unregister_publisher(self, name: str, topic: str, uri: str) -> Answer:
-        """Remove a publisher; the value is 1 when it was one, and its subscribers are told."""
+        """Remove a publisher; the value is 1 if it was one, and its subscribers are notified."""
         answer = self._unregister(self.publishers, topic, name, uri)
         if not answer.value:
             return answer
@@ -154,7 +154,7 @@ class Registry:
         return Answer(SUCCESS, f"Subscribed to [{topic}]", list(self.publishers.uris(topic)), tuple(notes))
 
     def unregister_subscriber(self, name: str, topic: str, uri: str) -> Answer:
-        """Remove a subscriber; the value is 1 when it was one."""
+        """Remove a subscriber; the value is 1 if it was one."""
         answer = self._unregister(self.subscribers, topic, name, uri)
         self._retire([topic])
         return answer
@@ -162,7 +162,7 @@ class Registry:
     # -- services ----------------------------------------------------------------------------------------
 
     def register_service(self, name: str, service: str, service_uri: str, uri: str) -> Answer:
-        """Make this node the one provider of a service; a former provider is replaced."""
+        """Make this node the only provider of a service; a previous provider is replaced."""
         if self._full(name, self.services, service, uri):
             return self._refusal(0)
         notes = self._register(self.services, service, name, uri)
@@ -172,7 +172,7 @@ class Registry:
         return Answer(SUCCESS, f"Registered [{name}] as provider of [{service}]", 1, tuple(notes))
 
     def unregister_service(self, name: str, service: str, service_uri: str) -> Answer:
-        """Remove a service; ignored (value 0) unless `service_uri` is the current one of this node."""
+        """Remove a service; ignored (value 0) unless `service_uri` is this node's current one."""
         node = self._nodes.get(name)
         if node is None:
             return Answer(SUCCESS, f"[{name}] is not a registered node", 0)
@@ -184,7 +184,7 @@ class Registry:
         return Answer(SUCCESS, f"Unregistered [{name}] as provider of [{service}]", 1)
 
     def lookup_service(self, service: str) -> Answer:
-        """Where a service is provided: its rosrpc URI, "" (status -1) when nobody does."""
+        """The rosrpc URI of a service; "" (status -1) if it has no provider."""
         found = self._service_uris.get(service)
         if found is None:
             return Answer(ERROR, "no provider", "")
@@ -202,7 +202,7 @@ class Registry:
         return Answer(SUCCESS, "", 0, tuple(notes))
 
     def unsubscribe_param(self, name: str, key: str, uri: str) -> Answer:
-        """Remove a subscription; the value is 1 when there was one."""
+        """Remove a subscription; the value is 1 if there was one."""
         return self._unregister(self.param_subscribers, key, name, uri)
 
     # -- questions ---------------------------------------------------------------------------------------
@@ -222,7 +222,7 @@ class Registry:
         return Answer(SUCCESS, "current topics", rows)
 
     def topic_types(self) -> Answer:
-        """[topic, type] of every topic whose type was ever told, also when nobody publishes it."""
+        """[topic, type] of every topic whose type was ever registered, also without publishers now."""
         return Answer(SUCCESS, "current system state", [list(row) for row in self._types.items()])
 
     def system_state(self) -> Answer:
@@ -235,7 +235,7 @@ class Registry:
         return list(self._at.get(_endpoint(uri), ()))
 
     def __len__(self) -> int:
-        """Registrations of all kinds."""
+        """Number of registrations of all kinds."""
         return self._count
 
     # -- inside ------------------------------------------------------------------------------------------
@@ -247,7 +247,7 @@ class Registry:
         return Answer(FAILURE, f"the master holds {self._count} registrations and takes no more", value)
 
     def _register(self, kind: Registrations, key: str, name: str, uri: str) -> list[Notification]:
-        """Enter one registration; returns what follows when the name was somewhere else before."""
+        """Add one registration; return the notifications if the name was registered elsewhere before."""
         node = self._nodes.get(name)
         notes: list[Notification] = []
         if node is None or node.uri != uri:
@@ -265,7 +265,7 @@ class Registry:
         return notes
 
     def _bump(self, node: _Node) -> list[Notification]:
-        """Forget a node whose name is taken over: shut it down, tell those who listened to it."""
+        """Remove a node whose name is taken over: shut it down, notify its subscribers."""
         published, subscribed = node.keys(self.publishers), node.keys(self.subscribers)
         reason = f"[{node.name}] Reason: new node registered with same name"
         notes: list[Notification] = [Shutdown(node.uri, node.name, reason, published, subscribed)]
@@ -287,7 +287,7 @@ class Registry:
         return Answer(SUCCESS, f"Unregistered [{name}] as provider of [{key}]", 1)
 
     def _drop(self, kind: Registrations, key: str, name: str, uri: str) -> bool:
-        """Take out one registration, and the node with its last one."""
+        """Remove one registration, and the node with its last one."""
         if not kind.remove(key, name, uri):
             return False
         self._count -= 1
@@ -308,13 +308,13 @@ class Registry:
         notes: list[Notification] = []
         for topic in topics:
             publishers = self.publishers.uris(topic)
-            # A process with several node names subscribes once per name; it is told once.
+            # A process with several node names subscribes once per name; it is notified once.
             for uri in dict.fromkeys(self.subscribers.uris(topic)):
                 notes.append(PublisherUpdate(uri, topic, publishers))
         return notes
 
     def _retire(self, topics: Iterable[str]) -> None:
-        """Remember which types belong to deserted topics, and forget the oldest beyond the bound."""
+        """Remember the types of topics without nodes, and forget the oldest beyond the limit."""
         for topic in topics:
             used = topic in self.publishers.providers or topic in self.subscribers.providers
             if topic in self._types and not used:
@@ -325,5 +325,5 @@ class Registry:
 
 
 def _endpoint(uri: str) -> str:
-    """Host and port of a URI for comparing: `http://Robot:1/` and `http://robot:1` are the same."""
+    """Host and port of a URI, for comparing: `http://Robot:1/` and `http://robot:1` are the same."""
     return uri.partition("://")[2].partition("/")[0].lower()

@@ -1,4 +1,4 @@
-"""A ROS master over HTTP: `Master` joins the API, its notifier and an XML-RPC server."""
+"""`Master`, a ROS master over HTTP: the API, its notifier and an XML-RPC server."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _log = get_logger("rosproto.master")
 ROS_DISTRO = "noetic\n"  # with the newline that roscore's `rosversion -d` leaves
 ROS_VERSION = "1.16.0\n"  # of ros_comm, whose behaviour this follows
 _WILDCARDS = ("0.0.0.0", "::", "")
-# Documentation addresses (RFC 5737, RFC 3849): only to find out which interface the default route takes.
+# Documentation addresses (RFC 5737, RFC 3849), used only to find the interface of the default route.
 _ELSEWHERE = {"0.0.0.0": "192.0.2.1", "": "192.0.2.1", "::": "2001:db8::1"}
 _REPLY_DEPTH = 4  # levels around a parameter's value in the reply of a getParam inside a multicall
 
@@ -33,16 +33,16 @@ _REPLY_DEPTH = 4  # levels around a parameter's value in the reply of a getParam
 class Master:
     """A ROS master: name service of a graph, and its parameter server.
 
-    Serves from construction on, in threads of its own, until `close()`; usable in a `with`. Any number of
-    masters may live in one process. `/run_id`, `/rosdistro` and `/rosversion` are set as roscore does
-    (roslaunch refuses a master without `/run_id`).
+    Runs in its own threads from construction until `close()`; usable in a `with`. A process may have any
+    number of masters. `/run_id`, `/rosdistro` and `/rosversion` are set as roscore does (roslaunch refuses a
+    master without `/run_id`).
 
     Args:
         host: Address to listen on: only this computer by default, "0.0.0.0" for every interface.
-        port: Port; 0 takes a free one, 11311 is what nodes look for.
-        advertise: Host in `uri` if `host` is not what others should use; for a wildcard the address of the
-            default route is taken, and `getUri` answers each caller with the address that it called.
-        limits: Bounds of sizes, times and connections.
+        port: Port; 0 takes a free one, 11311 is the default of nodes.
+        advertise: Host in `uri` if others should use another one than `host`. For a wildcard the address of
+            the default route is used, and `getUri` replies to each caller with the address that it called.
+        limits: Limits of sizes, times and connections.
         allow: Who may connect: addresses, or a function of the address; None for everybody.
         allow_shutdown: Whether the API's `shutdown` is obeyed; None: from this computer only.
         call_timeout: Seconds for one notification to a node.
@@ -52,7 +52,7 @@ class Master:
 
     Attributes:
         host: As given.
-        port: The real port.
+        port: The actual port.
         uri: XML-RPC URI, for ROS_MASTER_URI.
     """
 
@@ -115,15 +115,15 @@ class Master:
 
     @property
     def closed(self) -> bool:
-        """Whether it has ended, by `close()` or by an obeyed `shutdown` call."""
+        """Whether it has ended, by `close()` or by a `shutdown` call."""
         return self._ended.is_set()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the master has ended; False when that took longer than `timeout` seconds."""
+        """Wait until the master has ended; False after `timeout` seconds."""
         return wait_event(self._ended, timeout)
 
     def flush(self, timeout: float = 5.0) -> bool:
-        """Wait until every notification so far was delivered or given up; False when that took longer."""
+        """Wait until every notification so far was delivered or given up; False after `timeout` seconds."""
         return self._notifier.wait_until_quiet(timeout)
 
     def stats(self) -> dict[str, int]:
@@ -134,9 +134,9 @@ class Master:
         return {**counts, **self._notifier.stats()}
 
     def close(self, timeout: float = 5.0) -> None:
-        """End: no more connections or notifications. Idempotent, returns within about `timeout` seconds.
+        """Stop connections and notifications. Idempotent, returns within about `timeout` seconds.
 
-        Without effect in a fork of the process that opened it: the master lives on there.
+        Without effect in a fork of the process that opened it, where the master continues.
         """
         if is_forked_child(self._process):
             return
@@ -146,7 +146,7 @@ class Master:
             self._ended.set()
 
     def answer(self, method: str, params: list[object], peer: Peer) -> object:
-        """Answer one call as it would be over the network; `LocalClient` asks here."""
+        """Answer one call as over the network; `LocalClient` calls this."""
         if method == "system.listMethods":
             return [*self._api.methods(), "system.listMethods", "system.multicall"]
         try:
@@ -160,7 +160,7 @@ class Master:
     # -- inside ------------------------------------------------------------------------------------------
 
     def _uri_for(self, peer: Peer) -> str:
-        """Our URI for one caller: with a wildcard, the address that the call itself came to."""
+        """Our URI for one caller: with a wildcard, the address that the caller connected to."""
         local = peer.local_host if self._follows_caller else ""
         return make_uri(local, self.port) if local and "%" not in local else self.uri
 
@@ -181,11 +181,11 @@ class Master:
     def _may_stop(self, peer: str) -> bool:
         if self._allow_shutdown is not None:
             return self._allow_shutdown
-        # Somebody on this computer comes from a loopback address, or from the address it connects to.
+        # A caller on this computer has a loopback address, or the address that it connects to.
         return isinstance(peer, Peer) and (is_loopback(peer.host) or peer.host == peer.local_host)
 
     def _stop(self, reason: str) -> None:
-        """Obey `shutdown`: from another thread, because the caller still waits for its reply."""
+        """Obey `shutdown` from another thread, because the caller still waits for the reply."""
         _log.warning("= master ends: %s", reason)
         threading.Thread(target=self._stop_soon, name="rosproto:master-shutdown", daemon=True).start()
 
@@ -195,10 +195,10 @@ class Master:
 
 
 def _reachable(host: str) -> str:
-    """The host for our URI: a wildcard is no address that others could connect to."""
+    """The host for our URI; a wildcard is replaced, since nobody can connect to it."""
     if host not in _WILDCARDS:
         return host
     try:
         return local_address_towards(_ELSEWHERE[host], 80)
-    except RosError:  # no default route: a computer on its own
+    except RosError:  # no default route: the computer has no network
         return "::1" if host == "::" else "127.0.0.1"

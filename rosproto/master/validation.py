@@ -1,8 +1,8 @@
-"""Argument checks of the Master API, with rosmaster's texts (rosmaster/validators.py).
+"""Check the arguments of the Master API, with rosmaster's texts (rosmaster/validators.py).
 
-A check takes the value and the caller's name and returns what the method gets: names come back resolved.
-rosmaster is lenient about characters in names, and tools rely on that (`rosparam` calls
-itself `/rosparam-1234`, roslaunch writes keys with dots), so only what breaks the graph is refused.
+A check takes the value and the caller's name and returns the value for the method: names are returned
+resolved. rosmaster accepts unusual characters in names, and tools rely on that (`rosparam` calls itself
+`/rosparam-1234`, roslaunch writes keys with dots), so only names that break the graph are refused.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ Check = Callable[[object, str], object]
 
 
 class InvalidArgument(ValueError):
-    """An argument is not acceptable; the text goes back to the caller with status -1."""
+    """An argument is invalid; the text is returned to the caller with status -1."""
 
 
 def is_text(value: object) -> TypeGuard[str]:
-    """A string; not a point in time, which XML-RPC has as a type of its own and we keep as its text."""
+    """Whether a value is a string; a `DateTime`, which is one in Python, does not count."""
     return isinstance(value, str) and not isinstance(value, DateTime)
 
 
 def resolve(name: str, node_name: str) -> str:
-    """Global canonical form of a name given by a node (rosgraph.names.resolve_name).
+    """Resolve a name given by a node to its global canonical form (rosgraph.names.resolve_name).
 
     `rosproto.names.resolve` refuses illegal characters; a master must not, see above.
     """
@@ -41,14 +41,14 @@ def resolve(name: str, node_name: str) -> str:
 
 
 def limit_length(value: str, what: str) -> str:
-    """Refuse names that are only there to fill the memory."""
+    """Refuse names so long that they could only fill the memory."""
     if len(value) > MAX_LENGTH:
         raise InvalidArgument(f"ERROR: parameter [{what}] is longer than {MAX_LENGTH} characters")
     return value
 
 
 def key(value: object, caller_id: str) -> str:
-    """A parameter key as it is: not empty, a string."""
+    """Check a parameter key: a non-empty string; not resolved."""
     if not value:
         raise InvalidArgument("ERROR: parameter [key] must be specified and non-empty")
     if not is_text(value):
@@ -57,24 +57,24 @@ def key(value: object, caller_id: str) -> str:
 
 
 def resolved_key(value: object, caller_id: str) -> str:
-    """A parameter key, resolved."""
+    """Check and resolve a parameter key."""
     return resolve(limit_length(key(value, caller_id), "key"), caller_id)
 
 
 def value(given: object, caller_id: str) -> object:
-    """A parameter value: not nil (nil inside it is refused by the tree)."""
+    """Check a parameter value: not nil (the tree refuses nil inside it)."""
     if given is None:
         raise InvalidArgument("ERROR: parameter [value] must be specified")
     return given
 
 
 def graph_name(what: str) -> Check:
-    """Name of a topic, service or node, resolved; `what` is the parameter's name in the error."""
+    """Resolve the name of a topic, service or node; `what` is the parameter's name in the error."""
 
     def check(value: object, caller_id: str) -> str:
         if not value or not is_text(value):
             raise InvalidArgument(f"ERROR: parameter [{what}] must be a non-empty string")
-        if ":" in value or " " in value:  # typically a URI in the wrong place
+        if ":" in value or " " in value:  # typically a URI in the wrong argument
             raise InvalidArgument(f"ERROR: parameter [{what}] contains illegal chars")
         limit_length(value, what)
         return resolve(value, caller_id)
@@ -83,7 +83,7 @@ def graph_name(what: str) -> Check:
 
 
 def resource(what: str) -> Check:
-    """A topic or service name: `graph_name`, but not "/"."""
+    """Check a topic or service name: `graph_name`, but not "/"."""
     name = graph_name(what)
 
     def check(value: object, caller_id: str) -> object:
@@ -96,14 +96,14 @@ def resource(what: str) -> Check:
 
 
 def subgraph(value: object, caller_id: str) -> str:
-    """A namespace, resolved; or "" for everything."""
+    """Resolve a namespace; "" means everything."""
     if not is_text(value):
         raise InvalidArgument("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""
 
 
 def type_name(value: object, caller_id: str) -> str:
-    """A message type "package/Type", or "*"."""
+    """Check a message type: "package/Type" or "*"."""
     if value == "*":
         return "*"
     if not value or not is_text(value):
@@ -114,7 +114,7 @@ def type_name(value: object, caller_id: str) -> str:
 
 
 def api_uri(what: str) -> Check:
-    """URI of a node's slave API or of a service: http:// or rosrpc://."""
+    """Check the URI of a node's slave API or of a service: http:// or rosrpc://."""
 
     def check(value: object, caller_id: str) -> str:
         if not value or not is_text(value):

@@ -1,11 +1,11 @@
-"""A small process beside a program that drives: it stops the robot when the program is gone without a word.
+"""A watchdog process beside a program that drives: it stops the robot when the program dies or hangs.
 
-Most robots go on with the last velocity or goal when the program that gave it is killed. `Watchdog` starts a
-process of its own, tells it through a pipe what is to be sent then (zero on velocity topics, the cancel of a
-goal, a call of a service), and shows every tenth of a second that the program is alive while something moves.
-When the pipe ends, or nothing came for 0.8 s, the process sends what it was told. It sends nothing else.
+Most robots continue with the last velocity or goal when the program that sent it is killed. `Watchdog` starts
+a separate process and tells it through a pipe what to send in that case (zero on velocity topics, the cancel
+of a goal, a call of a service). While something moves it also sends a heartbeat every tenth of a second. When
+the pipe ends, or no heartbeat came for 0.8 s, the process sends these messages, and nothing else.
 
-`protocol` has the lines of the pipe and decides what is due (pure), `watchdog` is the program's side,
+`protocol` has the messages on the pipe and decides what is due (pure), `watchdog` is the program's side,
 `process` is the process.
 """
 

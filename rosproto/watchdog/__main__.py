@@ -1,4 +1,4 @@
-"""`python -m rosproto.watchdog`, which `Watchdog` starts; it is of no use by hand."""
+"""`python -m rosproto.watchdog`, started by `Watchdog`; not for use by hand."""
 
 from rosproto.watchdog.process import main
 

@@ -1,8 +1,8 @@
-"""The watchdog's process: makes ready what it is told, and sends it when its parent is gone.
+"""The watchdog process: prepares the messages it is given, and sends them when its parent has ended.
 
-It ends with its parent: when the pipe ends, and, where a forked child of the parent holds the pipe open, when
-it has become somebody else's child. It ignores the signals by which terminals and supervisors end programs:
-its parent may need a while for its own orderly end, and is watched to the last.
+It ends with its parent: when the pipe ends, or when its parent process changes (a forked child of the parent
+may hold the pipe open). It ignores the signals by which terminals and supervisors end programs: its parent
+may need a while to shut down, and is watched until then.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ ASLEEP = 0.2  # seconds: woken later than that, this process did not run itself
 
 
 class _LastCall:
-    """A service that is called once, however often it is asked for, unless the call failed.
+    """A service that is called once, however often it is requested, unless the call failed.
 
-    The request is encoded and its connection open before, so that nothing is waited for at the end. Where the
-    provider has closed it meanwhile, it is called in the usual way.
+    The request is encoded and the connection opened in advance, so that sending needs no wait. If the
+    provider has closed the connection meanwhile, the service is called in the usual way.
     """
 
     def __init__(self, node: Node, call: LastCall) -> None:
@@ -63,7 +63,7 @@ class _LastCall:
         self.done = False
 
     def send(self) -> None:
-        """Call it; the answer is waited for in a thread."""
+        """Call it; a thread waits for the response."""
         if self.done or not self._busy.acquire(blocking=False):
             return
         prepared, self._prepared = self._prepared, None
@@ -84,12 +84,12 @@ class _LastCall:
             self._busy.release()
 
     def close(self) -> None:
-        """Take it back."""
+        """Close the connection."""
         self._client.close()
 
 
 class _LastMessage:
-    """A topic with what is published on it at the end."""
+    """A topic and the message published on it at the end."""
 
     def __init__(self, node: Node, message: LastMessage) -> None:
         self._node = node
@@ -99,7 +99,7 @@ class _LastMessage:
         self.done = False
 
     def wait(self, known: bool) -> None:
-        """Wait until it is connected, if the master knows of a subscriber.
+        """Wait until it is connected, if the master knows a subscriber.
 
         Raises:
             RosTimeout: It is not.
@@ -116,7 +116,7 @@ class _LastMessage:
         self.done = self._publisher.connections > 0
 
     def flush(self) -> None:
-        """Wait a moment until it is on the robot: who takes it off the master before may lose it."""
+        """Wait a moment until the robot has the message: closing the topic earlier may lose it."""
         try:
             self._publisher.flush(0.5)
             self._publisher.wait_arrived(0.5)
@@ -124,13 +124,13 @@ class _LastMessage:
             pass  # nothing more can be done
 
     def close(self) -> None:
-        """Take it back."""
+        """Close the topic."""
         self._publisher.close()
 
 
 @dataclass(slots=True)
 class _Prepared:
-    """What is ready to be sent for one watch."""
+    """The prepared messages and calls of one watch."""
 
     messages: list[_LastMessage] = field(default_factory=list)
     calls: list[_LastCall] = field(default_factory=list)
@@ -141,12 +141,12 @@ class _Prepared:
 
 
 class WatchdogProcess:
-    """Carries out what the pipe says, until it ends.
+    """Carries out the lines from the pipe until it ends.
 
     Args:
         lines: The pipe from the parent.
         answers: The pipe to the parent.
-        parent: Returns the number of the parent's process; None where that does not tell its end.
+        parent: Returns the parent's process id; None where that does not show its end.
     """
 
     def __init__(self, lines: BinaryIO, answers: BinaryIO, parent: Callable[[], int] | None) -> None:
@@ -162,7 +162,7 @@ class WatchdogProcess:
         self._dropped: set[int] = set()
 
     def run(self) -> None:
-        """Watch until the parent is gone, and act then."""
+        """Watch until the parent has ended, then act."""
         threading.Thread(target=self._read, name="rosproto:pipe", daemon=True).start()
         while not self._table.ended or self._preparing or self._table.wait(time.monotonic()) is not None:
             self._step()
@@ -175,7 +175,7 @@ class WatchdogProcess:
         self._inbox.put(None)
 
     def _step(self) -> None:
-        """Take one line, or find out that none came."""
+        """Handle one line, or notice that none came."""
         wait, before = self._table.wait(time.monotonic()), time.monotonic()
         seconds = PARENT if wait is None else min(wait, PARENT)
         try:
@@ -221,7 +221,7 @@ class WatchdogProcess:
             self._drop(line.key)
 
     def _prepare(self, line: Prepare) -> None:
-        """In a thread: the master may be slow, and others are watched meanwhile."""
+        """Run in a thread: the master may be slow, and other watches go on meanwhile."""
         parts, problem = _Prepared(), ""
         try:
             node = self._node(line.watched)
@@ -282,10 +282,10 @@ class WatchdogProcess:
             self._answers.write(write_line(line))
             self._answers.flush()
         except OSError:
-            pass  # nobody reads any more: the end of the other pipe follows
+            pass  # the parent no longer reads: the end of the other pipe follows
 
     def _finish(self) -> None:
-        """All rounds are over: what could not be delivered, for a while."""
+        """After all rounds: retry for a while what could not be delivered."""
         acting = [each for key in self._table.armed for each in self._ready[key]]
         until = time.monotonic() + LAST
         while time.monotonic() < until and (late := [each for each in acting if not each.done]):
@@ -312,6 +312,6 @@ def main() -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGQUIT"):
         if (number := getattr(signal, name, None)) is not None:
             signal.signal(number, signal.SIG_IGN)
-    # On Windows the number of the parent stays when it has ended, and the pipe tells its end in any case.
+    # On Windows the parent's id stays after it has ended, and the end of the pipe shows it in any case.
     parent = os.getppid if os.name == "posix" else None
     WatchdogProcess(sys.stdin.buffer, sys.stdout.buffer, parent).run()

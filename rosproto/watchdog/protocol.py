@@ -24,25 +24,25 @@ _SUFFIX = "_rosproto_watchdog"
 
 
 def watchdog_name(node: str) -> str:
-    """What the node of the watchdog is called that stands beside a node."""
+    """Name of the watchdog's node for a watched node."""
     return f"{node}{_SUFFIX}"
 
 
 def is_watchdog_name(node: str) -> bool:
-    """Whether a node is the watchdog of a program: it publishes velocity topics, and never drives."""
+    """Whether a node is a program's watchdog: it publishes velocity topics, but never drives."""
     return node.endswith(_SUFFIX)
 
 
 @dataclass(frozen=True, slots=True)
 class WatchedNode:
-    """The graph to stand in, and as whose watchdog.
+    """The watched node and its graph.
 
     Attributes:
-        master_uri: Where the master is.
-        node: Name of the node that is watched.
+        master_uri: URI of the master.
+        node: Name of the watched node.
         host: Address under which this computer is reached; None finds it.
         resolve: Host name -> address.
-        msg_path: Folders with further definitions.
+        msg_path: Folders with additional definitions.
     """
 
     master_uri: str
@@ -54,10 +54,10 @@ class WatchedNode:
 
 @dataclass(frozen=True, slots=True)
 class LastMessage:
-    """To be published when the program is gone.
+    """A message to publish when the program has ended.
 
     Attributes:
-        topic: Where.
+        topic: The topic.
         type: "package/Type".
         text: Full definition of the type.
         data: The encoded message. The stamp of its header, if it has one, is set when it is sent.
@@ -71,10 +71,10 @@ class LastMessage:
 
 @dataclass(frozen=True, slots=True)
 class LastCall:
-    """A service to be called when the program is gone.
+    """A service to call when the program has ended.
 
     Attributes:
-        service: Which.
+        service: Its name.
         type: "package/Type".
         data: The encoded request.
     """
@@ -86,7 +86,7 @@ class LastCall:
 
 @dataclass(frozen=True, slots=True)
 class Prepare:
-    """Be ready to send this; the answer is `Ready`."""
+    """Prepare to send this; the reply is `Ready`."""
 
     key: int
     watched: WatchedNode
@@ -97,7 +97,7 @@ class Prepare:
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """From now on something moves; `data` takes the place of that of the messages."""
+    """Something moves from now on; `data` replaces the contents of the messages."""
 
     key: int
     data: tuple[bytes, ...] = ()
@@ -105,14 +105,14 @@ class Arm:
 
 @dataclass(frozen=True, slots=True)
 class Disarm:
-    """It stands; stay ready."""
+    """It has stopped; stay prepared."""
 
     key: int
 
 
 @dataclass(frozen=True, slots=True)
 class Drop:
-    """It is over; take back what was prepared."""
+    """The watch has ended; discard what was prepared."""
 
     key: int
 
@@ -124,7 +124,7 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """What is watched under the key could be sent at once; `problem` says what could not."""
+    """The watch of the key is prepared; `problem` says what could not be."""
 
     key: int
     problem: str = ""
@@ -132,7 +132,7 @@ class Ready:
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """The program was silent for so many seconds, so the watchdog has acted."""
+    """The program was silent for `seconds`, so the watchdog has acted."""
 
     keys: tuple[int, ...]
     seconds: float
@@ -143,7 +143,7 @@ _KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in Line.__args__}
 
 
 def write_line(line: Line) -> bytes:
-    """One line of the pipe, with its end."""
+    """Encode a line, with its line end."""
     fields = {"line": type(line).__name__, **asdict(line)}
     return json.dumps(fields, default=_text_of).encode() + b"\n"
 
@@ -155,10 +155,10 @@ def _text_of(value: object) -> str:
 
 
 def read_line(data: bytes) -> Line:
-    """A line of the pipe.
+    """Decode a line.
 
     Raises:
-        RemoteProtocolError: It is none.
+        RemoteProtocolError: It is invalid.
     """
     try:
         fields = json.loads(data)
@@ -184,16 +184,16 @@ def _with_bytes(fields: dict[str, Any]) -> dict[str, Any]:
 
 
 class WatchTable:
-    """What is watched, and what is due now.
+    """The watches, and what is due now.
 
     A watch is prepared, and armed while something moves. When the program is silent, each armed watch is due
-    at once and in some more rounds (a zero can be lost, and a cancel can overtake its goal). Once a silence
-    has been acted upon, the next one counts only after another sign of life. The end of the pipe makes every
-    armed watch due again.
+    at once and in a few more rounds (a zero can be lost, and a cancel can overtake its goal). After a silence
+    has been handled, the next one counts only after another heartbeat. The end of the pipe makes every armed
+    watch due again.
 
     Args:
-        now: When the program was heard last.
-        silence: Seconds without a sign of life after which it counts as gone.
+        now: When the last line came.
+        silence: Seconds without a line after which the program counts as gone.
     """
 
     def __init__(self, now: float, *, silence: float = SILENCE) -> None:
@@ -208,26 +208,26 @@ class WatchTable:
 
     @property
     def armed(self) -> tuple[int, ...]:
-        """Keys of what moves, or may."""
+        """Keys of the armed watches."""
         return tuple(sorted(self._armed))
 
     def heard(self, now: float) -> None:
-        """Take note of a sign of life."""
+        """A line came."""
         self._heard, self._acted = now, False
 
     def arm(self, key: int) -> None:
-        """Something moves."""
+        """Arm a watch."""
         self._armed.add(key)
         if self.ended:  # it was still being prepared
             self._rounds[key] = ROUNDS
 
     def disarm(self, key: int) -> None:
-        """It stands, or is over."""
+        """Disarm a watch."""
         self._armed.discard(key)
         self._rounds.pop(key, None)
 
     def end(self, now: float) -> None:
-        """The pipe has ended: what is armed is due now."""
+        """The pipe has ended: all armed watches are due now."""
         self.ended = True
         self._begin(now)
 
@@ -236,7 +236,7 @@ class WatchTable:
         self._rounds = dict.fromkeys(self._armed, ROUNDS)
 
     def silent(self, now: float) -> float:
-        """Seconds of a silence that is to be acted upon now, once; else 0.0."""
+        """Seconds of a silence that must be handled now; returned once, else 0.0."""
         seconds = now - self._heard
         if self._acted or self.ended or not self._armed or seconds < self._silence:
             return 0.0
@@ -244,7 +244,7 @@ class WatchTable:
         return seconds
 
     def due(self, now: float) -> tuple[int, ...]:
-        """Keys of what is to be sent now; each call is one round."""
+        """Keys of the watches to send now; each call is one round."""
         if not self._rounds or now < self._next:
             return ()
         keys, self._next = tuple(sorted(self._rounds)), now + APART
@@ -252,7 +252,7 @@ class WatchTable:
         return keys
 
     def wait(self, now: float) -> float | None:
-        """Seconds until something can be due; None while nothing is armed, or all was sent."""
+        """Seconds until something can be due; None if nothing is armed, or everything was sent."""
         if self._rounds:
             return max(0.0, self._next - now)
         if self._armed and not self._acted and not self.ended:

@@ -1,7 +1,7 @@
-"""The program's side of the watchdog: starts the process, tells it what is watched, shows that we live.
+"""The program's side of the watchdog: start the process, send it the watches and the heartbeat.
 
-Lines are written by one thread, so nobody else waits for the pipe: a stop only puts something into a queue.
-That thread is also the sign of life: it does not run when the program is stopped, or hangs as a whole.
+One thread writes all lines, so no other thread waits for the pipe: a stop only adds to a queue. The same
+thread sends the heartbeat, which therefore ends when the program is stopped or hangs as a whole.
 """
 
 from __future__ import annotations
@@ -46,21 +46,21 @@ _WITHOUT = "if this program is killed, what it has sent last stays in force: kee
 
 
 def watched_node_of(node: Node, msg_path: Sequence[str | os.PathLike[str]] = ()) -> WatchedNode:
-    """Where a watchdog stands beside a node.
+    """The `WatchedNode` for a node.
 
     Args:
-        node: Ours.
-        msg_path: Folders with further definitions that the node was given.
+        node: Our node.
+        msg_path: Folders with additional definitions that the node was given.
     """
     folders = tuple(os.path.abspath(folder) for folder in msg_path)
     return WatchedNode(node.master_uri, node.name, node.host_given, dict(node.hosts.given), folders)
 
 
 class Watch:
-    """Something that is watched, made by `Watchdog.watch`. Its methods wait for nobody.
+    """One watch, created by `Watchdog.watch`. Only `wait` blocks.
 
     Attributes:
-        armed: Whether it moves now, or may.
+        armed: Whether something moves, or may.
     """
 
     def __init__(self, owner: Watchdog, line: Prepare) -> None:
@@ -78,59 +78,59 @@ class Watch:
 
     @property
     def problem(self) -> str:
-        """Why it is not ready; "" when it is."""
+        """Why it is not ready; "" if it is."""
         return "it did not answer in time" if self._problem is None else self._problem
 
     def arm(self, *data: bytes) -> None:
-        """It begins to move. `data` takes the place of what the messages held."""
+        """The motion begins. `data` replaces the contents of the messages."""
         self._data, self.armed = data, True
         self._owner.tell(Arm(self._line.key, data))
 
     def disarm(self) -> None:
-        """It stands."""
+        """The motion has stopped."""
         self.armed = False
         self._owner.tell(Disarm(self._line.key))
 
     def drop(self) -> None:
-        """It is over, and nothing more is to be sent for it. May be called again."""
+        """The watch has ended; nothing more is sent for it. May be called again."""
         self.armed = False
         self._owner.forget(self._line.key)
 
     def wait(self, seconds: float) -> None:
-        """Wait until the watchdog is ready for it, or has said that it is not."""
+        """Wait until the watchdog is ready, or has reported a problem."""
         self._told.wait(seconds)
 
     # -- for the watchdog
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """What a new process has to be told."""
+        """The lines for a new process."""
         line = self._line
         prepare = Prepare(line.key, line.watched, line.messages, line.calls, armed=False)
         return (prepare, Arm(line.key, self._data)) if self.armed else (prepare,)
 
     def forgotten(self) -> None:
-        """The process has ended, and the next one does not know of it yet."""
+        """The process has ended, and the next one does not know this watch yet."""
         self._problem = None
         self._told.clear()
 
     def answered(self, problem: str) -> None:
-        """The process has answered, or cannot any more."""
+        """The process has replied, or never will."""
         self._problem = problem
         self._told.set()
 
 
 class Watchdog:
-    """A process beside this one, which stops what is watched when this one is gone. Safe from any thread.
+    """A process that stops the watched motions when this process has ended. Thread-safe.
 
-    Where it cannot be started, or ends again and again, one warning says so and everything else goes on.
+    If it cannot be started, or ends repeatedly, one warning is logged and everything else goes on.
 
     Args:
-        on_sent: Called with a sentence, in a thread of the library, when the watchdog has stopped everything
-            although this program lives: it did not run for a while.
+        on_sent: Called with a sentence, in a thread of the library, if the watchdog has stopped everything
+            although this program is alive: the program did not run for a while.
 
     Attributes:
-        pid: Number of the process; None while there is none.
+        pid: Id of the process; None if there is none.
     """
 
     def __init__(self, on_sent: Callable[[str], object] | None = None) -> None:
@@ -158,15 +158,15 @@ class Watchdog:
 
     @property
     def pid(self) -> int | None:
-        """Number of the process; None while there is none."""
+        """Id of the process; None if there is none."""
         return None if self._process is None else self._process.pid
 
     def on_sent(self, callback: Callable[[str], object]) -> None:
-        """Have `callback` called, too, as the argument `on_sent`."""
+        """Add a callback, used like the argument `on_sent`."""
         self._listeners.append(callback)
 
     def start(self) -> None:
-        """Start the process, so that the first motion need not wait for that. Returns at once."""
+        """Start the process in advance, so that the first motion need not wait for it. Returns at once."""
         with self._lock:
             if self._closed or self._failed or self._begun_in:
                 return
@@ -189,15 +189,15 @@ class Watchdog:
         calls: Sequence[LastCall] = (),
         armed: bool = True,
     ) -> Watch:
-        """Have something watched, and wait until the watchdog could stop it at once: call it before it moves.
+        """Add a watch and wait until the watchdog could stop it at once: call this before the motion.
 
-        Where there is no watchdog, or it is late, a warning says so once; what is returned then does nothing.
+        Without a watchdog, or if it is late, one warning is logged, and the returned watch does nothing.
 
         Args:
-            watched: Our node, and its graph.
-            messages: What to publish when this program is gone.
-            calls: What to call then.
-            armed: It moves from now on; else `Watch.arm` says when.
+            watched: Our node and its graph.
+            messages: Published when this program has ended.
+            calls: Called then.
+            armed: It moves from now on; else call `Watch.arm`.
         """
         self.start()
         line = Prepare(next(self._keys), watched, tuple(messages), tuple(calls), armed)
@@ -217,16 +217,16 @@ class Watchdog:
         return watch
 
     def tell(self, line: Line) -> None:
-        """Put a line into the pipe's queue; takes no lock, and waits for nobody."""
+        """Put a line into the queue of the pipe; takes no lock and never waits."""
         self._lines.put(line)
 
     def forget(self, key: int) -> None:
-        """A watch is over."""
+        """Remove a watch."""
         if self._watches.pop(key, None) is not None:
             self.tell(Drop(key))
 
     def close(self) -> None:
-        """End the process; what is still armed is not stopped by it. Bounded; may be called again."""
+        """End the process; armed watches are not stopped by it. Bounded; may be called again."""
         with self._lock:
             self._closed = True
         for key in list(self._watches):
@@ -248,7 +248,7 @@ class Watchdog:
     # -- the two threads ------------------------------------------------------------------------------------
 
     def _write(self) -> None:
-        """Lines as they come, and a sign of life in between while something moves."""
+        """Write lines as they come, and heartbeats while something moves."""
         while True:
             armed = any(watch.armed for watch in list(self._watches.values()))
             try:
@@ -268,7 +268,7 @@ class Watchdog:
                     return
 
     def _read(self) -> None:
-        """Answers, until the process ends for good."""
+        """Read replies until the process ends for good."""
         while True:
             process = self._process
             assert process is not None
@@ -299,7 +299,7 @@ class Watchdog:
                     _log.exception("a callback of the watchdog failed")
 
     def _again(self, code: int) -> bool:
-        """The process has ended without being told to: start another one; False when that is given up."""
+        """The process has ended unexpectedly: start another one; False after too many attempts."""
         now = time.monotonic()
         self._ends = [*(end for end in self._ends if now - end < WITHIN), now]
         how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
@@ -341,14 +341,14 @@ def _close_pipes(process: subprocess.Popen[bytes]) -> None:
 
 
 def _start() -> subprocess.Popen[bytes]:
-    """The process: it has no terminal, and Ctrl-C there does not reach it.
+    """Start the process, without a terminal, so that Ctrl-C does not reach it.
 
     Raises:
         OSError, ValueError: It cannot be started.
     """
     if getattr(sys, "frozen", False) or not sys.executable:
         raise OSError("this program has no Python interpreter of its own to start it with")
-    # It imports what this program would: from the same places, in the same order.
+    # It has the import path of this program, in the same order.
     paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
     flags = 0
     if sys.platform == "win32":
