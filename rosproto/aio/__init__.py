@@ -1,11 +1,11 @@
-"""The asyncio face: the same nodes, publishers, subscribers, services and parameters, awaited.
+"""The asyncio API: the same nodes, publishers, subscribers, services, actions and parameters, awaited.
 
     async with aio.Node("/laptop", master_uri="http://10.0.0.7:11311") as node:
         async with node.subscriber("/odom", "nav_msgs/Odometry") as odom:
             async for message in odom: ...
 
-The threads underneath do the receiving (measured faster than asyncio's); a loop is woken once for all that
-has arrived. Import it as `from rosproto import aio`: it is not imported with rosproto, since asyncio takes
+Threads do the receiving, which is faster than asyncio's; the loop is woken once for everything that has
+arrived. Import it with `from rosproto import aio`: `import rosproto` does not load it, since asyncio takes
 longer to import than all of rosproto.
 """
 

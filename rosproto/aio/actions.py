@@ -1,7 +1,7 @@
-"""Action client and server for asyncio: views of the threaded ones.
+"""Action client and server for asyncio: wrappers of the threaded ones.
 
-No thread waits for a goal: the client's own thread tells the loop about feedback and transitions. Only a
-server that falls silent tells nobody, so a waiting task looks now and then.
+No thread waits for a goal: the client's thread notifies the loop of feedback and transitions. A server that
+becomes silent causes no notification, so a waiting task also checks at intervals.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class ActionClient:
     """A client of one action server.
 
     Attributes:
-        client: The threaded one underneath: `name`, `type`.
+        client: The wrapped threaded client: `name`, `type`.
     """
 
     def __init__(self, client: ThreadedClient, pool: Pool) -> None:
@@ -38,7 +38,7 @@ class ActionClient:
         self._pool = pool
 
     async def wait_for_server(self, timeout: float | None = 5.0) -> None:
-        """Wait until a server runs and every connection to it stands.
+        """Wait until a server is running and every connection to it is open.
 
         Raises:
             RosTimeout: There is none; the text says which part is missing.
@@ -46,10 +46,10 @@ class ActionClient:
         await self._pool.run(lambda: self.client.wait_for_server(timeout))
 
     async def send_goal(self, goal: Any) -> GoalHandle:
-        """Send a goal and follow it; errors as `rosproto.ActionClient.send_goal` has them.
+        """Send a goal and follow it; raises as `rosproto.ActionClient.send_goal`.
 
-        Cancelling a task that waits for the goal does not cancel the goal: call `cancel` for that. Cancelled
-        while it sends, though, there is no handle, so a goal that is sent all the same is cancelled again.
+        Cancelling a task that waits for the goal does not cancel the goal: call `cancel` for that. If the
+        task is cancelled during this call, no handle is returned, so the goal is cancelled as well.
         """
         from rosproto.action import CommState
 
@@ -57,7 +57,7 @@ class ActionClient:
         feedback: Mailbox[Any] = Mailbox(FEEDBACK_KEPT)
 
         def changed(handle: ThreadedHandle) -> None:
-            # Not `handle.done`: that may hold already while earlier changes and feedback are being told.
+            # Not `handle.done`: it may be true while earlier changes and feedback are still being delivered.
             if handle.state is CommState.DONE:
                 feedback.close()
                 notify(loop, over.set)
@@ -71,11 +71,11 @@ class ActionClient:
         return GoalHandle(handle, over, feedback, self._pool)
 
     def cancel_all(self) -> None:
-        """Ask the server to cancel every goal it has, also those of other clients."""
+        """Ask the server to cancel all its goals, also other clients' goals."""
         self.client.cancel_all()
 
     async def close(self) -> None:
-        """Stop following goals; they go on at the server. May be called again."""
+        """Stop following goals; they continue at the server. May be called again."""
         await self._pool.run(self.client.close, always=True)
 
 
@@ -83,7 +83,7 @@ class GoalHandle:
     """One goal; made by `ActionClient.send_goal`. `await handle` waits for its result.
 
     Attributes:
-        handle: The threaded one underneath.
+        handle: The wrapped threaded handle.
     """
 
     def __init__(
@@ -96,35 +96,35 @@ class GoalHandle:
 
     @property
     def status(self) -> GoalStatus:
-        """What the server last said of it."""
+        """The server's latest status."""
         return self.handle.status
 
     @property
     def state(self) -> CommState:
-        """Where the goal is, seen from here."""
+        """The client's state of the goal."""
         return self.handle.state
 
     @property
     def text(self) -> str:
-        """The server's words that came with the status."""
+        """The text of the latest status."""
         return self.handle.text
 
     @property
     def done(self) -> bool:
-        """True when nothing will change any more."""
+        """Whether the goal has ended."""
         return self.handle.done
 
     @property
     def result(self) -> Any:
-        """The result message; None until it arrived."""
+        """The result message; None before it arrives."""
         return self.handle.result
 
     async def wait(self, timeout: float | None = 60.0) -> Any:
-        """Wait for the result, whatever the goal's end; look at `status`, too.
+        """Wait for the result, whatever the outcome; see also `status`.
 
         Raises:
-            RosTimeout: The goal is still under way; it goes on.
-            ConnectionLost: The server is not heard any more, or no longer knows the goal.
+            RosTimeout: The goal has not ended; it continues.
+            ConnectionLost: The server cannot be heard any more, or no longer knows the goal.
         """
         deadline = Deadline(timeout)
         while not await self._ended(deadline):
@@ -134,21 +134,21 @@ class GoalHandle:
                     what=f"result of goal {self.handle.goal_id}",
                     seconds=timeout,
                 )
-        # It is over, or cut off: the threaded handle knows which result or error that is.
+        # It has ended, or the server is lost: the threaded handle has the result or error.
         return await self._pool.run(lambda: self.handle.wait(SETTLE))
 
     def __await__(self) -> Any:
         return self.wait(None).__await__()
 
     async def feedback(self, timeout: float | None = 60.0) -> AsyncIterator[Any]:
-        """Feedback messages until the goal ends; the last 100 are kept for a slow reader.
+        """Iterate over feedback messages until the goal ends; the last 100 are kept for a slow reader.
 
         Args:
-            timeout: Seconds for each of them; None waits for ever, though not for a silent server.
+            timeout: Seconds for each message; None waits for ever, though not for a silent server.
 
         Raises:
-            RosTimeout: None came in time; the goal goes on.
-            ConnectionLost: The server is not heard any more.
+            RosTimeout: None came in time; the goal continues.
+            ConnectionLost: The server cannot be heard any more.
         """
         deadline = Deadline(timeout)
         while True:
@@ -171,7 +171,7 @@ class GoalHandle:
             deadline = Deadline(timeout)
 
     async def _ended(self, deadline: Deadline) -> bool:
-        """Wait a little; True when the goal is over or cut off."""
+        """Wait a little; True if the goal has ended or its server is lost."""
         left = deadline.remaining()
         try:
             await asyncio.wait_for(self._over.wait(), LOOK_AGAIN if left is None else min(left, LOOK_AGAIN))
@@ -188,7 +188,7 @@ class ActionServer:
     """Provides an action.
 
     Attributes:
-        server: The threaded one underneath: `name`, `type`, `goals`.
+        server: The wrapped threaded server: `name`, `type`, `goals`.
     """
 
     def __init__(self, server: ThreadedServer, pool: Pool) -> None:
@@ -196,5 +196,5 @@ class ActionServer:
         self._pool = pool
 
     async def close(self) -> None:
-        """Withdraw the action. May be called again."""
+        """Stop providing the action. May be called again."""
         await self._pool.run(self.server.close, always=True)

@@ -1,7 +1,7 @@
-"""From a thread's callback to an awaiting task, with a bound.
+"""A bounded queue from threads to awaiting tasks.
 
 One wake-up of the loop takes everything that has arrived: a call_soon_threadsafe per message (a system call
-and a pass of the loop each) would be the limit for a fast topic.
+and a pass of the loop each) would limit a fast topic.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ T = TypeVar("T")
 
 
 class Closed(Exception):
-    """Nothing will come any more; ends an `async for`."""
+    """No more items will come; ends an `async for`."""
 
 
 class Mailbox(Generic[T]):
-    """A queue filled from any thread and emptied in the loop it was made in.
+    """A queue filled from any thread and emptied in the loop that it was created in.
 
     Attributes:
-        size: How many may wait; then the oldest is dropped. 0 is no bound.
-        dropped: How many were.
+        size: Most items; beyond it the oldest is dropped. 0 is no limit.
+        dropped: Number of dropped items.
     """
 
     def __init__(self, size: int) -> None:
@@ -56,7 +56,7 @@ class Mailbox(Generic[T]):
             notify(self._loop, self._wake)
 
     def close(self) -> None:
-        """No more items, from any thread; what has arrived can still be taken."""
+        """Accept no more items, from any thread; those in the queue can still be taken."""
         with self._lock:
             self._closed = True
         notify(self._loop, self._wake)
@@ -73,10 +73,10 @@ class Mailbox(Generic[T]):
                 count -= 1
 
     async def get(self, timeout: float | None = None) -> T:
-        """The next item.
+        """Take the next item.
 
         Raises:
-            Closed: There is none and none will come.
+            Closed: There is none, and none will come.
             TimeoutError: None came within `timeout` seconds.
         """
         if timeout is None:

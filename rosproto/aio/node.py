@@ -1,4 +1,4 @@
-"""A node for asyncio: the same threaded node, seen from a loop."""
+"""`Node` for asyncio: a wrapper of the threaded node."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class Node:
             async with node.subscriber("/scan", LaserScan) as scans:
                 async for scan in scans: ...
 
-    Arguments are those of `rosproto.Node`. What it opens belongs to the loop it is opened in. Publishers,
-    subscribers, clients and servers are made by awaiting (`sub = await node.subscriber(...)`) or in an
-    `async with`, because registering them asks the master.
+    Arguments are those of `rosproto.Node`. Everything that it opens belongs to the loop in which it is
+    opened. Publishers, subscribers, clients and servers are opened by awaiting (`sub = await
+    node.subscriber(...)`) or by `async with`, because registering them calls the master.
 
     Attributes:
-        node: The threaded node underneath; None before it is opened.
+        node: The wrapped threaded node; None before it is opened.
     """
 
     def __init__(self, name: str, *, max_threads: int = 64, **options: Any) -> None:
@@ -90,7 +90,7 @@ class Node:
         return Parameters(self._threaded.params, self._pool, self._mailbox)
 
     def _mailbox(self, size: int) -> Mailbox[Any]:
-        """A mailbox that ends with the node, whoever closes that."""
+        """A mailbox that closes with the node, whoever closes that."""
         mailbox: Mailbox[Any] = Mailbox(size)
         self._mailboxes.add(mailbox)
         if self._threaded.closed:
@@ -106,7 +106,7 @@ class Node:
         node.on_shutdown(self._end)
 
     def _opens(self, view: Callable[[T, Pool], V], open_it: Callable[[], T]) -> PendingOpen[V]:
-        """What calls `open_it` in a thread when it is awaited, and gives the view of what that opened."""
+        """Awaiting the result calls `open_it` in a thread and wraps what it returns with `view`."""
 
         async def opened() -> V:
             return view(await self._pool.run(open_it, dispose=_close), self._pool)
@@ -142,7 +142,9 @@ class Node:
     def service_server(
         self, name: str, type: Any, handler: Callable[[Any], Any]
     ) -> PendingOpen[ServiceServer]:
-        """Provide a service; `handler`, a coroutine function or a quick plain one, is called in this loop."""
+        """Provide a service; `handler`, a coroutine function or a fast plain function, is called in this
+        loop.
+        """
         node = self._threaded
 
         async def open_it() -> ServiceServer:
@@ -177,18 +179,18 @@ class Node:
         return PendingOpen(open_it)
 
     async def wait_for_service(self, name: str, timeout: float | None = 10.0) -> None:
-        """Wait until somebody provides a service.
+        """Wait until the service has a provider.
 
         Raises:
-            RosTimeout: Nobody does, in time.
+            RosTimeout: It has none in time.
         """
         node = self._threaded
         await self._pool.run(lambda: node.wait_for_service(name, timeout=timeout))
 
     async def close(self) -> None:
-        """Close the node and all that was opened with it; a view leaves its node open.
+        """Close the node and everything opened with it; a view leaves its node open.
 
-        May be called again. Begun it completes: a task that is cancelled waits for that.
+        May be called again. Closing always completes: a task that is cancelled meanwhile waits for it.
         """
         self._closed = True
         try:
@@ -199,14 +201,14 @@ class Node:
 
 
 def _close(opened: Any) -> None:
-    """What was opened for a task that has been cancelled meanwhile."""
+    """Close an object opened for a task that has been cancelled meanwhile."""
     opened.close()
 
 
 def view(node: ThreadedNode, *, max_threads: int = 64) -> Node:
-    """The asyncio face of a node that exists; both may be used at the same time.
+    """An asyncio wrapper of an existing node; both may be used at the same time.
 
-    Closable the view does not close the node: close what you opened in the view yourself (`async with`).
+    Closing the view does not close the node: close what you opened in the view yourself (`async with`).
     """
     seen = Node(node.name, max_threads=max_threads)
     seen._attach(node)

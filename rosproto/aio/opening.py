@@ -1,4 +1,4 @@
-"""What `node.subscriber(...)` and its sisters give: awaitable, and a context manager."""
+"""The result of `node.subscriber(...)` and similar methods: awaitable, and an async context manager."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 
 class Closable(Protocol):
-    """What can be opened can be closed again."""
+    """An object with an awaited `close`."""
 
     async def close(self) -> None: ...
 
@@ -18,7 +18,8 @@ T = TypeVar("T", bound=Closable)
 class PendingOpen(Generic[T]):
     """`sub = await node.subscriber(...)`, or `async with node.subscriber(...) as sub:`, which closes it.
 
-    A task that is cancelled meanwhile has opened nothing; leaving the block closes to the end, also then.
+    A task that is cancelled while opening has opened nothing. Leaving the block always closes completely,
+    also when cancelled.
     """
 
     def __init__(self, open_it: Callable[[], Awaitable[T]]) -> None:

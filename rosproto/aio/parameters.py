@@ -1,4 +1,4 @@
-"""Parameters for asyncio."""
+"""Parameters for asyncio: get, set and subscribe."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Parameters:
         self._make_mailbox = make_mailbox
 
     async def get(self, key: str, default: Any = _REQUIRED) -> Any:
-        """Value of a parameter; `default` when it is not set and one is given, else UnknownParameter."""
+        """Value of a parameter; `default` if it is not set and one is given, else UnknownParameter."""
         if default is _REQUIRED:
             return await self._pool.run(lambda: self._params[key])
         return await self._pool.run(lambda: self._params.get(key, default))
@@ -37,15 +37,17 @@ class Parameters:
         await self._pool.run(lambda: self._params.set(key, value))
 
     async def delete(self, key: str) -> None:
-        """Delete a parameter or a namespace; UnknownParameter when it is not set."""
+        """Delete a parameter or a namespace; UnknownParameter if it is not set."""
         await self._pool.run(lambda: self._params.delete(key))
 
     async def has(self, key: str) -> bool:
-        """True when it is set."""
+        """Whether it is set."""
         return await self._pool.run(lambda: self._params.has(key))
 
     async def search(self, key: str) -> str | None:
-        """The nearest parameter of that name, upwards from the node's namespace; None when there is none."""
+        """The nearest parameter of that name, searching upwards from the node's namespace; None if there is
+        none.
+        """
         return await self._pool.run(lambda: self._params.search(key))
 
     async def names(self) -> list[str]:
@@ -53,7 +55,7 @@ class Parameters:
         return await self._pool.run(self._params.names)
 
     def subscribe(self, key: str) -> PendingOpen[ParameterSubscription]:
-        """Follow a parameter or a namespace; a thousand changes may wait, then the oldest is dropped.
+        """Follow a parameter or a namespace; up to a thousand changes are queued, then the oldest is dropped.
 
         async with node.params.subscribe("/speed") as changes:
             async for key, value in changes: ...
@@ -71,7 +73,7 @@ class Parameters:
 
 
 class ParameterSubscription:
-    """Changes of one parameter or namespace, as (key, value); value None is a deletion."""
+    """Changes of one parameter or namespace, as (key, value); value None means deleted."""
 
     def __init__(
         self, subscription: ThreadedSubscription, mailbox: Mailbox[tuple[str, Any]], pool: Pool
@@ -87,7 +89,7 @@ class ParameterSubscription:
 
     @property
     def value(self) -> Any:
-        """The present value, None when it is not set."""
+        """The current value, None if it is not set."""
         return self._subscription.value
 
     def __aiter__(self) -> AsyncIterator[tuple[str, Any]]:

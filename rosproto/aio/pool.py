@@ -1,9 +1,8 @@
-"""Threads for calls that block, shared by all calls of one asyncio node.
+"""Threads for blocking calls, shared by all calls of one asyncio node.
 
-`asyncio.to_thread` would do but for three things: its threads are no daemons, so a call that hangs keeps the
-process from ending; it cannot tell the call that its awaiter was cancelled; and what the call has opened for
-a task that was cancelled is lost, open. Here a begun opening ends in the caller's hands or is closed again,
-and a begun closing always completes (`always`).
+Differences from `asyncio.to_thread`: its threads are no daemons, so a call that hangs keeps the process from
+ending; it cannot notify the call that its awaiter was cancelled; and an object that the call opens for a
+cancelled task stays open. Here such an object is returned or closed, and closing always completes (`always`).
 """
 
 from __future__ import annotations
@@ -20,11 +19,11 @@ logger = get_logger("rosproto.aio")
 
 T = TypeVar("T")
 Work = Callable[[], "Callable[[], object] | None"]
-"""What a thread does, and what it then does with the result (tell the loop)."""
+"""Work of a thread; it returns a function that passes the result to the loop, or None."""
 
 
 class Pool:
-    """At most `most` daemon threads; further calls wait for one of them, but those that end something do not.
+    """At most `most` daemon threads; further calls wait for a free one, except those that close something.
     Idle threads end by themselves.
 
     Attributes:
@@ -49,18 +48,18 @@ class Pool:
         dispose: Callable[[T], object] | None = None,
         always: bool = False,
     ) -> T:
-        """Await `function()` called in a thread.
+        """Call `function()` in a thread and await the result.
 
         Args:
             function: Called without arguments.
-            cancel: Called when the awaiting task is cancelled, to make `function` end early; what it
-                returns or raises after that is dropped.
-            dispose: Called in a thread with what `function` returned for nobody, to close it again: also when
-                the task is cancelled in the turn of the loop in which the result arrives, or when the loop is
+            cancel: Called when the awaiting task is cancelled, to make `function` end early; its result or
+                error is then dropped.
+            dispose: Called in a thread with a result that no task receives, to close it. This includes a task
+                that is cancelled in the pass of the loop in which the result arrives, and a loop that is
                 closed meanwhile.
-            always: For what ends something. It is begun although the task is cancelled before a thread has
-                time for it, does not wait for a free thread, and a cancelled task waits for its end: what
-                calls this must end in bounded time.
+            always: For closing. The call is made even if the task is cancelled before a thread is free, does
+                not wait for a free thread, and a cancelled task waits for its end; the call must take bounded
+                time.
         """
         call = _Call(self, function, dispose)
         self._put(call, urgent=always)
@@ -75,7 +74,7 @@ class Pool:
             raise
 
     def spawn(self, function: Callable[[], object]) -> None:
-        """Call `function` in a thread at once, for somebody who cannot await it; it must not raise."""
+        """Call `function` in a thread at once, for a caller that cannot await it; it must not raise."""
 
         def work() -> None:
             function()
@@ -83,7 +82,7 @@ class Pool:
         self._put(work, urgent=True)
 
     def close(self) -> None:
-        """End the threads that are idle now, and from now on each one that becomes idle. Does not wait."""
+        """End the idle threads now, and each other one when it becomes idle. Does not wait."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -113,7 +112,7 @@ class Pool:
                 work = self._work.popleft()
             tell = work()
             if tell is not None:
-                # Free before the result is known: the next call, made because of it, finds this thread.
+                # Free before the result is delivered: the call that follows it then finds this thread.
                 with self._changed:
                     self._idle += 1
                 tell()
@@ -122,8 +121,8 @@ class Pool:
 
 
 class _Call(Generic[T]):
-    """One call in a thread. What it opens ends in the hands of the task that awaits it, or is disposed of:
-    whoever comes last of the two, the thread with a result or the task that has gone, sees the other.
+    """One call in a thread. The awaiting task receives the result, or it is disposed of: the later of the
+    two, the thread with a result or the cancelled task, notices the other.
 
     Attributes:
         future: The result, in the loop.
@@ -140,9 +139,9 @@ class _Call(Generic[T]):
         self._abandoned = False
 
     def __call__(self) -> Callable[[], object] | None:
-        """Call the function, in a thread; what tells the loop of it."""
+        """Call the function in a thread; return the function that notifies the loop."""
         if self._abandoned:
-            return None  # it was not begun, and nobody wants it any more
+            return None  # it was cancelled before it began
         try:
             result = self._function()
         except BaseException as error:
@@ -158,10 +157,10 @@ class _Call(Generic[T]):
 
     def _tell(self, result: T) -> None:
         if not notify(self._loop, _settle, self.future, result):
-            self._take_back()  # the loop is closed: there is nobody to give it to
+            self._take_back()  # the loop is closed: nothing can receive it
 
     def abandon(self) -> None:
-        """Nobody waits any more: what was opened, or will be, is closed again."""
+        """The task is gone: close the result, now or when it comes."""
         with self._lock:
             self._abandoned = True
             opened = bool(self._opened)
@@ -176,11 +175,11 @@ class _Call(Generic[T]):
         for each in opened:
             try:
                 self._dispose(each)
-            except Exception as error:  # nobody waits to be told
+            except Exception as error:  # nobody waits for the result
                 logger.warning("! not closed again after its task was cancelled: %s", error)
 
     async def to_the_end(self) -> T:
-        """The result; a task that is cancelled waits for it, too, and is cancelled then."""
+        """The result; a task that is cancelled waits for it first."""
         cancelled: asyncio.CancelledError | None = None
         while not self.future.done():
             try:
@@ -203,7 +202,7 @@ def _fail(future: asyncio.Future[T], error: BaseException) -> None:
 
 
 def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> bool:
-    """Call a function in the loop from any thread; False when it is closed and has nobody left to be told."""
+    """Call a function in the loop from any thread; False if the loop is closed."""
     try:
         loop.call_soon_threadsafe(function, *arguments)
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""Service client and server for asyncio: views of the threaded ones."""
+"""Service client and server for asyncio: wrappers of the threaded ones."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class ServiceClient:
     """Calls one service; any number of tasks may call at the same time.
 
     A call uses one of the node's pool of threads while it waits. Cancelling the task closes that call's
-    connection: if the request was not sent yet it will not be, else the provider may still carry it out.
+    connection: a request that is not sent yet is not sent, otherwise the provider may still carry it out.
 
     Attributes:
-        client: The threaded one underneath: `name`, `type_name`, `md5sum`, `stats()`.
+        client: The wrapped threaded client: `name`, `type_name`, `md5sum`, `stats()`.
     """
 
     def __init__(self, client: ThreadedClient, pool: Pool) -> None:
@@ -30,7 +30,7 @@ class ServiceClient:
         self._pool = pool
 
     async def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
-        """Call the service; arguments, result and errors as `rosproto.node.ServiceClient.call` has them."""
+        """Call the service; arguments, result and errors as for `rosproto.node.ServiceClient.call`."""
         from rosproto.node.services.link import Cancellation
 
         cancellation = Cancellation()
@@ -45,7 +45,7 @@ class ServiceClient:
         """Wait until a provider answers a probe.
 
         Raises:
-            RosTimeout: Nobody did in time.
+            RosTimeout: None did in time.
         """
         stop = threading.Event()
         await self._pool.run(lambda: self.client.wait(timeout, stop=stop), cancel=stop.set)
@@ -59,7 +59,7 @@ class ServiceServer:
     """Provides one service.
 
     Attributes:
-        server: The threaded one underneath: `name`, `type_name`, `md5sum`, `stats()`.
+        server: The wrapped threaded server: `name`, `type_name`, `md5sum`, `stats()`.
     """
 
     def __init__(self, server: ThreadedServer, pool: Pool) -> None:
@@ -67,15 +67,15 @@ class ServiceServer:
         self._pool = pool
 
     async def close(self, timeout: float = 2.0) -> None:
-        """Withdraw the service; answers in progress may go out within `timeout`. May be called again."""
+        """Stop providing the service. Running calls may be answered within `timeout`. May be called again."""
         await self._pool.run(lambda: self.server.close(timeout), always=True)
 
 
 def handler_in_loop(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A handler for a threaded server that calls `handler` in the running loop.
 
-    A coroutine function becomes a task there; a plain function is called there and must not block. Either may
-    return what a threaded handler may.
+    A coroutine function becomes a task there; a plain function must not block. The return value is that of a
+    threaded handler.
     """
     loop = asyncio.get_running_loop()
 

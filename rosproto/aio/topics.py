@@ -1,4 +1,4 @@
-"""Publisher and subscriber for asyncio: views of the threaded ones."""
+"""Publisher and subscriber for asyncio: wrappers of the threaded ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Publisher:
     """A publisher; `publish` does not block and so is no coroutine.
 
     Attributes:
-        publisher: The threaded one underneath: `topic`, `type_name`, `md5sum`, `stats()`.
+        publisher: The wrapped threaded publisher: `topic`, `type_name`, `md5sum`, `stats()`.
     """
 
     def __init__(self, publisher: ThreadedPublisher, pool: Pool) -> None:
@@ -27,19 +27,19 @@ class Publisher:
         self._pool = pool
 
     def publish(self, message: Any = None, **fields: Any) -> None:
-        """Queue a message for every subscriber; encoded when this returns."""
+        """Queue a message for every subscriber; it is encoded before this returns."""
         self.publisher.publish(message, **fields)
 
     @property
     def connections(self) -> int:
-        """Subscribers connected now."""
+        """Number of connected subscribers."""
         return self.publisher.connections
 
     async def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
         """Wait until `count` subscribers are connected.
 
         Raises:
-            RosTimeout: They are not, in time.
+            RosTimeout: They are not connected in time.
         """
         await self._pool.run(lambda: self.publisher.wait_for_connection(timeout=timeout, count=count))
 
@@ -51,10 +51,10 @@ class Publisher:
 class Subscriber:
     """A subscriber: `async for message in subscriber`, or `await subscriber.next(timeout)`.
 
-    Messages wait in one queue of `queue_size`; when it is full the oldest is dropped and counted.
+    Messages wait in one queue of `queue_size`; when it is full, the oldest is dropped and counted.
 
     Attributes:
-        subscriber: The threaded one underneath: `topic`, `type_name`, `md5sum`, `stats()`.
+        subscriber: The wrapped threaded subscriber: `topic`, `type_name`, `md5sum`, `stats()`.
     """
 
     def __init__(self, subscriber: ThreadedSubscriber, mailbox: Mailbox[Any], pool: Pool) -> None:
@@ -92,12 +92,12 @@ class Subscriber:
 
     @property
     def connections(self) -> int:
-        """Publishers connected now."""
+        """Number of connected publishers."""
         return self.subscriber.connections
 
     @property
     def latest(self) -> Any:
-        """The newest message received, taken from the queue or not; None before the first."""
+        """The newest message received, whether or not it is still queued; None before the first."""
         return self.subscriber.latest
 
     @property
@@ -106,6 +106,6 @@ class Subscriber:
         return self._mailbox.dropped
 
     async def close(self) -> None:
-        """End the subscription; who waits gets the end. May be called again."""
+        """End the subscription; waiting tasks are told so. May be called again."""
         self._mailbox.close()
         await self._pool.run(self.subscriber.close, always=True)

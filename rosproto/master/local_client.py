@@ -70,7 +70,7 @@ _HERE = _here()
 
 
 def _direct_calls(params: tuple[object, ...]) -> list[tuple[str, list[object]]] | None:
-    """The calls of a multicall; None when one of them has to take the port."""
+    """The calls of a multicall; None if one of them must use the port."""
     structs = params[0] if len(params) == 1 else None
     calls = []
     for struct in structs if isinstance(structs, list) else ():

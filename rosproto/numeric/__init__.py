@@ -1,8 +1,8 @@
 """Sensor and geometry messages as numpy arrays, and back.
 
-Every function says the shape, dtype and frame of what it gives, and whether that is a view of the message or
-a copy. Views of a received message are read-only; `.copy()` gives an array of your own. Messages of both
-flavours are taken.
+Each function documents shape, dtype and frame of its result, and whether it is a view of the message or a
+copy. Views of a received message are read-only; `.copy()` gives a writable array. Dynamic and generated
+messages are accepted.
 """
 
 from __future__ import annotations

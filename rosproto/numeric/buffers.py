@@ -1,4 +1,4 @@
-"""The octets of a uint8[] field, whatever it holds."""
+"""A uint8[] field as a flat array."""
 
 from __future__ import annotations
 

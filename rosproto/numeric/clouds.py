@@ -1,4 +1,4 @@
-"""sensor_msgs/PointCloud2 and sensor_msgs/LaserScan as points."""
+"""sensor_msgs/PointCloud2 and sensor_msgs/LaserScan as points, and points as a cloud."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def cloud_to_array(cloud: Any) -> NDArray[Any]:
     """All fields of a sensor_msgs/PointCloud2.
 
     Returns:
-        A structured array with the cloud's own field names: (N,) for an unordered cloud, (H, W) for an
-        ordered one; a field of several elements is a sub-array. Units and frame are the cloud's
+        A structured array with the cloud's field names: (N,) for an unordered cloud, (H, W) for an ordered
+        one; a field of several elements is a sub-array. Units and frame are the cloud's
         (`cloud.header.frame_id`). A view of `cloud.data`.
 
     Raises:
-        ValueError: Fields, steps and data contradict each other.
+        ValueError: Fields, steps and data are inconsistent.
     """
     order = ">" if cloud.is_bigendian else "<"
     names, formats, offsets = [], [], []
@@ -67,7 +67,7 @@ def cloud_to_points(cloud: Any, *, keep_invalid: bool = False) -> NDArray[Any]:
         (N, 3) float32 (float64 if the cloud's are), metres in `cloud.header.frame_id`. A copy.
 
     Raises:
-        ValueError: There is no x, y or z, or the cloud contradicts itself.
+        ValueError: There is no x, y or z, or the cloud is inconsistent.
     """
     points = cloud_to_array(cloud).reshape(-1)
     missing = {"x", "y", "z"}.difference(points.dtype.names or ())
@@ -89,7 +89,7 @@ def points_to_cloud(points: NDArray[Any], *, header: Any = None) -> Any:
         An unordered cloud with float32 fields x, y, z.
 
     Raises:
-        ValueError: The shape is another.
+        ValueError: The shape is wrong.
     """
     points = np.ascontiguousarray(points, "<f4")
     if points.ndim != 2 or points.shape[1] != 3:
@@ -109,7 +109,7 @@ def points_to_cloud(points: NDArray[Any], *, header: Any = None) -> Any:
 
 
 def scan_to_points(scan: Any, *, keep_invalid: bool = False) -> NDArray[np.float64]:
-    """The points a sensor_msgs/LaserScan hit.
+    """The points of a sensor_msgs/LaserScan.
 
     Args:
         scan: The message.

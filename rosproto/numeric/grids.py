@@ -1,4 +1,4 @@
-"""nav_msgs/OccupancyGrid and arrays."""
+"""nav_msgs/OccupancyGrid as an array, and back."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def grid_to_array(grid: Any) -> NDArray[np.int8]:
 
     Returns:
         (H, W) int8, `[row, column]`: -1 unknown, 0 free to 100 occupied. Row 0 is at the origin's y, so it is
-        the *lowest* row of the map (flip with `[::-1]` for a picture); cell [r, c] is centred at
-        ((c + 0.5), (r + 0.5)) * info.resolution in the frame of info.origin. A view of `grid.data` (a copy
-        of a list or tuple).
+        the *lowest* row of the map (flip with `[::-1]` for a picture); cell [r, c] is centred at ((c + 0.5),
+        (r + 0.5)) * info.resolution in the frame of info.origin. A view of `grid.data` (a copy of a list or
+        tuple).
 
     Raises:
-        ValueError: info and data contradict each other.
+        ValueError: info and data are inconsistent.
     """
     cells = np.asarray(grid.data, np.int8).reshape(-1)
     height, width = grid.info.height, grid.info.width
@@ -33,13 +33,13 @@ def array_to_grid(cells: NDArray[Any], resolution: float, *, origin: Any = None,
     """A nav_msgs/OccupancyGrid of an array.
 
     Args:
-        cells: (H, W) int8 as `grid_to_array` gives it.
+        cells: (H, W) int8 as returned by `grid_to_array`.
         resolution: Metres per cell.
         origin: geometry_msgs/Pose of cell [0, 0]'s outer corner in the frame of `header`; zero by default.
         header: A std_msgs/Header to use; a new one by default.
 
     Raises:
-        ValueError: Shape or values do not fit.
+        ValueError: Shape or values are invalid.
     """
     cells = np.asarray(cells)
     if cells.ndim != 2 or (cells.size and (cells.min() < -1 or cells.max() > 100)):

@@ -1,4 +1,4 @@
-"""sensor_msgs/Image and arrays: encodings, pixels, and depth that a person can look at."""
+"""sensor_msgs/Image as arrays, and back: encodings, pixels, and depth images made visible."""
 
 from __future__ import annotations
 
@@ -81,18 +81,18 @@ def array_to_image(array: NDArray[Any], encoding: str, *, header: Any = None) ->
 
 
 def compressed_image_bytes(image: Any) -> bytes:
-    """The JPEG or PNG file inside a sensor_msgs/CompressedImage, for any image library; a copy."""
+    """The JPEG or PNG file in a sensor_msgs/CompressedImage, for any image library; a copy."""
     return octets(image.data).tobytes()
 
 
 # -- encodings ----------------------------------------------------------------------------------------------
-# Encodings of sensor_msgs/Image: the values of a pixel, and the colours they mean. Pure.
+# Encodings of sensor_msgs/Image: the values of a pixel and their colours. Pure.
 #
 # Source: sensor_msgs/image_encodings.h; OpenCV's colour order for those without one (8UC3 is BGR).
 
 
 class PixelLayout(NamedTuple):
-    """numpy's kind of one value ("u1"), values in a pixel, and their colour; "" when no name tells it."""
+    """numpy's type of one value ("u1"), values per pixel, and their colour; "" if unnamed."""
 
     kind: str
     channels: int
@@ -109,7 +109,7 @@ ENCODINGS: dict[str, PixelLayout] = {
         *((f"bayer_{pattern}", 1, f"BAYER_{pattern.upper()}") for pattern in _PATTERNS),
     )
 }
-"""The encodings with names; "16UC1" and its like are read by rule."""
+"""The named encodings; "16UC1" and similar ones are parsed."""
 # Two octets per pixel, Y and in turn U or V: yuv422 and uyvy are U Y V Y, the others Y U Y V.
 ENCODINGS |= {name: PixelLayout("u1", 2, "YUV422") for name in ("yuv422", "uyvy")}
 ENCODINGS |= {name: PixelLayout("u1", 2, "YUV422_YUY2") for name in ("yuv422_yuy2", "yuyv")}
@@ -126,11 +126,11 @@ PICTURES: dict[str, tuple[int, ...]] = {
     "16UC1": (0,),
     "32FC1": (0,),
 }
-"""The encodings that make a picture, and the order in which their values become grey, RGB or RGBA."""
+"""The encodings of pictures, and the order of their values for grey, RGB or RGBA."""
 
 
 def pixel_layout(encoding: str) -> PixelLayout:
-    """What a pixel is made of.
+    """The layout of a pixel.
 
     Raises:
         ValueError: The encoding is unknown.
@@ -148,7 +148,7 @@ def pixel_layout(encoding: str) -> PixelLayout:
 
 
 def picture_order(encoding: str) -> list[int] | None:
-    """The order in which values become grey, RGB or RGBA, as an index of channels; None when it is theirs."""
+    """Index of channels that makes grey, RGB or RGBA; None if they are in that order."""
     order = PICTURES.get(encoding, (0,))
     return None if order == tuple(range(len(order))) else list(order)
 
@@ -157,20 +157,21 @@ def picture_order(encoding: str) -> list[int] | None:
 
 
 _NEAR, _FAR = 255, 40
-"""Greys; 0 is left to what was not measured."""
+"""Grey values; 0 means not measured."""
 
 
 def depth_millimetres(metres: NDArray[np.floating]) -> NDArray[np.uint16]:
-    """(height, width) uint16 in mm, 0 where nothing was measured; what is too far for it is 65535."""
+    """(height, width) uint16 in mm; 0 where nothing was measured, 65535 where it is too far."""
     found = np.nan_to_num(metres.astype(np.float64) * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
     return np.clip(np.rint(found), 0, 65535).astype(np.uint16)
 
 
 def visible_depth(metres: NDArray[np.floating]) -> NDArray[np.uint8]:
-    """(height, width) uint8, scaled to what is in the image: nearest white, farthest dark, unmeasured black.
+    """(height, width) uint8, scaled to the range in the image: nearest white, farthest dark, unmeasured
+    black.
 
     Args:
-        metres: (height, width) in m; NaN, infinity, zero and less are not measured.
+        metres: (height, width) in m; NaN, infinity, zero and negative values are not measured.
     """
     depth = metres.astype(np.float64)
     seen = np.isfinite(depth) & (depth > 0.0)

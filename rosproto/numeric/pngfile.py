@@ -1,6 +1,7 @@
-"""PNG pictures from arrays and back, with nothing but zlib (www.w3.org/TR/png). Pure.
+"""Encode arrays as PNG and decode PNG, with nothing but zlib (www.w3.org/TR/png). Pure.
 
-The one writer of both packages. Not read: interlaced pictures. Every size is bounded before memory is taken.
+Both packages use it for all PNGs. Interlaced pictures are not supported. Every size is checked before memory
+is allocated.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ if TYPE_CHECKING:
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 _KINDS = {1: 0, 3: 2, 4: 6}
-"""Channels -> colour type of what is written: grey, RGB, RGBA."""
+"""Channels -> colour type when writing: grey, RGB, RGBA."""
 
 
 def encode_png(pixels: NDArray[np.generic]) -> bytes:
     """A PNG of (height, width) or (height, width, 3 or 4) uint8 or uint16.
 
     Raises:
-        ValueError: Another shape or type.
+        ValueError: Wrong shape or dtype.
     """
     channels = 1 if pixels.ndim == 2 else pixels.shape[-1] if pixels.ndim == 3 else 0
     if channels not in _KINDS or pixels.dtype not in (np.uint8, np.uint16) or 0 in pixels.shape:
@@ -40,7 +41,7 @@ def encode_png(pixels: NDArray[np.generic]) -> bytes:
 
 
 def is_png(data: bytes) -> bool:
-    """Whether these bytes begin as a PNG does."""
+    """Whether bytes begin like a PNG."""
     return data.startswith(SIGNATURE)
 
 
@@ -57,11 +58,11 @@ def decode_png(data: bytes, limit_pixels: int, limit_rows: int = 1 << 31) -> NDA
         limit_rows: Largest height; a row takes ten microseconds, however short.
 
     Returns:
-        (height, width, channels) uint8: grey, grey and alpha, RGB, or RGBA; 16 bits are cut to 8, palettes
-        are looked up.
+        (height, width, channels) uint8: grey, grey and alpha, RGB, or RGBA; 16 bits are reduced to 8,
+        palettes are resolved.
 
     Raises:
-        ValueError: No PNG, too large, cut short, or interlaced.
+        ValueError: No PNG, too large, truncated, or interlaced.
     """
     chunks = _chunks(data)
     if len(chunks.get(b"IHDR", b"")) != 13:
@@ -155,7 +156,7 @@ def _paeth(left: int, up: int, corner: int) -> int:
 
 
 def _samples(rows: NDArray[np.uint8], width: int, depth: int, channels: int) -> NDArray[np.uint8]:
-    """(height, width, channels): small samples unpacked, the high byte of large ones."""
+    """(height, width, channels): small samples unpacked, large ones reduced to the high byte."""
     height = rows.shape[0]
     if depth == 16:
         rows = rows[:, ::2]

@@ -1,4 +1,7 @@
-"""Poses, transforms and quaternions as matrices and angles. Source: REP 103 (right-handed, x forward)."""
+"""Convert poses, transforms and quaternions to matrices and angles, and back.
+
+Source: REP 103 (right-handed, x forward).
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ def _unit(quaternion: Any) -> tuple[float, float, float, float]:
 
 
 def quaternion_to_matrix(quaternion: Any) -> NDArray[np.float64]:
-    """(3, 3) float64 rotation of a geometry_msgs/Quaternion, which is brought to length 1 first.
+    """(3, 3) float64 rotation of a geometry_msgs/Quaternion, which is normalised first.
 
     Raises:
         ValueError: All its parts are 0, or not finite.
@@ -37,7 +40,7 @@ def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
     """A geometry_msgs/Quaternion, w >= 0, of the rotation in a (3, 3) or (4, 4) matrix.
 
     Raises:
-        ValueError: The shape is another, or the matrix is no rotation.
+        ValueError: The shape is wrong, or the matrix is no rotation.
     """
     q = rotation.from_matrix(_rotation(matrix).tolist())
     sign = -1.0 if q[3] < 0 else 1.0
@@ -58,8 +61,8 @@ def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
 def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
     """(4, 4) float64 matrix of a geometry_msgs/Pose or geometry_msgs/Transform; metres.
 
-    For a pose of frame B given in frame A it is A_T_B: it takes points of B, as columns (x, y, z, 1), to A.
-    The same holds for a TransformStamped's transform, with A its header.frame_id, B its child_frame_id.
+    For a pose of frame B given in frame A it is A_T_B: it converts points of B, as columns (x, y, z, 1), to
+    A. For a TransformStamped, A is its header.frame_id and B its child_frame_id.
 
     Raises:
         ValueError: The orientation is no rotation.
@@ -73,7 +76,7 @@ def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
 
 
 def matrix_to_pose(matrix: NDArray[Any]) -> Any:
-    """The geometry_msgs/Pose of a (4, 4) matrix; undoes `pose_to_matrix`.
+    """The geometry_msgs/Pose of a (4, 4) matrix; the inverse of `pose_to_matrix`.
 
     Raises:
         ValueError: It is no rigid transform.
@@ -83,7 +86,7 @@ def matrix_to_pose(matrix: NDArray[Any]) -> Any:
 
 
 def matrix_to_transform(matrix: NDArray[Any]) -> Any:
-    """The geometry_msgs/Transform of a (4, 4) matrix; undoes `pose_to_matrix`.
+    """The geometry_msgs/Transform of a (4, 4) matrix; the inverse of `pose_to_matrix`.
 
     Raises:
         ValueError: It is no rigid transform.

@@ -1,4 +1,4 @@
-"""Transforms between frames over time (tf2): the tree, and what feeds it from a node.
+"""Transforms between frames over time (tf2): a buffer, and the listener and broadcasters of a node.
 
     buffer = tf.TransformBuffer()
     with tf.TransformListener(node, buffer):

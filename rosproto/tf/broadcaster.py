@@ -1,4 +1,4 @@
-"""Publishes transforms to /tf and /tf_static.
+"""Publish transforms to /tf and /tf_static.
 
 Source: tf2_ros transform_broadcaster.py, static_transform_broadcaster.py; REP 105.
 """
@@ -17,10 +17,10 @@ _Self = TypeVar("_Self", bound="_Broadcaster")
 
 
 def _message(transform: Transform | Any) -> Any:
-    """A TransformStamped that every receiver takes, from one or from a Transform.
+    """A valid TransformStamped, from one or from a Transform.
 
     Raises:
-        ValueError: It is no transform: names, numbers, or a frame that is its own parent.
+        ValueError: Names or numbers are invalid, or the frame is its own parent.
     """
     value = transform if isinstance(transform, Transform) else Transform.from_message(transform)
     checked(value)
@@ -28,7 +28,7 @@ def _message(transform: Transform | Any) -> Any:
 
 
 class _Broadcaster:
-    """What both have: a topic of TFMessage, published until it is closed."""
+    """Base of both broadcasters: a topic of TFMessage, published until it is closed."""
 
     def __init__(self, node: Node, topic: str, **options: Any) -> None:
         self._class: Any = message_class("tf2_msgs/TFMessage")
@@ -41,16 +41,16 @@ class _Broadcaster:
         self.close()
 
     def close(self) -> None:
-        """Stop publishing; newcomers get nothing any more. May be called again."""
+        """Stop publishing; new subscribers get nothing. May be called again."""
         self._publisher.close()
 
 
 class TransformBroadcaster(_Broadcaster):
-    """Sends poses of moving frames; call `send` for every new one.
+    """Publishes poses of moving frames; call `send` for each new pose.
 
     Args:
         node: The node that publishes.
-        queue_size: Messages that may wait for a slow subscriber; older ones are dropped.
+        queue_size: Most messages that wait for a slow subscriber; older ones are dropped.
     """
 
     def __init__(self, node: Node, *, queue_size: int = 100) -> None:
@@ -60,16 +60,16 @@ class TransformBroadcaster(_Broadcaster):
         """Send one message with these `Transform`s or geometry_msgs/TransformStamped, each with its stamp.
 
         Raises:
-            ValueError: One of them is nonsense; nothing is sent.
+            ValueError: One of them is invalid; nothing is sent.
         """
         self._publisher.publish(self._class(transforms=[_message(transform) for transform in transforms]))
 
 
 class StaticTransformBroadcaster(_Broadcaster):
-    """Sends poses of frames that never move, once; whoever comes later gets all of them (latched).
+    """Publishes poses of frames that never move, once; later subscribers get them, too (latched).
 
-    A latched topic gives a newcomer the last message only, so each message holds every frame sent so far;
-    sending a frame again replaces it. Use one broadcaster per node.
+    A latched topic keeps only the last message, so each message contains every frame sent so far; sending a
+    frame again replaces it. Use one broadcaster per node.
     """
 
     def __init__(self, node: Node) -> None:
@@ -81,7 +81,7 @@ class StaticTransformBroadcaster(_Broadcaster):
         """Add or replace frames: `Transform`s or geometry_msgs/TransformStamped.
 
         Raises:
-            ValueError: One of them is nonsense; nothing is sent.
+            ValueError: One of them is invalid; nothing is sent.
         """
         messages = [_message(transform) for transform in transforms]
         with self._lock:

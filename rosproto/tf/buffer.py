@@ -1,4 +1,4 @@
-"""The transform tree: what is known of every frame for the last seconds, and lookups over it.
+"""`TransformBuffer`: thread-safe lookups, with waiting, over a `FrameTree` (rosproto/tf/tree.py).
 
 Source: tf2 buffer_core.cpp; REP 105 (frame names), wiki.ros.org/tf2.
 """
@@ -31,10 +31,10 @@ UNIT_TOLERANCE = 1e-2  # as in tf2: the squared length of a rotation may differ 
 
 
 def frame_name(name: str) -> str:
-    """tf2 has no leading slashes; old programs still send them.
+    """The frame's name without a leading slash: tf2 has none, but old programs still send them.
 
     Raises:
-        ValueError: The name is empty, or longer than any frame's.
+        ValueError: The name is empty or too long.
     """
     stripped = name.lstrip("/")
     if not stripped:
@@ -45,14 +45,14 @@ def frame_name(name: str) -> str:
 
 
 class TransformBuffer:
-    """Transforms of a whole robot; every method may be called from any thread.
+    """The transforms of a robot. Thread-safe.
 
     Attributes:
-        cache_time: Seconds that are remembered of each frame.
+        cache_time: Seconds for which the poses of a frame are kept.
 
     Args:
-        max_frames: Frames that are taken; poses of more are refused.
-        max_samples: Poses that are kept of each frame.
+        max_frames: Most frames; further ones are refused.
+        max_samples: Most poses of each frame.
     """
 
     def __init__(
@@ -66,18 +66,18 @@ class TransformBuffer:
         self._changed = threading.Condition()
 
     def set_transform(self, transform: Any, *, authority: str = "", static: bool = False) -> bool:
-        """Take one pose of a frame in its parent.
+        """Add one pose of a frame in its parent.
 
         Args:
             transform: A `Transform` or a geometry_msgs/TransformStamped.
-            authority: Who says so, for `frames()`.
-            static: True when it holds at all times.
+            authority: The sender, for `frames()`.
+            static: True if it holds at all times.
 
         Returns:
-            False when it is older than the cache or its stamp is known already.
+            False if it is older than the cache or its stamp is already known.
 
         Raises:
-            ValueError: It is no transform: names, numbers, or a frame that is its own parent.
+            ValueError: Names or numbers are invalid, or the frame is its own parent.
         """
         if not isinstance(transform, Transform):
             transform = Transform.from_message(transform)
@@ -91,7 +91,7 @@ class TransformBuffer:
         return taken
 
     def _edge(self, child: str, static: bool) -> History:
-        """What is known of a frame; begun anew when it is new, or moves from now on, or no longer."""
+        """A frame's history; a new one if the frame is new, or changes between moving and static."""
         edges = self._tree.edges
         edge = edges.get(child)
         if not self._tree.has_room(child):
@@ -107,16 +107,16 @@ class TransformBuffer:
         time: Stamped | float | None = None,
         timeout: float | None = 0.0,
     ) -> Transform:
-        """The transform that takes coordinates in `source` to coordinates in `target`.
+        """The transform that converts coordinates in `source` to coordinates in `target`.
 
         Args:
             target: Frame of the result ("map").
             source: Frame of the data ("base_link"); the result is the pose of `source` in `target`.
-            time: Moment, a Time or seconds; None (or zero) for the latest that all frames on the way share.
-            timeout: Seconds to wait until it can be had; None waits for ever.
+            time: A Time or seconds; None (or zero) for the latest time at which the whole path is known.
+            timeout: Seconds to wait for the transform; None waits for ever.
 
         Raises:
-            UnknownFrame, NotConnected, ExtrapolationError: It cannot be had (within `timeout`).
+            UnknownFrame, NotConnected, ExtrapolationError: There is no transform (within `timeout`).
         """
         target, source, moment = frame_name(target), frame_name(source), nanoseconds(time)
         deadline = Deadline(timeout)
@@ -138,14 +138,14 @@ class TransformBuffer:
         fixed: str,
         timeout: float | None = 0.0,
     ) -> Transform:
-        """From `source` at one time to `target` at another, by way of a frame that did not move meanwhile."""
+        """From `source` at one time to `target` at another, via a frame that did not move in between."""
         there = self.lookup(fixed, source, source_time, timeout)
         back = self.lookup(target, fixed, target_time, timeout)
         whole = back @ there
         return Transform(whole.target, whole.source, whole.translation, whole.rotation, back.stamp_ns)
 
     def can_lookup(self, target: str, source: str, time: Stamped | float | None = None) -> bool:
-        """True when `lookup` would give an answer now."""
+        """Whether `lookup` would succeed now."""
         try:
             self.lookup(target, source, time)
         except TransformError:
@@ -156,7 +156,7 @@ class TransformBuffer:
         """Wait until any transform between two frames is known.
 
         Raises:
-            RosTimeout: It is not, in time; the text tells what was missing.
+            RosTimeout: It is not known in time; the text says what was missing.
         """
         try:
             self.lookup(target, source, None, timeout)
@@ -181,7 +181,7 @@ class TransformBuffer:
             }
 
     def clear(self) -> None:
-        """Forget what moves, as after a jump back of the clock; what is static stays."""
+        """Forget the moving frames, as after a backward jump of the clock; static ones stay."""
         with self._changed:
             edges = self._tree.edges
             self._tree.edges = {child: edge for child, edge in edges.items() if edge.static}

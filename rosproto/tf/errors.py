@@ -1,4 +1,4 @@
-"""Why a transform cannot be had."""
+"""The errors of a transform lookup."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from rosproto.errors import RosError
 
 
 class TransformError(RosError, LookupError):
-    """A transform cannot be had.
+    """There is no such transform.
 
     Attributes:
-        target: Frame asked for.
+        target: Frame requested.
         source: Frame of the data.
     """
 
@@ -20,7 +20,7 @@ class TransformError(RosError, LookupError):
 
 
 class UnknownFrame(TransformError):
-    """Nobody has published this frame.
+    """The frame has not been published.
 
     Attributes:
         frame: The frame.
@@ -32,10 +32,10 @@ class UnknownFrame(TransformError):
 
 
 class NotConnected(TransformError):
-    """Both frames are known, but they hang in two separate trees.
+    """Both frames are known, but belong to separate trees.
 
     Attributes:
-        target_root, source_root: The topmost frame above each of them.
+        target_root, source_root: The root of each tree.
     """
 
     def __init__(
@@ -53,12 +53,12 @@ class NotConnected(TransformError):
 
 
 class ExtrapolationError(TransformError):
-    """The time asked for lies outside what is known.
+    """The requested time is outside the known range.
 
     Attributes:
-        parent, child: The edge of the tree that is not known at that time.
-        requested: Time asked for, seconds.
-        earliest, latest: What is known of that edge, seconds.
+        parent, child: The edge of the tree that is unknown at that time.
+        requested: Requested time, seconds.
+        earliest, latest: Known range of that edge, seconds.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Feeds a transform buffer from /tf and /tf_static.
+"""Fill a transform buffer from /tf and /tf_static.
 
 Source: tf2_ros transform_listener.py; wiki.ros.org/tf2.
 """
@@ -18,19 +18,19 @@ MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may 
 
 
 class TransformListener:
-    """Subscribes to /tf and /tf_static; what arrives goes into `buffer`.
+    """Subscribes to /tf and /tf_static and adds the transforms to `buffer`.
 
-    The buffer is fed in the subscribers' own threads. Transforms that are none (names, numbers) are counted
-    and the first of each frame is logged. When simulated time jumps back, what moves is forgotten.
+    The subscribers' threads fill the buffer. Invalid transforms (names, numbers) are counted, and the first
+    of each frame is logged. When simulated time jumps back, moving frames are forgotten.
 
     Args:
         node: The node that subscribes.
-        buffer: The buffer to fill; a new one when left out.
-        queue_size: Messages of /tf that may wait; older ones are dropped.
+        buffer: The buffer to fill; a new one by default.
+        queue_size: Most messages of /tf that wait; older ones are dropped.
 
     Attributes:
         buffer: The buffer.
-        refused: Transforms not taken so far because they are nonsense.
+        refused: Number of invalid transforms so far.
     """
 
     def __init__(self, node: Node, buffer: TransformBuffer | None = None, *, queue_size: int = 100) -> None:
@@ -60,7 +60,7 @@ class TransformListener:
         self._take(message, static=True)
 
     def _notice_jump(self) -> None:
-        """As tf2_ros does: a clock that went back makes all that is known newer than anything to come."""
+        """As tf2_ros does: after the clock jumped back, all known poses would be newer than any to come."""
         now = self._node.clock.now().to_sec()
         with self._lock:
             jumped, self._newest = now < self._newest - 1.0, now
@@ -86,6 +86,6 @@ class TransformListener:
         logger.warning("transform of %s from %s is not taken: %s", child, authority, error)
 
     def close(self) -> None:
-        """End both subscriptions; the buffer stays as it is. May be called again."""
+        """End both subscriptions; the buffer stays. May be called again."""
         for subscriber in self._subscribers:
             subscriber.close()

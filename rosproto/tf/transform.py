@@ -35,9 +35,9 @@ def nanoseconds(time: Stamped | float | None) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Transform:
-    """`target_T_source`: takes coordinates in `source` to coordinates in `target`.
+    """`target_T_source`: converts coordinates in `source` to coordinates in `target`.
 
-    It is as well the pose of `source` in `target`; in a TransformStamped, `target` is header.frame_id (the
+    It is also the pose of `source` in `target`. In a TransformStamped, `target` is header.frame_id (the
     parent) and `source` is child_frame_id.
 
     Attributes:
@@ -45,7 +45,7 @@ class Transform:
         source: Frame of the data.
         translation: (x, y, z) of the source's origin in target, m.
         rotation: Unit quaternion (x, y, z, w).
-        stamp_ns: Time it holds at, ns, exact as on the wire; 0 for one that holds always.
+        stamp_ns: Its time, ns, exactly as on the wire; 0 if it holds always.
     """
 
     target: str
@@ -84,7 +84,7 @@ class Transform:
 
     @classmethod
     def from_message(cls, message: Any) -> Transform:
-        """From a geometry_msgs/TransformStamped; leading slashes of frame names go (tf2 has none)."""
+        """From a geometry_msgs/TransformStamped; leading slashes of names are removed (tf2 has none)."""
         t, r = message.transform.translation, message.transform.rotation
         return cls(
             message.header.frame_id.lstrip("/"),
@@ -106,7 +106,7 @@ class Transform:
 
     @property
     def stamp(self) -> Time:
-        """Time it holds at."""
+        """Its time."""
         return Time(*divmod(self.stamp_ns, 1_000_000_000))
 
     @property
@@ -117,7 +117,7 @@ class Transform:
         return Transform(self.source, self.target, (-x, -y, -z), back, self.stamp_ns)
 
     def __matmul__(self, other: Transform) -> Transform:
-        """`a_T_b @ b_T_c` is `a_T_c`; the stamp is the later one that counts.
+        """`a_T_b @ b_T_c` is `a_T_c`, with the later of the two stamps.
 
         Raises:
             ValueError: The inner frames differ.
@@ -135,13 +135,13 @@ class Transform:
         )
 
     def point(self, point: Vector) -> Vector:
-        """One point given in `source`, in `target`."""
+        """Convert one point from `source` to `target`."""
         x, y, z = quaternion.rotate(self.rotation, point)
         dx, dy, dz = self.translation
         return (x + dx, y + dy, z + dz)
 
     def points(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Points in `source`, (N, 3), to points in `target`, (N, 3) float64, a copy."""
+        """Convert points, (N, 3), from `source` to `target`; (N, 3) float64, a copy."""
         import numpy as np
 
         matrix = self.matrix
@@ -150,7 +150,7 @@ class Transform:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """Homogeneous (4, 4) float64: `matrix @ (x, y, z, 1)` takes source to target."""
+        """Homogeneous (4, 4) float64: `matrix @ (x, y, z, 1)` converts source to target."""
         import numpy as np
 
         values = np.eye(4)

@@ -1,7 +1,7 @@
-"""The engine under all transform buffers: which frame hangs below which, and the way between two of them.
+"""The frame tree and the history of each frame: the computation of all transform buffers.
 
-Two frames are connected by their common root, or straight when one hangs below the other. Pure: no clock, no
-lock, no waiting, no texts; `TransformBuffer` and the rospy layer's tf2_py bring theirs, and check names.
+Two frames are connected by their common root, or directly if one is below the other. Pure: no clock, no lock,
+no waiting, no error texts. `TransformBuffer` and the rospy layer's tf2_py add these, and check names.
 
 Source: tf2 buffer_core.cpp (walkToTopParent, getLatestCommonTime, lookupTransform).
 """
@@ -24,15 +24,15 @@ IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
 
 class NoPath(Exception):
-    """There is no transform; buffers turn this into errors of their own."""
+    """There is no transform; buffers convert this to their own errors."""
 
 
 class FrameLoop(NoPath):
-    """The way to the root does not end."""
+    """The path to the root does not end."""
 
 
 class SeparateTrees(NoPath):
-    """Two trees: the topmost frames above the source and above the target."""
+    """The frames are in two trees, with these roots above the source and above the target."""
 
     def __init__(self, source_root: str, target_root: str) -> None:
         super().__init__(source_root, target_root)
@@ -41,7 +41,7 @@ class SeparateTrees(NoPath):
 
 
 class PoseUnknown(NoPath):
-    """The pose of `child` is not known at `stamp` (ns)."""
+    """The pose of `child` is unknown at `stamp` (ns)."""
 
     def __init__(self, child: str, history: History, stamp: int) -> None:
         super().__init__(child, stamp)
@@ -51,7 +51,7 @@ class PoseUnknown(NoPath):
 
 
 class FramePath(NamedTuple):
-    """The pose of the source in the target, and the frames below the meeting point on either side."""
+    """The pose of the source in the target, and the frames on each side below their common ancestor."""
 
     translation: Vector
     rotation: Quaternion
@@ -60,14 +60,15 @@ class FramePath(NamedTuple):
 
 
 class FrameTree:
-    """Histories of all frames. Names come from peers, so their number is bounded.
+    """The histories of all frames. Peers choose the names, so their number is limited.
 
     Args:
-        most_frames: That have a parent; twice as many are named, and half as many again at times.
+        most_frames: Most frames with a parent; up to twice as many names are kept, temporarily half as many
+            again.
 
     Attributes:
-        edges: What is known of each frame that has a parent.
-        names: All frames, parents too, in the order in which they were heard of.
+        edges: The history of each frame that has a parent.
+        names: All frames, parents included, in order of first mention.
     """
 
     def __init__(self, most_frames: int = MOST_FRAMES) -> None:
@@ -77,11 +78,11 @@ class FrameTree:
         self._most_names = 2 * most_frames
 
     def has_room(self, child: str) -> bool:
-        """Whether a pose of this frame may be taken."""
+        """Whether a pose of this frame may be added."""
         return child in self.edges or len(self.edges) < self._most_frames
 
     def note(self, child: str, parent: str) -> None:
-        """Both are frames; their pose has been taken."""
+        """Remember both names, after a pose was added."""
         self.names.update({child: None, parent: None})
         if len(self.names) > self._most_names:  # a sender that makes up new parents
             self.recollect_names()
@@ -89,23 +90,23 @@ class FrameTree:
             self._most_names = max(2 * self._most_frames, len(self.names) + self._most_frames // 2)
 
     def recollect_names(self) -> None:
-        """Forget the names of parents that were."""
+        """Forget the names of former parents."""
         parents = (edge.newest.parent for edge in self.edges.values() if len(edge))
         self.names = dict.fromkeys([*self.edges, *parents])
 
     def lookup(self, target: str, source: str, stamp: int) -> tuple[Pose, int]:
-        """The pose of the source in the target, and its time; `stamp` 0 is the newest that all share.
+        """The pose of the source in the target, and its time; `stamp` 0 is the newest common time.
 
         Raises:
-            NoPath: It cannot be had.
+            NoPath: There is no transform.
         """
         stamp = stamp or self.latest_common_time(target, source)
-        if target == source:  # the frame need not be known for that
+        if target == source:  # works for an unknown frame as well
             return IDENTITY, stamp
         return self.find_path(target, source, stamp)[:2], stamp
 
     def find_path(self, target: str, source: str, stamp: int) -> FramePath:
-        """The way between two frames at one time.
+        """The path between two frames at one time.
 
         Raises:
             NoPath: There is none.
@@ -117,7 +118,7 @@ class FrameTree:
         frame, gap = source, None
         while frame != target and frame in edges:
             sample = edges[frame].at(stamp)
-            if sample is None:  # perhaps the target hangs below this frame
+            if sample is None:  # perhaps the target is below this frame
                 gap = PoseUnknown(frame, edges[frame], stamp)
                 break
             up = _step(sample.translation, sample.rotation, up)
@@ -141,10 +142,10 @@ class FrameTree:
         return FramePath(_sum(rotate(back, up[0]), there), multiply(back, up[1]), source_side, target_side)
 
     def latest_common_time(self, target: str, source: str) -> int:
-        """The newest time (ns) for which the whole way is known; 0 when nothing on it moves.
+        """The newest time (ns) at which the whole path is known; 0 if nothing on it moves.
 
         Raises:
-            SeparateTrees, FrameLoop: There is no way.
+            SeparateTrees, FrameLoop: There is no path.
         """
         if target == source:
             return self.newest_stamp(source)
@@ -171,12 +172,12 @@ class FrameTree:
         raise FrameLoop
 
     def newest_stamp(self, frame: str) -> int:
-        """When a frame was seen last, ns; 0 for one that does not move or is not known."""
+        """The newest stamp of a frame, ns; 0 for one that is static or unknown."""
         edge = self.edges.get(frame)
         return 0 if not edge or edge.static else edge.newest.stamp
 
     def _up(self, frame: str) -> tuple[int, str] | None:
-        """(newest stamp, newest parent) of a frame; None for a root, or one of which all was forgotten."""
+        """(newest stamp, newest parent) of a frame; None for a root, or a frame without poses."""
         edge = self.edges.get(frame)
         return (self.newest_stamp(frame), edge.newest.parent) if edge else None
 
@@ -196,7 +197,7 @@ def _sum(a: Vector, b: Vector) -> Vector:
 
 
 def _step(translation: Vector, rotation: Quaternion, pose: Pose) -> Pose:
-    """A pose in a child, as its parent sees it."""
+    """Convert a pose in a child to a pose in its parent."""
     return _sum(rotate(rotation, pose[0]), translation), multiply(rotation, pose[1])
 
 
@@ -207,7 +208,7 @@ def _inverse(pose: Pose) -> Pose:
 
 
 # -- the past of one frame ----------------------------------------------------------------------------------
-# What is known of one edge of the tree over time, with interpolation: no clock, no I/O.
+# The poses of one edge of the tree over time, with interpolation: no clock, no I/O.
 #
 # Source: tf2 cache.cpp, static_cache.cpp (what is kept, and the order of the arithmetic).
 
@@ -217,7 +218,7 @@ REPEATED = "the stamp is known already"
 
 
 class Sample(NamedTuple):
-    """Pose of the child in its parent at one moment (`stamp` in ns)."""
+    """Pose of the child in its parent at one time (`stamp` in ns)."""
 
     stamp: int
     parent: str
@@ -226,15 +227,15 @@ class Sample(NamedTuple):
 
 
 class History:
-    """Samples of one child frame, oldest first; of a static one the last, which holds at all times.
+    """Poses of one child frame, oldest first; of a static one only the last, which holds at all times.
 
     Args:
         cache_ns: How much older than the newest a sample may be.
-        most: Samples that are kept at most; None for no bound.
-        static: True when the frame does not move.
+        most: Most samples; None for no limit.
+        static: True if the frame does not move.
 
     Attributes:
-        static: True when the frame does not move.
+        static: True if the frame does not move.
         authority: Node that sent the last one.
     """
 
@@ -249,7 +250,7 @@ class History:
         self.authority = ""
 
     def add(self, sample: Sample) -> str | None:
-        """Take a sample; why it was not taken (`OLD`, or `REPEATED`: the first one stays), or None."""
+        """Add a sample; return why it was refused (`OLD`, or `REPEATED`: the first one stays), or None."""
         if self.static:
             self._samples, self._stamps = [sample], [sample.stamp]
             return None
@@ -271,7 +272,7 @@ class History:
             del self._samples[:old], self._stamps[:old]
 
     def clear(self) -> None:
-        """Forget all, unless it is static: that holds whatever the clock does."""
+        """Forget everything, unless static: that holds whatever the clock does."""
         if not self.static:
             self._samples, self._stamps = [], []
 
@@ -287,7 +288,7 @@ class History:
         return len(self._samples)
 
     def at(self, stamp: int) -> Sample | None:
-        """The pose at a time, 0 for the newest; None when that lies outside what is known."""
+        """The pose at a time, 0 for the newest; None outside the known range."""
         stamps = self._stamps
         if not stamps:
             return None
@@ -302,7 +303,7 @@ class History:
 
 
 def seconds(ns: int) -> float:
-    """Nanoseconds as roscpp's toSec() gives them."""
+    """Nanoseconds in seconds, computed as roscpp's toSec()."""
     whole, rest = divmod(ns, 1_000_000_000)
     return float(whole) + 1e-9 * rest
 

@@ -300,7 +300,7 @@ class WatchdogProcess:
 
 
 def _try(each: _LastMessage | _LastCall) -> None:
-    """Send it; whatever fails, the others are sent, too."""
+    """Send it; if it fails, the others are still sent."""
     try:
         each.send()
     except Exception:
