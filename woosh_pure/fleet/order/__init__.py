@@ -1,4 +1,4 @@
-"""What a vehicle does with orders, updates and actions: a table-driven machine without clock, threads or
+"""The order machine: how a vehicle handles orders, updates and actions. Pure: no clock, threads or
 network."""
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""Actions: what the vehicle is able to do, how each stands, and which may begin now. Pure.
+"""The actions that a vehicle supports, the state of each action, and which actions may begin now. Pure.
 
-Blocking types (6.12): NONE runs beside driving and beside others; SOFT beside others, while the vehicle
-stands; HARD alone, while it stands. Of several actions at one place the list is walked through in its
-order: NONE and SOFT begin together, a HARD one waits until all before it have ended, and what comes behind
-    it waits for it.
+Blocking types (6.12): NONE runs while driving and together with others; SOFT together with others, while the
+vehicle stands; HARD alone, while it stands. The actions of one node or edge begin in the order of their list:
+NONE and SOFT begin together, a HARD one waits until all before it have ended, and all after it wait for it.
 
     before it in the list     NONE, SOFT that waits    HARD that waits
     --------------------------------------------------------------------
@@ -13,7 +12,7 @@ order: NONE and SOFT begin together, a HARD one waits until all before it have e
     HARD running elsewhere    waits                    waits
     others running elsewhere  begins                   waits
 
-The vehicle drives on from a place when every action there has begun, and every SOFT and HARD one has ended.
+The vehicle drives on when every action of the place has begun, and every SOFT and HARD one has ended.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from woosh_pure.fleet.order.tables import ActionStatus
 
 
 class Scope(str, Enum):
-    """Where an action may stand."""
+    """Where an action may be used."""
 
     NODE = "NODE"
     EDGE = "EDGE"
@@ -37,14 +36,14 @@ class Scope(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter of an ability.
+    """A parameter of an action type.
 
     Attributes:
         key: Its name.
         kind: BOOL, NUMBER, INTEGER, FLOAT, STRING, OBJECT or ARRAY.
-        optional: Whether it may be left out.
+        optional: Whether it may be omitted.
         description: Free text, for the factsheet.
-        choices: The values that it may have; empty takes every one.
+        choices: The allowed values; empty allows all.
     """
 
     key: str
@@ -62,18 +61,18 @@ _TYPES: dict[str, tuple[type, ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class SupportedAction:
-    """A type of action that this vehicle can do.
+    """An action type that this vehicle supports.
 
     Attributes:
         type: `actionType`.
-        scopes: Where it may stand.
-        parameters: Those that are known; another one is rejected, because it could not be obeyed.
-        blocking: Blocking types it may be given.
-        moves: It moves the robot itself: it is HARD whatever was said, and not begun while paused.
-        still: It moves nothing, and wants the robot to stand: HARD whatever was said.
+        scopes: Where it may be used.
+        parameters: The known parameters; others are rejected, because they could not be obeyed.
+        blocking: Allowed blocking types.
+        moves: It moves the robot: always HARD, and not started while paused.
+        still: It does not move the robot, but requires it to stand: always HARD.
         interruptible: Whether a cancel ends it; else the cancel waits for its end.
         description: Free text, for the factsheet.
-        any_parameters: Take also parameters that are not listed.
+        any_parameters: Accept parameters that are not listed, too.
     """
 
     type: str
@@ -109,21 +108,21 @@ BUILT_IN = {
         ),
     )
 }
-"""What the order machine does itself; the vehicle adds what its chassis can."""
+"""The actions that the order machine itself carries out."""
 
 
 @dataclass(frozen=True, slots=True)
 class ActionState:
-    """How an action stands.
+    """The state of an action.
 
     Attributes:
         action: The action.
-        scope: Where it stands.
-        sequence: Of its node or edge; 0 for instant ones.
-        blocking: What holds: its own type, or HARD where the ability moves the robot.
-        status: How it stands.
+        scope: Whether it belongs to a node, to an edge, or is an instant action.
+        sequence: Sequence id of its node or edge; 0 for instant actions.
+        blocking: The effective blocking type.
+        status: `actionStatus`.
         result: `resultDescription`.
-        ending: It was asked to end.
+        ending: It is being ended.
     """
 
     action: Action
@@ -141,7 +140,7 @@ class ActionState:
 
     @property
     def stands_still(self) -> bool:
-        """True when the vehicle must not drive while it runs."""
+        """Whether the vehicle must stand while it runs."""
         return self.blocking != "NONE"
 
     def to_state(self) -> dict[str, Any]:
@@ -156,7 +155,7 @@ class ActionState:
         return found
 
     def to_json(self) -> dict[str, Any]:
-        """For the disk."""
+        """A JSON object for the disk."""
         return {
             "action": self.action.to_json(), "scope": self.scope.value, "sequence": self.sequence,
             "blocking": self.blocking, "status": self.status.value, "result": self.result,
@@ -164,7 +163,7 @@ class ActionState:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ActionState:
-        """What `to_json` gave."""
+        """Restore from the output of `to_json`."""
         raw = data["action"]
         parameters = {each["key"]: each["value"] for each in raw["actionParameters"]}
         action = Action(
@@ -187,12 +186,12 @@ class ActionState:
 def may_begin(
     group: Sequence[ActionState], others: Iterable[ActionState], *, standing: bool
 ) -> list[ActionState]:
-    """Those of a group, in the order of the list, that may begin now.
+    """Return the actions of a group that may begin now, in the order of the list.
 
     Args:
-        group: The actions of one place, or the instant ones.
+        group: The actions of one node or edge, or the instant actions.
         others: All other actions.
-        standing: Whether the vehicle stands, and will until they have ended.
+        standing: Whether the vehicle stands, and will stand until they have ended.
     """
     elsewhere = [state for state in others if state.status.begun]
     if any(state.blocking == "HARD" for state in elsewhere):
@@ -217,7 +216,7 @@ def may_begin(
 
 
 def holds_driving(group: Iterable[ActionState]) -> bool:
-    """Whether the vehicle must stay where it is for them."""
+    """Whether the vehicle must wait for these actions."""
     return any(
         state.status is ActionStatus.WAITING or (state.stands_still and not state.status.final)
         for state in group
@@ -225,7 +224,7 @@ def holds_driving(group: Iterable[ActionState]) -> bool:
 
 
 def objection(action: Action, scope: Scope, supported: SupportedAction | None) -> tuple[str, str] | None:
-    """Why an action cannot be done by this vehicle: what of it is wrong, and a sentence; None when it can."""
+    """Why this vehicle cannot do an action: the wrong field and a sentence; None if it can."""
     if supported is None:
         return "actionType", f"this vehicle knows no action {action.type}; its factsheet lists what it can do"
     if scope not in supported.scopes:
@@ -255,5 +254,5 @@ def objection(action: Action, scope: Scope, supported: SupportedAction | None) -
 
 
 def effective_blocking(action: Action, supported: SupportedAction | None) -> str:
-    """The blocking type that holds."""
+    """The blocking type in force: HARD if the vehicle must stand for the action type, else its own."""
     return "HARD" if supported is not None and (supported.moves or supported.still) else action.blocking

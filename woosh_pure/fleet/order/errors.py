@@ -1,7 +1,7 @@
 """The errors that a state message reports: their types, levels and references. Pure.
 
-The types are those that the standard names (chapter 6.6.3 and 6.6.4), and beside them those that fleet
-managers know where it names none; see `Problem.kind`. References follow its chapter 7.1.
+The types are those of the standard (6.6.3, 6.6.4); where it has none, those that fleet managers know.
+References follow chapter 7.1.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 MOST = 24
-"""Problems told at a time; the oldest of those that an order has caused makes room."""
-_LONGEST = 500  # characters of a description: what a peer sent is quoted in it
+"""Order problems in one state message; the oldest are dropped."""
+_LONGEST = 500  # characters of a description, which may quote a received message
 
 
 class ErrorType:
@@ -26,14 +26,14 @@ class ErrorType:
     ORDER_ACTION = "orderActionError"  # an action of the order has failed
     INSTANT_ACTION = "instantActionError"  # an instant action cannot be done, or has failed
     DRIVE = "driveError"  # a node was not reached
-    STILL_MOVING = "stillMoving"  # a cancel or a pause waits, and the vehicle is not measured standing
+    STILL_MOVING = "stillMoving"  # a cancel or pause waits, because the vehicle is not measured standing
     SPEED = "speedExceeded"  # it drove faster than the edge allows
-    HELD = "orderHeld"  # after a restart of ours: it waits for stopPause or cancelOrder
+    HELD = "orderHeld"  # after a restart of this program: it waits for stopPause or cancelOrder
     LOCALISATION = "localizationError"
-    ROBOT_LOST = "robotLost"  # the chassis does not answer any more
+    ROBOT_LOST = "robotLost"  # no messages of the chassis arrive
     STORAGE = "storageError"  # orders cannot be kept on disk
-    DROPPED = "messagesDropped"  # they came faster than they are read
-    CHASSIS = "chassisError"  # a fault that the chassis tells
+    DROPPED = "messagesDropped"  # they arrived faster than they are read
+    CHASSIS = "chassisError"  # a fault that the chassis reports
 
 
 class Level:
@@ -50,9 +50,9 @@ class Problem:
     Attributes:
         kind: `errorType`.
         description: A sentence: what happened, what was expected.
-        references: (key, value) pairs: what it is about.
-        level: WARNING passes by itself or with the next order; FATAL needs a person.
-        hint: What to do next; told from version 2.1 on.
+        references: (key, value) pairs: what it refers to.
+        level: WARNING ends by itself or with the next order; FATAL needs a person.
+        hint: What to do next; since version 2.1.
     """
 
     kind: str
@@ -62,7 +62,7 @@ class Problem:
     hint: str = ""
 
     def to_json(self, *, hints: bool = True) -> dict[str, Any]:
-        """As the state message has it."""
+        """An entry of the state's `errors`."""
         found: dict[str, Any] = {
             "errorType": self.kind,
             "errorReferences": [
@@ -77,7 +77,7 @@ class Problem:
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Problem:
-        """What `to_json` gave."""
+        """Restore from the output of `to_json`."""
         references = tuple((r["referenceKey"], r["referenceValue"]) for r in data["errorReferences"])
         return cls(
             data["errorType"],
@@ -88,17 +88,17 @@ class Problem:
         )
 
     def about(self, key: str) -> str | None:
-        """The value of its first reference of that key."""
+        """The value of the first reference with a key."""
         return next((value for name, value in self.references if name == key), None)
 
 
 @dataclass(frozen=True, slots=True)
 class Problems:
-    """The errors that are reported now: a bounded number, each once.
+    """The errors that are reported now, each once.
 
     Attributes:
-        of_orders: Those that stay until an order is accepted (6.6.4).
-        standing: Those that stay until whoever put them takes them back, by their keys.
+        of_orders: Problems that stay until an order is accepted (6.6.4), at most `MOST`.
+        standing: (key, problem) pairs that stay until the problem of the key is removed.
     """
 
     of_orders: tuple[Problem, ...] = ()
@@ -111,16 +111,16 @@ class Problems:
         return len(self.standing) + len(self.of_orders)
 
     def get(self, key: str) -> Problem | None:
-        """The problem of a key; None where there is none."""
+        """The problem with a key; None if there is none."""
         return dict(self.standing).get(key)
 
     def added(self, problem: Problem) -> Problems:
-        """With one that is reported until an order is accepted."""
+        """A copy with a problem that is reported until an order is accepted."""
         others = [each for each in self.of_orders if each != problem]
         return replace(self, of_orders=(*others, problem)[-MOST:])
 
     def with_key(self, key: str, problem: Problem | None) -> Problems:
-        """With one that is reported until it is taken back with None."""
+        """A copy with another problem for a key; None removes it."""
         known = dict(self.standing)
         if known.get(key) == problem:
             return self

@@ -1,14 +1,13 @@
-"""The order machine: `step` takes a state and an event, and gives the state after it and the effects. Pure:
-no clock, no threads, no network.
+"""The order machine: `step` takes a state and an event, and returns the next state and the effects. Pure: no
+clock, threads or network.
 
-An event is told to the function of its class, in the table at the end of this file; then `rules.py` decides
-what follows. `rejection.py` decides which orders are taken. `transition.py` changes the state, by the tables
-of `tables.py`.
+The table at the end of this file has a function for each class of event; afterwards `rules.py` decides what
+follows. `rejection.py` decides which orders are accepted. `transition.py` changes the state, by `tables.py`.
 
-Nothing moves because a program was started. An orderly end ends the order (`ShutDown`). After any other end
-the order is here again (`Restarted`) and held: paused, in the words of the standard, with its actions held,
-too, until the fleet manager says stopPause, or gives it up with cancelOrder. What moved the robot is stopped,
-and what ran is FAILED then, because nobody knows how it ended; it does not begin again.
+The start of the program moves nothing. A clean end of the program ends the order (`ShutDown`). After any
+other end the order is restored (`Restarted`) and held: it is reported as paused, and its actions wait, until
+the fleet manager sends stopPause or cancelOrder. Motions that may be under way are stopped. Actions that ran
+are FAILED, because their outcome is not known; they are not started again.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from woosh_pure.fleet.order.transition import Transition
 
 
 def step(state: OrderState, event: Event) -> tuple[OrderState, list[Effect]]:
-    """What an event leads to: the state after it, and what is to be done, in this order (see `events.py`)."""
+    """Return the state after an event, and its effects in the order that `events.py` defines."""
     change = Transition(state)
     _EVENTS[type(event)](change, event)
     follow(change)
@@ -47,7 +46,7 @@ def _order(change: Transition, order: Order) -> None:
     state = change.state
     same = order.id == state.order_id and bool(state.order_id)
     if same and order.update == state.update:
-        change.tell()  # 6.6.4.3: ignored; the state tells the manager that it is here
+        change.publish()  # 6.6.4.3: ignored; the state shows the manager that it has arrived
         return
     problem = rejection_of_update(order, state) if same else rejection_of_new_order(order, state)
     if problem is not None:
@@ -69,10 +68,9 @@ def _malformed(change: Transition, event: events.MalformedMessage) -> None:
 
 
 def _instant(change: Transition, message: InstantActions) -> None:
-    """One that is under way already came twice, and is done once; another one with an id that was used is
-    refused."""
+    """A repeated message of a running action is ignored; another action with a used id is refused."""
     for action in message.actions:
-        change.tell()
+        change.publish()
         known = change.state.action_state(action.id)
         if known is None:
             _take_instant(change, action, message.header)
@@ -81,7 +79,7 @@ def _instant(change: Transition, message: InstantActions) -> None:
 
 
 def _take_instant(change: Transition, action: Action, header: int) -> None:
-    """One that is not known yet: obey it, let it wait for its turn, or fail it with a problem."""
+    """Obey a new action, let it wait, or fail it with a problem."""
     taken = change.add_instant_action(action)
     problem = instant_action_problem(action, change.state, header)
     if problem is not None:
@@ -93,8 +91,8 @@ def _take_instant(change: Transition, action: Action, header: int) -> None:
 
 
 def _refuse_reused_id(change: Transition, action: Action, known: ActionState, header: int) -> None:
-    """An action with the id of another one is told as an error. What stops is obeyed all the same, because a
-    fleet manager that sends it wants the vehicle to stand."""
+    """Report an action with the id of another one as an error. startPause and cancelOrder are obeyed all the
+    same, because the fleet manager wants the vehicle to stand."""
     text = (
         f"the actionId {action.id} was used before, by {known.action.type}, which is {known.status.value}; "
         "give each action an id of its own"
@@ -110,11 +108,11 @@ def _refuse_reused_id(change: Transition, action: Action, known: ActionState, he
     change.report(Problem(ErrorType.INSTANT_ACTION, text, (*about, *more)))
 
 
-# -- the actions that the machine does itself ----------------------------------------------------------------
+# -- built-in actions ----------------------------------------------------------------------------------------
 
 
 def _cancel_order(change: Transition, action: Action) -> None:
-    """A second one joins the first; an order that the operating mode has cleared is over already."""
+    """A second cancelOrder joins the first; an order cleared by the operating mode cannot be cancelled."""
     state = change.state
     if not state.executing or (state.ending and not state.cancels):
         text = "there is no order to cancel"
@@ -134,7 +132,7 @@ def _stop_pause(change: Transition, action: Action) -> None:
 
 def _factsheet_request(change: Transition, action: Action) -> None:
     change.set_action(action.id, ActionStatus.FINISHED)
-    change.ask(PublishFactsheet())
+    change.request(PublishFactsheet())
 
 
 _BUILT_IN: Mapping[str, Callable[[Transition, Action], None]] = {
@@ -146,15 +144,15 @@ _BUILT_IN: Mapping[str, Callable[[Transition, Action], None]] = {
 }
 
 
-# -- what was measured, and what has ended -------------------------------------------------------------------
+# -- measurements, and ends of drives and actions ------------------------------------------------------------
 
 
 def _drive_ended(change: Transition, event: events.DriveEnded) -> None:
     drive = change.state.drive
     if drive is None or drive.token != event.token:
-        return  # one that was replaced
+        return  # it was replaced
     too_fast, halted = change.state.too_fast, change.state.motion is Motion.HALTING
-    change.moved(MotionEvent.ENDED if event.known else MotionEvent.NOT_KNOWN)
+    change.change_motion(MotionEvent.ENDED if event.known else MotionEvent.NOT_KNOWN)
     if too_fast:
         change.too_fast("")
     if event.arrived and reached(change.state, drive.node):
@@ -165,7 +163,7 @@ def _drive_ended(change: Transition, event: events.DriveEnded) -> None:
 
 
 def _drive_too_fast(change: Transition, event: events.DriveTooFast) -> None:
-    """It is ended, told, and tried again later."""
+    """The drive is cancelled, reported, and tried again later."""
     state = change.state
     if state.drive is not None and state.motion is Motion.DRIVING and not state.too_fast:
         change.too_fast(event.text)
@@ -175,9 +173,9 @@ def _drive_too_fast(change: Transition, event: events.DriveTooFast) -> None:
 
 def _stop_ended(change: Transition, event: events.StopEnded) -> None:
     if change.state.motion is not Motion.STOPPING:
-        change.moved(MotionEvent.MOVED)
+        change.change_motion(MotionEvent.MOVED)
         return
-    change.moved(MotionEvent.STOPPED if event.standing else MotionEvent.NOT_STOPPED)
+    change.change_motion(MotionEvent.STOPPED if event.standing else MotionEvent.NOT_STOPPED)
 
 
 def _action_progress(change: Transition, event: events.ActionProgress) -> None:
@@ -191,7 +189,7 @@ def _action_ended(change: Transition, event: events.ActionEnded) -> None:
     if ended is None or not ended.status.begun:
         return
     if change.state.moves(ended):
-        change.moved(MotionEvent.MOVED if event.known else MotionEvent.NOT_KNOWN)
+        change.change_motion(MotionEvent.MOVED if event.known else MotionEvent.NOT_KNOWN)
     change.set_action(event.action_id, ActionStatus.FINISHED if event.ok else ActionStatus.FAILED, event.text)
     if event.ok and ended.action.type == "initPosition" and not ended.of_order:
         change.set_last_node(str(ended.action.parameters.get("lastNodeId", "")))
@@ -203,7 +201,7 @@ def _action_ended(change: Transition, event: events.ActionEnded) -> None:
 
 
 def _mode(change: Transition, event: events.ModeChanged) -> None:
-    """Where the fleet manager is not in control, its order is cleared (6.10.6)."""
+    """The order is cleared when the fleet manager loses control (6.10.6)."""
     if event.mode == change.state.mode:
         return
     change.set_mode(event.mode)
@@ -234,13 +232,13 @@ def _restarted(change: Transition, event: events.Restarted) -> None:
 
 
 def _shut_down(change: Transition, event: events.ShutDown) -> None:
-    """What has not ended has failed."""
+    """Actions that have not ended fail."""
     if change.state.executing:
         if not change.state.ending:
             change.give_up()
         _fail_open_actions(change, event.text, of_order=True)
         if change.state.drive is not None:
-            change.moved(MotionEvent.ENDED)
+            change.change_motion(MotionEvent.ENDED)
         change.forget(ActionStatus.FINISHED if change.state.at_rest else ActionStatus.FAILED)
         told = f"{event.text}; the order is over, send a new one"
         change.report(Problem(ErrorType.ORDER, told, change.about_order()))
@@ -259,7 +257,7 @@ _EVENTS: Mapping[type, Callable[[Transition, Any], None]] = {
     InstantActions: _instant,
     events.MalformedMessage: _malformed,
     events.PositionMeasured: lambda change, event: change.set_position(event.position),
-    events.StandingMeasured: lambda change, event: change.moved(
+    events.StandingMeasured: lambda change, event: change.change_motion(
         MotionEvent.STOOD if event.standing else MotionEvent.MOVED
     ),
     events.ContactChanged: lambda change, event: change.set_heard(event.heard),

@@ -1,15 +1,15 @@
-"""Whether an order is taken: figure 8 and chapter 6.6.4 of the standard, as a table. Pure.
+"""Which orders, updates and instant actions are rejected: figure 8 and chapter 6.6.4, as a table. Pure.
 
     the order is ...                                              it is rejected as
     ------------------------------------------------------------------------------------------------
-    malformed (before it comes here)                                validationError           6.6.4.1
-    any, while nothing can be written on disk                     orderError                (ours)
-    new, while another is carried out, waits or is cancelled      orderError                figure 8, 3
-    new, in an operating mode in which nobody may send orders     orderError                6.10.6
-    new, while the vehicle does not know where it is              noRouteError              figure 8, 4
+    malformed (checked before)                                    validationError           6.6.4.1
+    any, while the state cannot be saved                          orderError                (ours)
+    new, while another one runs, waits or is being cancelled      orderError                figure 8, 3
+    new, while the fleet manager is not in control                orderError                6.10.6
+    new, while the vehicle is not localised                       noRouteError              figure 8, 4
     new, with its first node out of reach, or on another map      noRouteError              figure 8, 4
     an update with a lower orderUpdateId                          orderUpdateError          6.6.4.3
-    an update with the orderUpdateId that is here                 not at all: ignored       figure 8, 6
+    an update with the current orderUpdateId                      not at all: ignored       figure 8, 6
     an update of an order that was cancelled or cleared           orderUpdateError          (ours)
     an update that does not begin at the decision point           orderUpdateError          figure 8, 7
     an update of a finished order that does not begin at its end  orderUpdateError          figure 8, 8
@@ -18,14 +18,14 @@
     with a map that is not ENABLED on the vehicle                 orderError                6.7.1, 6.6.4.2
     with nodes on two maps and no initPosition between them       orderError                6.8.1, 6.6.4.2
 
-"Ours": figure 8 would take an update of a cancelled order, if it begins at the last node. Messages of
-different topics overtake each other, so an update sent before the cancel would set the robot moving again
-after it; a new order does what such an update is meant for.
+"Ours": by figure 8 an update of a cancelled order is accepted if it begins at the last node. Messages of
+different topics may overtake each other, so an update sent before the cancel would move the robot again after
+it. The fleet manager can send a new order instead.
 
-Maps: an order may have nodes on several. All maps have one origin, so the coordinates alone do not say when a
-vehicle is on the next one, and the vehicle cannot know when a lift has arrived. The standard has initPosition
-as an action of a node for this ("Elevator", 6.8.1): it names the map, and when it has ended the vehicle is
-there. So the last node on a map must have one that names the map of the next node.
+Maps: an order may have nodes on several maps. All maps have one origin, so the coordinates do not show when
+the vehicle is on the next map, and the vehicle does not know when a lift has arrived. The standard uses
+initPosition as an action of a node for this ("Elevator", 6.8.1): it names the map, and after it the vehicle
+is on that map. So the last node on a map must have an initPosition that names the map of the next node.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 
 
 def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
-    """Why a new order is not taken; None when it is."""
+    """Why a new order is rejected; None if it is accepted."""
     if Hold.DISK in state.holds:
         return _not_kept(order, state)
     if state.executing:
@@ -62,7 +62,7 @@ def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
 
 
 def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
-    """Why an update of the order that is here is not taken; None when it is."""
+    """Why an update of the current order is rejected; None if it is accepted."""
     if Hold.DISK in state.holds:
         return _not_kept(order, state)
     if order.update < state.update:
@@ -152,7 +152,7 @@ def _out_of_reach(order: Order, state: OrderState) -> Problem | None:
 
 
 def references(order: Order, *more: tuple[str, str]) -> tuple[tuple[str, str], ...]:
-    """What every problem of an order refers to (7.1)."""
+    """References of a problem of an order (7.1)."""
     return (
         ("topic", "order"),
         ("headerId", str(order.header)),
@@ -170,12 +170,12 @@ def order_problem(order: Order, kind: str, text: str, *more: tuple[str, str]) ->
 def unsupported_in_order(
     order: Order, limits: Capabilities, taken: Collection[str], *, update: bool
 ) -> Problem | None:
-    """6.6.4.2: what of an order this vehicle cannot do; None when it can do all of it.
+    """6.6.4.2: the first part of an order that this vehicle cannot do; None if it can do all of it.
 
     Args:
-        order: The order; the first node of an update is not looked at: what is known of it holds.
-        limits: What it can do.
-        taken: Ids of actions that are in use.
+        order: The order; the first node of an update is not checked, because it is known already.
+        limits: The vehicle's capabilities.
+        taken: Action ids that are in use.
         update: Whether this is an update.
     """
     first = 1 if update else 0
@@ -216,8 +216,8 @@ def _of_actions(
 
 
 def instant_action_problem(action: Action, state: OrderState, header: int) -> Problem | None:
-    """Why an instant action cannot be done: the vehicle is not able to, it contradicts the order (6.9), or it
-    moves the vehicle in a mode that is somebody else's."""
+    """Why an instant action is rejected: it is not supported, contradicts the order (6.9), or would move the
+    vehicle while the fleet manager is not in control."""
     supported = state.limits.actions.get(action.type)
     found = objection(action, Scope.INSTANT, supported)
     if found is not None or supported is None:

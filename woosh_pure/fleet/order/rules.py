@@ -1,22 +1,24 @@
-"""What the vehicle does next: the table that every event of the order machine ends in. Pure.
+"""What the vehicle does next: these rules are applied after every event of the order machine. Pure.
 
     when                                           then
     ----------------------------------------------------------------------------------------------------
-    how a drive ended is not known                 stop everything as soon as the robot is heard
-    an order is cancelled or cleared               halt; when its actions have ended and the vehicle stands,
-                                                   forget it
-    actions here or instant ones may begin         begin them (`actions.may_begin` has their order)
-    a hold, or a SOFT or HARD action, bars it      halt
-    the next node is released, nothing bars it     enter its edge, begin the edge's actions, drive to it
-    the next node is not released, or none is      stand
+    the end of a motion is not known               stop everything as soon as there is contact with the robot
+    the order is cancelled or cleared              halt; forget the order when its actions have ended and
+                                                   the vehicle stands
+    local or instant actions may begin             begin them (in the order of `action_states.may_begin`)
+    a hold, or a SOFT or HARD action, prevents     halt
+    driving
+    the next node is released, nothing prevents    enter its edge, begin the edge's actions, drive to the node
+    driving
+    no released node is ahead                      stand
 
-A node is traversed when the measured position is in its deviation range. Where the vehicle goes on without a
-stop that is enough, and the next drive replaces the one under way; where it stops (the end of the base, an
-action that wants it to stand), the drive must have ended, too. Only the next node is ever looked at, so none
-is skipped. With a node the edge before it is left: what runs on the edge is ended.
+A node is traversed when the measured position is within its deviation range. If the vehicle passes it without
+a stop, this is sufficient, and the next drive replaces the current one. If the vehicle stops there (end of
+the base, or an action that requires it to stand), the drive must have ended, too. Only the next node is
+checked, so that none is skipped. Traversing a node leaves the edge before it: the edge's actions are ended.
 
-SOFT and HARD actions, cancels and pauses wait for a measured stand. Every action begins once: it is RUNNING,
-and written, before it is given out.
+SOFT and HARD actions, cancels and pauses wait until the vehicle is measured standing. Every action begins
+once: it is RUNNING and saved before it is started.
 """
 
 from __future__ import annotations
@@ -34,14 +36,14 @@ from woosh_pure.fleet.order.vehicle_limits import on_other_map, within_deviation
 
 
 def follow(change: Transition) -> None:
-    """Go through the table until nothing follows any more."""
+    """Apply the rules until none applies any more."""
     while _one_row(change):
         pass
     change.set_problem("map", _wrong_map(change.state))
 
 
 def _one_row(change: Transition) -> bool:
-    """One row of the table; True when something was done that lets another follow."""
+    """Apply one rule; True if another one may apply afterwards."""
     if change.state.at_rest:
         end_pauses(change, ActionStatus.FINISHED)
     if change.state.motion is Motion.UNKNOWN and change.state.heard:
@@ -68,15 +70,15 @@ def _one_row(change: Transition) -> bool:
         return True
     node = state.nodes[0]
     if within_deviation(state.position, node, state.limits) and not state.has_edge_to(node):
-        change.traverse()  # the first node of an order, or one that another drive came by
+        change.traverse()  # the first node of an order, or one that another drive passed
         return True
     change.drive_to(node)
     return False
 
 
 def _end_order(change: Transition) -> bool:
-    """An order that was given up. One that the operating mode has cleared does not wait for a measured stand:
-    a person may be driving. Whether it was forgotten."""
+    """End an order that was given up; True if it is forgotten. An order cleared by the operating mode does
+    not wait until the vehicle stands, because a person may be driving it."""
     state = change.state
     if state.drive is not None:
         if state.motion is Motion.DRIVING:
@@ -92,7 +94,7 @@ def _end_order(change: Transition) -> bool:
 
 
 def end_pauses(change: Transition, status: ActionStatus) -> None:
-    """The startPause actions that run end: FINISHED with a measured stand, FAILED when one was taken back."""
+    """End the running startPause actions: FINISHED when the vehicle stands, FAILED after stopPause."""
     for each in change.state.action_states:
         if each.action.type == "startPause" and each.status.begun:
             change.set_action(each.action.id, status)
@@ -102,7 +104,7 @@ def end_pauses(change: Transition, status: ActionStatus) -> None:
 
 
 def reached(state: OrderState, node: Node) -> bool:
-    """Whether a drive that arrived did so at its node; where a mark is, only the chassis knows."""
+    """Whether a drive that arrived is at its node. The position of a mark is known to the chassis only."""
     return bool(state.nodes) and state.nodes[0] is node and (
         node.position is None or within_deviation(state.position, node, state.limits)
     )  # fmt: skip
@@ -113,7 +115,7 @@ def _may_drive(state: OrderState) -> bool:
 
 
 def _passes_by(change: Transition, drive: Drive) -> bool:
-    """Traverse the node under way where the vehicle is near enough and goes on; whether it did."""
+    """Traverse the next node if the vehicle is within range and goes on without a stop; whether it did."""
     state, node = change.state, drive.node
     if change.drive_is_new or state.prevents(Activity.START_DRIVE):
         return False
@@ -133,7 +135,7 @@ def _passes_by(change: Transition, drive: Drive) -> bool:
 
 
 def _goes_on_from(state: OrderState, node: Node) -> bool:
-    """Whether the vehicle goes on from the node under way without a stop."""
+    """Whether the vehicle goes on from a node without a stop."""
     if len(state.nodes) < 2 or not state.nodes[1].released:
         return False
     if node.position is None or not node.position.deviation_xy > 0:
@@ -146,7 +148,7 @@ def _goes_on_from(state: OrderState, node: Node) -> bool:
 
 
 def _wrong_map(state: OrderState) -> Problem | None:
-    """Why the vehicle cannot go on, because no action has taken it to the map of the next node."""
+    """The problem if no action has changed to the map of the next node."""
     if not (state.is_on_other_map and state.nodes[0].released) or state.held or state.ending:
         return None
     if any(not each.status.final for each in state.actions_here()):
@@ -166,7 +168,7 @@ def _wrong_map(state: OrderState) -> Problem | None:
 
 
 def _begin_actions(change: Transition) -> bool:
-    """Begin the first action that may; whether there was one."""
+    """Begin the first action that may begin; whether there was one."""
     state = change.state
     return _begin_one(change, state.instant_actions()) or _begin_one(change, state.actions_here())
 

@@ -1,8 +1,7 @@
-"""Everything that the order machine knows, as a frozen value, and the questions that its parts ask of it.
-Pure.
+"""The state of the order machine as a frozen value, with the queries on it. Pure.
 
-`transition.py` makes changed ones; nobody else does. What of it outlives the process is `kept`, and `to_json`
-on disk.
+Only `transition.py` makes changed states. The part that survives the process is `kept`, and `to_json` on
+disk.
 """
 
 from __future__ import annotations
@@ -24,27 +23,27 @@ DRIVING_MODES = ("AUTOMATIC", "SEMIAUTOMATIC")
 
 
 class OrderState(NamedTuple):
-    """One vehicle's order, its actions, and what keeps it from driving.
+    """One vehicle's order, its actions, and its holds.
 
     Attributes:
-        limits: What the vehicle is able to obey, the built-in actions among it.
-        order_id, update, last_node, last_sequence: As the state message has them.
-        nodes, edges: Those that are still to be traversed.
-        action_states: Of the order and of instant actions, in the order in which they came.
-        problems: What the state message tells under `errors`.
-        phase: What becomes of the order.
-        cancels: Ids of the cancelOrder actions that wait for its end.
-        motion: Whether the vehicle moves because of us.
-        drive: The one that was given out and has not ended.
-        last_token: Of the newest drive.
-        set_holds: Those that stay until an event takes them away; see `holds`.
-        too_fast: How the drive under way was faster than its edge allows, so that it is being ended; or "".
-        failures: How often the drive to the next node has failed.
+        limits: The vehicle's capabilities, including the built-in actions.
+        order_id, update, last_node, last_sequence: As in the state message.
+        nodes, edges: Those still to be traversed.
+        action_states: States of order actions and instant actions, in the order of their arrival.
+        problems: The `errors` of the state message.
+        phase: Phase of the order.
+        cancels: Ids of the cancelOrder actions that wait for the end of the order.
+        motion: Whether this program moves the vehicle.
+        drive: The current drive; None after its end.
+        last_token: Token of the newest drive.
+        set_holds: Holds that stay until an event releases them; see `holds`.
+        too_fast: Why the current drive is being cancelled for its speed; else "".
+        failures: Failed drives to the next node.
         on_edge: The edge to the next node was entered: its actions may begin.
-        heard: Whether the robot is heard.
-        stops: How often it was told to stop because an end is not known.
-        mode: The operating mode; SERVICE until the vehicle has told it, so that nothing moves before.
-        position: The measured one; None while the vehicle does not know where it is.
+        heard: Whether there is contact with the robot.
+        stops: Stops that were sent because the end of a motion is not known.
+        mode: The operating mode; SERVICE until the vehicle has reported one, so that nothing moves before.
+        position: The measured position; None if the vehicle is not localised.
     """
 
     limits: Capabilities
@@ -70,55 +69,55 @@ class OrderState(NamedTuple):
     mode: str = "SERVICE"
     position: AgvPosition | None = None
 
-    # -- what the state message tells ------------------------------------------------------------------------
+    # -- for the state message -------------------------------------------------------------------------------
 
     @property
     def executing(self) -> bool:
-        """Whether an order is carried out, waits for an update, or is being cancelled (figure 8, 3)."""
+        """Whether an order runs, waits for an update, or is being cancelled (figure 8, 3)."""
         if self.nodes or self.ending:
             return True
         return any(each.of_order and not each.status.final for each in self.action_states)
 
     @property
     def ending(self) -> bool:
-        """Whether it was cancelled or cleared, and not everything has ended yet."""
+        """Whether the order was cancelled or cleared, and its drive or actions have not all ended."""
         return self.phase is OrderPhase.ENDING
 
     @property
     def paused(self) -> bool:
-        """Whether startPause was obeyed, and stopPause has not come."""
+        """Whether the vehicle is paused by startPause."""
         return Hold.PAUSED in self.set_holds
 
     @property
     def held(self) -> bool:
-        """Whether the order was restored after a restart, and waits for stopPause or cancelOrder."""
+        """Whether the order was restored after a restart and waits for stopPause or cancelOrder."""
         return Hold.RESTARTED in self.set_holds
 
     @property
     def driving(self) -> bool:
-        """Whether a drive was given out that has not ended."""
+        """Whether a drive is under way."""
         return self.drive is not None
 
     @property
     def wants_base(self) -> bool:
-        """`newBaseRequest`: there is a horizon, and the last node of the base is the next, or reached."""
+        """`newBaseRequest`: there is a horizon, and at most one node of the base is ahead."""
         released = sum(node.released for node in self.nodes)
         return len(self.nodes) > released and released <= 1 and not self.ending
 
     @property
     def decision_point(self) -> tuple[str, int]:
-        """Id and sequence of the last node of the base."""
+        """Id and sequence id of the last node of the base."""
         base = [node for node in self.nodes if node.released]
         return (base[-1].id, base[-1].sequence) if base else (self.last_node, self.last_sequence)
 
     @property
     def in_control(self) -> bool:
-        """Whether the operating mode lets the fleet manager command the vehicle."""
+        """Whether the fleet manager may command the vehicle in this operating mode."""
         return self.mode in DRIVING_MODES
 
     @property
     def kept(self) -> tuple[object, ...]:
-        """What must outlive the process: when it differs, the state is written."""
+        """The part that must survive the process: the state is saved when it changes."""
         return (
             self.order_id, self.update, self.last_node, self.last_sequence, self.nodes, self.edges,
             self.action_states, self.problems.of_orders, self.phase, self.cancels, self.on_edge, self.paused,
@@ -127,7 +126,7 @@ class OrderState(NamedTuple):
 
     @property
     def shown(self) -> tuple[object, ...]:
-        """What others are told beside that: when it differs, too, a state is published."""
+        """A state is published when this or `kept` changes."""
         return (
             self.problems.standing, self.held, self.mode, self.driving, self.position is None,
         )  # fmt: skip
@@ -135,31 +134,31 @@ class OrderState(NamedTuple):
     # -- its actions -----------------------------------------------------------------------------------------
 
     def action_state(self, action_id: str) -> ActionState | None:
-        """How an action stands; None when it is not known."""
+        """The state of an action; None if the id is not known."""
         return next((each for each in self.action_states if each.action.id == action_id), None)
 
     def actions_of_horizon(self) -> list[ActionState]:
-        """The actions of what is not released."""
+        """The actions of nodes and edges that are not released."""
         elements: list[Node | Edge] = [*self.nodes, *self.edges]
         ahead = {each.sequence for each in elements if not each.released}
         return [each for each in self.action_states if each.of_order and each.sequence in ahead]
 
     def actions_here(self) -> list[ActionState]:
-        """The actions of the node it is on, and of the edge that it has entered."""
+        """The actions of the last node and of the edge that was entered."""
         places = {Scope.NODE: self.last_sequence}
         if self.on_edge and self.nodes and self.has_edge_to(self.nodes[0]):
             places[Scope.EDGE] = self.edges[0].sequence
         found = [a for a in self.action_states if a.sequence == places.get(a.scope)]
-        # The first node of an order has a sequence that `last_sequence` may have by chance.
+        # The first node of an order may have the sequence id of the last node of the order before.
         ahead = {node.sequence for node in self.nodes} if found else ()
         return [a for a in found if a.sequence not in ahead]
 
     def instant_actions(self) -> list[ActionState]:
-        """Those that are not built in."""
+        """Instant actions that are not built in."""
         return [a for a in self.action_states if not a.of_order and a.action.type not in BUILT_IN]
 
     def moves(self, state: ActionState) -> bool:
-        """Whether an action moves the robot by itself."""
+        """Whether an action itself moves the robot."""
         supported = self.limits.actions.get(state.action.type)
         return supported is not None and supported.moves
 
@@ -167,7 +166,7 @@ class OrderState(NamedTuple):
 
     @property
     def holds(self) -> set[Hold]:
-        """What keeps the vehicle from something now."""
+        """All holds that are in force."""
         found = set(self.set_holds)
         if self.too_fast:
             found.add(Hold.TOO_FAST)
@@ -181,55 +180,55 @@ class OrderState(NamedTuple):
             found.add(Hold.UNKNOWN_MOTION)
         return found
 
-    def prevents(self, what: Activity) -> bool:
-        """Whether a hold keeps the vehicle from something."""
-        return any(what in PREVENTED_ACTIVITIES[hold] for hold in self.holds)
+    def prevents(self, activity: Activity) -> bool:
+        """Whether a hold prevents an activity."""
+        return any(activity in PREVENTED_ACTIVITIES[hold] for hold in self.holds)
 
     def has_edge_to(self, node: Node) -> bool:
-        """Whether an edge leads to the next node: then it is driven to, even when the vehicle is there."""
+        """Whether an edge leads to a node; then the node is driven to even if the vehicle is there."""
         return bool(self.edges) and self.edges[0].sequence < node.sequence
 
     @property
     def is_on_other_map(self) -> bool:
-        """Whether the next node is on a map that the vehicle does not use now."""
+        """Whether the next node is on another map than the vehicle."""
         return bool(self.nodes) and self.position is not None and on_other_map(self.position, self.nodes[0])
 
     @property
     def maps(self) -> set[str]:
-        """Ids of the maps that the order needs: the one in use (any, if nobody knows which), and those of the
-        nodes to come."""
+        """Ids of the maps that the order needs: the one in use (any, if it is not known), and those of the
+        nodes ahead."""
         used = self.position.map_id if self.position is not None else ""
         found = {node.position.map_id for node in self.nodes if node.position is not None}
         return found | ({used} if used else set(self.limits.maps))
 
     @property
     def waits_for_actions(self) -> bool:
-        """Whether an action wants the vehicle to stay where it is."""
+        """Whether an action requires the vehicle to stand."""
         return holds_driving((*self.actions_here(), *self.instant_actions()))
 
     @property
     def standing(self) -> bool:
-        """Whether it was measured standing after the last end of what moves it."""
+        """Whether the vehicle was measured standing since its last motion."""
         return self.motion is Motion.STANDING
 
     @property
     def at_rest(self) -> bool:
-        """Whether the vehicle was measured standing, and nothing of ours moves it."""
+        """Whether the vehicle was measured standing, and no action moves it."""
         return self.standing and not self.is_moved_by_action
 
     @property
     def is_moved_by_action(self) -> bool:
-        """Whether an action runs that moves the robot by itself."""
+        """Whether a running action moves the robot."""
         return any(each.status.begun and self.moves(each) for each in self.action_states)
 
     @property
     def may_be_moved(self) -> bool:
-        """Whether something of ours moves the robot, or may."""
+        """Whether a drive or action of this program moves the robot, or may."""
         return self.motion not in (Motion.STANDING, Motion.SETTLING) or self.is_moved_by_action
 
     @property
     def waits_for_rest(self) -> bool:
-        """Whether a cancel or a pause is not FINISHED only because the vehicle is not measured standing."""
+        """Whether a cancel or pause only waits for the vehicle to be measured standing."""
         waits = self.ending or any(
             a.action.type == "startPause" and a.status.begun for a in self.action_states
         )
@@ -238,7 +237,7 @@ class OrderState(NamedTuple):
     # -- the disk --------------------------------------------------------------------------------------------
 
     def to_json(self) -> dict[str, Any]:
-        """Everything that must outlive this process, as a JSON object."""
+        """The part that must survive the process, as a JSON object."""
         return {
             "orderId": self.order_id, "orderUpdateId": self.update, "lastNodeId": self.last_node,
             "lastNodeSequenceId": self.last_sequence, "nodes": [node.to_json() for node in self.nodes],
@@ -251,19 +250,19 @@ class OrderState(NamedTuple):
 
 
 def first_state(limits: Capabilities) -> OrderState:
-    """The state of a vehicle that had no order yet.
+    """The state of a vehicle that has had no order yet.
 
     Args:
-        limits: What it is able to obey; its abilities need not include the built-in actions.
+        limits: Its capabilities; the built-in actions are added.
     """
     return OrderState(replace(limits, actions={**limits.actions, **BUILT_IN}))
 
 
 def read_state(data: Mapping[str, Any], limits: Capabilities) -> OrderState:
-    """The state that `to_json` gave. `Restarted` is to happen to it next.
+    """Restore a state from the output of `to_json`. The next event must be `Restarted`.
 
     Raises:
-        Invalid, KeyError, TypeError, ValueError: This is not what `to_json` gave.
+        Invalid, KeyError, TypeError, ValueError: The data was not made by `to_json`.
     """
     phase = OrderPhase.CLOSED if data["closed"] else OrderPhase.OPEN
     return first_state(limits)._replace(
@@ -279,6 +278,6 @@ def read_state(data: Mapping[str, Any], limits: Capabilities) -> OrderState:
         cancels=tuple(data["cancels"]),
         set_holds=frozenset({Hold.PAUSED} if data["paused"] else ()),
         on_edge=bool(data["onEdge"]),
-        # What moved the robot may still be under way.
+        # The motion may still be under way.
         motion=Motion.UNKNOWN if data["driving"] else Motion.SETTLING,
     )

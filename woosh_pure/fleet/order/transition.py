@@ -1,7 +1,7 @@
-"""The way from one state to the next, by one event. Pure.
+"""`Transition`: all changes of an `OrderState`, and the effects that one event collects. Pure.
 
-Everything that may change of an `OrderState` is a method here; `machine.py` says which event calls which, and
-`rules.py` what follows by itself. Order, motion and actions change as `tables.py` has it.
+`machine.py` calls its methods for each event, `rules.py` for what follows. Order, motion and actions change
+by the tables of `tables.py`.
 """
 
 from __future__ import annotations
@@ -39,76 +39,76 @@ from woosh_pure.fleet.order.tables import (
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
 
 MOST_ACTION_STATES = 1000
-"""Ended actions that are remembered; one that runs is never forgotten."""
+"""Action states that are kept; running actions are always kept."""
 MOST_REQUESTS = 32
-"""Ended requests for a state or the factsheet that are remembered."""
+"""Ended stateRequest and factsheetRequest actions that are kept."""
 _REQUESTS = ("stateRequest", "factsheetRequest")
 
 RETRIES = (2.0, 5.0, 10.0)
-"""Seconds until a drive that failed is tried again; after these it waits for a person or the fleet
-manager."""
+"""Seconds until a failed drive is tried again; afterwards it waits for a person or the fleet manager."""
 STOP_AGAIN = 2.0
-"""Seconds until a robot that did not come to a stand is stopped once more."""
+"""Seconds until a robot that did not stop is stopped again."""
 
 
 class Transition:
-    """One event that is being handled.
+    """The handling of one event.
 
     Attributes:
-        state: As it is so far.
-        drive_is_new: A drive was given out by this event: each node is told by itself.
+        state: The state so far.
+        drive_is_new: This event has started a drive. Each node is traversed by an event of its own, so that a
+            state is published for each.
     """
 
     def __init__(self, before: OrderState) -> None:
         self._before = self.state = before
         self.drive_is_new = False
-        self._asked: list[Effect] = []
-        self._told = False
+        self._effects: list[Effect] = []
+        self._publishes = False
 
     def result(self) -> tuple[OrderState, list[Effect]]:
         """The state after the event, and its effects in the order that `events.py` defines."""
         before, state = self._before, self.state
-        effects: list[Effect] = [each for each in self._asked if stops(each)]
+        effects: list[Effect] = [each for each in self._effects if stops(each)]
         writes = state is not before and state.kept != before.kept
         if writes:
             effects.append(SaveState())
-        if writes or self._told or (state is not before and state.shown != before.shown):
+        if writes or self._publishes or (state is not before and state.shown != before.shown):
             effects.append(PublishState())
-        return state, effects + [each for each in self._asked if not stops(each)]
+        return state, effects + [each for each in self._effects if not stops(each)]
 
-    def ask(self, effect: Effect) -> None:
-        """Ask for an effect."""
-        self._asked.append(effect)
+    def request(self, effect: Effect) -> None:
+        """Add an effect."""
+        self._effects.append(effect)
 
-    def tell(self) -> None:
-        """Ask for a state message, whatever has changed."""
-        self._told = True
+    def publish(self) -> None:
+        """Publish a state even if nothing has changed."""
+        self._publishes = True
 
     def _change(self, **fields: Any) -> None:
         self.state = self.state._replace(**fields)
 
-    # -- what was measured -----------------------------------------------------------------------------------
+    # -- measurements ----------------------------------------------------------------------------------------
 
     def set_position(self, position: AgvPosition | None) -> None:
-        """The vehicle is here."""
+        """Set the measured position."""
         if position != self.state.position:
             self._change(position=position)
 
     def set_heard(self, heard: bool) -> None:
-        """The robot is heard, or not; in both cases nobody knows yet whether it stands."""
+        """Contact was lost or regained; in both cases it is not known whether the robot stands."""
         self._change(heard=heard, stops=0)
-        self.moved(MotionEvent.MOVED)
+        self.change_motion(MotionEvent.MOVED)
 
     def set_mode(self, mode: str) -> None:
-        """The operating mode is another one."""
+        """Set the operating mode."""
         self._change(mode=mode)
 
     def set_maps(self, maps: Collection[str]) -> None:
-        """These maps are ENABLED."""
+        """Set the ids of the ENABLED maps."""
         self._change(limits=replace(self.state.limits, maps=maps))
 
-    def moved(self, event: MotionEvent) -> None:
-        """Something has happened to the motion."""
+    def change_motion(self, event: MotionEvent) -> None:
+        """Change the motion by its table."""
         motion = next_motion(self.state.motion, event)
         if motion is not self.state.motion:
             open_still = motion in (Motion.DRIVING, Motion.HALTING)
@@ -119,29 +119,29 @@ class Transition:
     # -- holds and problems ----------------------------------------------------------------------------------
 
     def hold(self, hold: Hold) -> None:
-        """A hold is set."""
+        """Set a hold."""
         self._change(set_holds=self.state.set_holds | {hold})
 
     def release(self, *holds: Hold) -> None:
-        """Holds are taken away, with what was told of them."""
+        """Release holds and remove their problems."""
         self._change(set_holds=self.state.set_holds - set(holds))
         for hold, key in ((Hold.RESTARTED, "held"), (Hold.FAILED, "drive"), (Hold.DISK, "disk")):
             if hold in holds:
                 self.set_problem(key, None)
 
     def report(self, problem: Problem) -> None:
-        """Tell a problem until an order is accepted."""
+        """Report a problem until an order is accepted."""
         self._change(problems=self.state.problems.added(problem))
-        self.tell()
+        self.publish()
 
     def set_problem(self, key: str, problem: Problem | None) -> None:
-        """Tell a problem of the vehicle itself, or take it back."""
+        """Report a problem of the vehicle itself, or remove it (None)."""
         problems = self.state.problems.with_key(key, problem)
         if problems is not self.state.problems:
             self._change(problems=problems)
 
     def report_failed_action(self, failed: ActionState, text: str) -> None:
-        """Tell that an action has failed."""
+        """Report that an action has failed."""
         about = (
             ("topic", "order" if failed.of_order else "instantActions"),
             ("actionId", failed.action.id),
@@ -152,13 +152,13 @@ class Transition:
         self.report(Problem(kind, text, about))
 
     def about_order(self) -> tuple[tuple[str, str], ...]:
-        """What a problem of the order refers to."""
+        """References of a problem of the order."""
         return (("orderId", self.state.order_id), ("orderUpdateId", str(self.state.update)))
 
     # -- the order -------------------------------------------------------------------------------------------
 
     def take(self, order: Order) -> None:
-        """A new order is here."""
+        """Accept a new order."""
         self._change(
             phase=next_phase(self.state.phase, OrderEvent.TAKEN),
             problems=replace(self.state.problems, of_orders=()),
@@ -175,10 +175,10 @@ class Transition:
         first = order.nodes[0]
         if first.position is None or within_deviation(self.state.position, first, self.state.limits):
             self.traverse()
-        self.tell()
+        self.publish()
 
     def extend(self, order: Order) -> None:
-        """An update is here: it replaces the horizon."""
+        """Accept an update, which replaces the horizon."""
         state, gone = self.state, {id(each) for each in self.state.actions_of_horizon()}
         self._change(
             problems=replace(state.problems, of_orders=()),
@@ -188,14 +188,14 @@ class Transition:
             update=order.update,
         )
         self._add_actions(order.nodes[1:], order.edges)
-        self.tell()
+        self.publish()
 
     def enter_edge(self) -> None:
-        """The edge to the next node is entered: its actions begin before the vehicle does."""
+        """Enter the edge to the next node; its actions begin before the vehicle drives."""
         self._change(on_edge=True)
 
     def traverse(self) -> None:
-        """The next node is reached: its edge is left, its actions are here now."""
+        """Reach the next node and leave the edge before it."""
         state = self.state
         node = state.nodes[0]
         self._change(
@@ -211,11 +211,10 @@ class Transition:
                 self._request_end(each, failed=False)
 
     def give_up(self, cancel: str | None = None) -> None:
-        """The order was cancelled or cleared: its actions are asked to end; its nodes are forgotten when all
-        has ended.
+        """Cancel or clear the order: its actions are ended; `forget` follows when all have ended.
 
         Args:
-            cancel: Id of the cancelOrder action that is FINISHED then.
+            cancel: Id of the cancelOrder action to finish then.
         """
         begins = not self.state.ending
         cancels = self.state.cancels if cancel is None else (*self.state.cancels, cancel)
@@ -225,7 +224,7 @@ class Transition:
                 self._request_end(each, failed=True)
 
     def forget(self, cancels: ActionStatus) -> None:
-        """The order that was given up is over; its cancelOrder actions end in a status."""
+        """Forget the order that was given up; its cancelOrder actions get the status `cancels`."""
         ended = self.state.cancels
         self._change(
             phase=next_phase(self.state.phase, OrderEvent.OVER), nodes=(), edges=(), cancels=(), on_edge=False
@@ -235,38 +234,38 @@ class Transition:
             self.set_action(name, cancels)
 
     def set_last_node(self, node: str) -> None:
-        """Somebody says on which node the vehicle stands."""
+        """Set the node on which the vehicle stands."""
         self._change(last_node=node, last_sequence=0)
 
     # -- driving ---------------------------------------------------------------------------------------------
 
     def drive_to(self, node: Node) -> None:
-        """Give out a drive, which replaces one under way."""
-        self.moved(MotionEvent.DRIVE)
+        """Start a drive; it replaces the current one."""
+        self.change_motion(MotionEvent.DRIVE)
         token = self.state.last_token + 1
         drive = Drive(token, node, self.state.edges[0] if self.state.has_edge_to(node) else None)
         self._change(drive=drive, last_token=token)
         self.drive_is_new = True
-        self.ask(drive)
+        self.request(drive)
 
     def halt(self) -> None:
-        """Ask the drive under way to end."""
+        """Cancel the current drive."""
         assert self.state.drive is not None
-        self.ask(Halt(self.state.drive.token))
-        self.moved(MotionEvent.HALT)
+        self.request(Halt(self.state.drive.token))
+        self.change_motion(MotionEvent.HALT)
 
     def too_fast(self, text: str) -> None:
-        """The drive under way is to be ended, because it is faster than its edge allows; or it has ended."""
+        """Set why the current drive is too fast; "" when it has ended."""
         self._change(too_fast=text)
 
     def stop_all(self) -> None:
-        """Stop whatever moves the robot, and has not ended as far as anybody knows."""
-        self.ask(StopAll(STOP_AGAIN if self.state.stops else 0.0))
-        self.moved(MotionEvent.STOP)
+        """Stop every motion of the robot, because it is not known whether the last one has ended."""
+        self.request(StopAll(STOP_AGAIN if self.state.stops else 0.0))
+        self.change_motion(MotionEvent.STOP)
         self._change(stops=self.state.stops + 1)
 
     def drive_failed(self, drive: Drive, text: str) -> None:
-        """A drive has ended elsewhere: it is told, and tried again after a while, or by somebody."""
+        """Report a drive that did not reach its node, and schedule the next try if any is left."""
         tries = self.state.failures
         last = tries >= len(RETRIES)
         self._change(failures=tries + 1)
@@ -284,17 +283,17 @@ class Transition:
         )
         self.set_problem("drive", problem)
         if not last:
-            self.ask(ScheduleRetry(RETRIES[tries]))
+            self.request(ScheduleRetry(RETRIES[tries]))
 
     def forget_failures(self) -> None:
-        """A drive that failed is tried again as if for the first time."""
+        """Reset the count of failures, and allow the drive to be tried again."""
         self._change(failures=0)
         self.release(Hold.FAILED)
 
     # -- actions ---------------------------------------------------------------------------------------------
 
     def add_instant_action(self, action: Action) -> ActionState:
-        """An instant action is here, and waits."""
+        """Add an instant action, WAITING."""
         supported = self.state.limits.actions.get(action.type)
         added = ActionState(action, Scope.INSTANT, 0, effective_blocking(action, supported))
         self._change(action_states=(*self.state.action_states, added))
@@ -302,18 +301,18 @@ class Transition:
         return added
 
     def obey(self, built_in: ActionState) -> None:
-        """An action of ours begins; it blocks nothing."""
+        """Start a built-in action; it blocks nothing."""
         self._replace_action(replace(built_in, blocking="NONE", status=ActionStatus.RUNNING))
 
     def begin(self, waiting: ActionState) -> None:
-        """An action begins."""
+        """Start an action."""
         self.set_action(waiting.action.id, ActionStatus.RUNNING)
         if self.state.moves(waiting):
-            self.moved(MotionEvent.MOVED)
-        self.ask(BeginAction(waiting.action, waiting.scope))
+            self.change_motion(MotionEvent.MOVED)
+        self.request(BeginAction(waiting.action, waiting.scope))
 
     def set_action(self, action_id: str, status: ActionStatus, result: str = "") -> None:
-        """An action is in another status; its result stays where none is given."""
+        """Set the status of an action; its result is kept if none is given."""
         known = self.state.action_state(action_id)
         if known is None:
             return
@@ -321,22 +320,22 @@ class Transition:
         self._replace_action(replace(known, status=status, result=result or known.result))
 
     def _request_end(self, action: ActionState, *, failed: bool) -> None:
-        """Ask an action to end; one that waits does not begin any more. `failed` is False when its edge was
-        left: that is its right end."""
+        """End an action; one that waits fails. `failed` is False if the vehicle has left the action's edge,
+        which is its regular end."""
         if action.status is ActionStatus.WAITING:
             self.set_action(action.action.id, ActionStatus.FAILED, "the order was cancelled before it began")
             return
         supported = self.state.limits.actions.get(action.action.type)
         if not action.ending and (not failed or supported is None or supported.interruptible):
             self._replace_action(replace(action, ending=True))
-            self.ask(EndAction(action.action.id, failed))
+            self.request(EndAction(action.action.id, failed))
 
     def _replace_action(self, new: ActionState) -> None:
         states = self.state.action_states
         self._change(action_states=tuple(new if e.action.id == new.action.id else e for e in states))
 
     def _add_actions(self, nodes: Iterable[Node], edges: Iterable[Edge]) -> None:
-        """States for the actions of new nodes and edges, in the order in which they come."""
+        """Add states for the actions of new nodes and edges, in the order of their sequence ids."""
         elements: list[Node | Edge] = [*nodes, *edges]
         added = []
         for element in sorted(elements, key=lambda each: each.sequence):
@@ -348,8 +347,8 @@ class Transition:
         self._forget_old_actions()
 
     def _forget_old_actions(self) -> None:
-        """Keep as many action states as there may be. Each state message has them all, so that those of mere
-        requests are soon forgotten."""
+        """Limit the number of action states. Each state message has them all, so those of requests are
+        dropped early."""
         states = self.state.action_states
         requests = [a for a in states if a.action.type in _REQUESTS and a.status.final]
         gone = {id(each) for each in requests[:-MOST_REQUESTS]}

@@ -1,5 +1,4 @@
-"""What a vehicle is able to obey, and whether it is on a node: the measured position, and the deviation that
-the node allows. Pure."""
+"""The vehicle's capabilities and position, and whether it is within the deviation range of a node. Pure."""
 
 from __future__ import annotations
 
@@ -13,15 +12,15 @@ from woosh_pure.fleet.order.action_states import SupportedAction
 
 @dataclass(frozen=True, slots=True)
 class Capabilities:
-    """What a vehicle is able to obey.
+    """What a vehicle can obey.
 
     Attributes:
-        abilities: By action type.
-        maps: Ids of the maps that are ENABLED; empty takes every one.
-        tolerance: m within which a node counts as reached that allows no deviation.
+        actions: The supported actions by `actionType`.
+        maps: Ids of the ENABLED maps; empty allows all.
+        tolerance: Deviation in m for nodes that allow none.
         turn_tolerance: The same in rad.
         marks: Whether a node without a position is a mark of the chassis.
-        zone_set: Id of the zone set that the chassis's map holds; "" where there is none.
+        zone_set: Id of the zone set of the chassis's map; "" if there is none.
         speed: Whether maxSpeed of an edge is obeyed.
         directions: Whether the direction of travel of an edge is obeyed (orientation 0 or pi, tangential).
     """
@@ -38,7 +37,7 @@ class Capabilities:
 
 @dataclass(frozen=True, slots=True)
 class AgvPosition:
-    """Where the vehicle is: m and rad, in the map `map_id`; "" where nobody has said which."""
+    """The vehicle's position in m and rad on the map `map_id`; "" if the map is not known."""
 
     x: float
     y: float
@@ -49,7 +48,8 @@ class AgvPosition:
 def within_deviation(
     measured: AgvPosition | None, node: Node, limits: Capabilities, *, turned: bool = True
 ) -> bool:
-    """Whether the vehicle stands on a node: in its deviation range, and turned as it wants."""
+    """Whether the vehicle is within the deviation range of a node, and within that of its heading if
+    `turned`."""
     position = node.position
     if measured is None or position is None:
         return False
@@ -62,10 +62,10 @@ def within_deviation(
         return True
     allowed = limits.turn_tolerance if position.deviation_theta is None else position.deviation_theta
     away = abs(math.remainder(measured.theta - position.theta, 2.0 * math.pi))
-    return away <= max(allowed, 0.01)  # no base stands to the last bit as it was told
+    return away <= max(allowed, 0.01)  # no base turns more precisely
 
 
 def on_other_map(measured: AgvPosition, node: Node) -> bool:
-    """Whether a node is on another map than the vehicle. All maps have one origin (6.6.6), so that the
-    coordinates of a node mean a place on every map, and only one is meant."""
+    """Whether a node is on another map than the vehicle. All maps have one origin (6.6.6), so the coordinates
+    alone do not tell."""
     return bool(measured.map_id) and node.position is not None and node.position.map_id != measured.map_id
