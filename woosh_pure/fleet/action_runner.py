@@ -18,15 +18,15 @@ _log = get_logger("woosh_pure.fleet.action_runner")
 
 
 class ActionRunner:
-    """The running actions of one vehicle; its methods are for one thread.
+    """The running actions of one vehicle. Call its methods from one thread.
 
     Args:
         chassis: The chassis.
-        handlers: What each action type does.
+        handlers: The handler of each action type.
         report: Called with an `ActionEnded` for each action, in the action's thread.
 
     Attributes:
-        loads: The loads on the vehicle, as pick and drop have told.
+        loads: The loads on the vehicle, changed by pick and drop.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class ActionRunner:
         self._workers: set[threading.Thread] = set()
 
     def begin(self, effect: BeginAction) -> None:
-        """Begin an action."""
+        """Start an action."""
         action = effect.action
         task = Task(action, self._chassis, self.loads)
         self._tasks[action.id] = task
@@ -66,22 +66,22 @@ class ActionRunner:
         self._report(ActionEnded(action.id, ok, text, known))
 
     def forget(self, action_id: str) -> None:
-        """An action has ended."""
+        """Forget an action that has ended."""
         self._tasks.pop(action_id, None)
 
     def end(self, action_id: str) -> None:
-        """Ask an action to end."""
+        """Cancel an action."""
         task = self._tasks.get(action_id)
         if task is not None:
             task.cancelled.set()
 
     def end_all(self) -> None:
-        """Ask all to end."""
+        """Cancel all actions."""
         for task in list(self._tasks.values()):
             task.cancelled.set()
 
     def join(self, timeout: float) -> None:
-        """Wait for their ends, no longer than that in all."""
+        """Wait until all actions have ended, at most `timeout` seconds."""
         deadline = time.monotonic() + timeout
         for worker in self._workers:
             worker.join(max(0.0, deadline - time.monotonic()))

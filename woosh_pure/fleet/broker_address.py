@@ -1,4 +1,4 @@
-"""The broker's address, and what it wants to let us in: user, password, certificates."""
+"""`Broker`: address and credentials (user, password, certificates) of the MQTT broker."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rosproto.sentence import say
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Broker:
-    """Where the broker is and how it lets us in.
+    """Address and credentials of the broker.
 
     Attributes:
-        url: mqtt://host:port, or mqtts:// for TLS; never with a password in it.
-        user, password: None where it asks for none.
-        ca_file, cert_file, key_file: For TLS; None takes the system's authorities and no certificate of ours.
+        url: mqtt://host:port, or mqtts:// for TLS; without user and password.
+        user, password: None if the broker needs none.
+        ca_file, cert_file, key_file: For TLS; None uses the system's authorities and no client certificate.
     """
 
     url: str
@@ -55,12 +55,12 @@ class Broker:
 
     @property
     def host(self) -> str:
-        """Its name or address."""
+        """Host name or address."""
         return urlsplit(self.url).hostname or ""
 
     @property
     def port(self) -> int:
-        """Its port."""
+        """The port; 1883, or 8883 for TLS, if the URL has none."""
         return urlsplit(self.url).port or (8883 if self.tls else 1883)
 
 
@@ -69,15 +69,15 @@ def _without_secrets(url: str) -> str:
 
 
 def load_certificates(context: ssl.SSLContext, broker: Broker) -> None:
-    """Load what is in the broker's files now.
+    """Load the certificate files.
 
     Raises:
         OSError: A file cannot be read.
-        ValueError: What is in it is no certificate, or the key of another.
+        ValueError: A file is not a certificate, or the key does not match.
     """
     for name in (broker.ca_file, broker.cert_file, broker.key_file):
         if name:
-            os.stat(name)  # its error names the file, and that of the context does not
+            os.stat(name)  # its error names the file; that of the context does not
     try:
         if broker.ca_file is not None:
             context.load_verify_locations(broker.ca_file)
@@ -91,7 +91,7 @@ def load_certificates(context: ssl.SSLContext, broker: Broker) -> None:
 
 
 def tls_context(broker: Broker) -> ssl.SSLContext:
-    """A context with these certificates, or those of the system's authorities; raises what they raise."""
+    """A TLS context with the certificates of the broker, or of the system; raises as `load_certificates`."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     if broker.ca_file is None:
         context.load_default_certs()

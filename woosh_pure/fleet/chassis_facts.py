@@ -1,4 +1,4 @@
-"""What is known of a chassis, beside its order. Pure."""
+"""`ChassisFacts`: the current data of a chassis (position, battery, faults, maps, loads). Pure."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _PATH_ENDS = 0.5  # m from its node
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """A load on the vehicle, as pick and drop have left it."""
+    """A load on the vehicle."""
 
     load_id: str = ""
     load_type: str = ""
     position: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """As the state has it."""
+        """An entry of the state message."""
         given = {"loadId": self.load_id, "loadType": self.load_type, "loadPosition": self.position}
         return {key: value for key, value in given.items() if value}
 
@@ -35,29 +35,29 @@ class MapEntry:
     enabled: bool = True
 
     def to_json(self) -> dict[str, Any]:
-        """As the state has it."""
+        """An entry of the state message."""
         status = "ENABLED" if self.enabled else "DISABLED"
         return {"mapId": self.map_id, "mapVersion": self.version, "mapStatus": status}
 
 
 @dataclass(slots=True)
 class ChassisFacts:
-    """What is known of the chassis.
+    """The current data of a chassis.
 
     Attributes:
-        position: m and rad in the map; None while it was not heard.
-        located: Whether the robot knows where it is.
-        lost: Whether nothing is heard of the robot.
-        may_move: While it is lost: whether it may be driving, because it was, or was told to.
-        velocity: vx, vy in m/s, wz in rad/s; None while it was not heard.
-        percent, voltage, charging: Of the battery; None while it was not heard.
-        emergency_stop, bumper: As the chassis tells them.
-        faults: Sentences of the faults that it tells, each with whether it is severe.
-        loads: None where nothing tells them.
-        zone_set: Of the chassis's map; "" where there is none.
-        path: Corners (x, y) in m of the way that the chassis has planned for the drive under way; empty where
-            it has told none.
-        information: (type, text) pairs for people.
+        position: m and rad in the map; None if not received yet.
+        located: Whether the robot is localised.
+        lost: Whether there is no contact with the robot.
+        may_move: Without contact: whether it may be driving.
+        velocity: vx, vy in m/s, wz in rad/s; None if not received yet.
+        percent, voltage, charging: Of the battery; None if not received yet.
+        emergency_stop, bumper: Whether they are active.
+        faults: (sentence, severe) pairs of the active faults.
+        loads: None if they are not known.
+        zone_set: Id of the zone set of the chassis's map; "" if there is none.
+        path: Corners (x, y) in m of the path that the chassis has planned for the current drive; may be
+            empty.
+        information: (type, text) pairs for the state's `information`.
     """
 
     position: AgvPosition | None = None
@@ -80,13 +80,13 @@ class ChassisFacts:
 
     @property
     def alarms(self) -> tuple[object, ...]:
-        """What is so urgent that any change of it sends a state."""
+        """The data of which any change is published at once."""
         return self.emergency_stop, self.bumper, self.faults, self.charging
 
     def has_path_to(self, node: Node) -> bool:
-        """Whether the path is one to this node, and not one to a node before.
+        """Whether the path leads to this node, and not to one before.
 
-        Of a node without a position, a mark, only the chassis knows where it is: there any path counts.
+        The position of a mark, a node without a position, is not known: any path counts.
         """
         place = node.position
         if len(self.path) < 2 or place is None:

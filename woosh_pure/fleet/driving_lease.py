@@ -1,4 +1,4 @@
-"""One driver at a time: while an order is carried out the chassis's lease belongs to the fleet manager."""
+"""The fleet manager's lease of the chassis: held during an order, and given to a local driver who asks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _RENEW_SECONDS = _LEASE_SECONDS / 3.0
 
 
 class DrivingLease:
-    """The lease of one chassis, as its fleet manager has it.
+    """The fleet manager's lease of one chassis.
 
     Args:
         chassis: The chassis.
-        serial: Of the vehicle; part of the owner's name.
-        due: When something is to be done; "lease" in it is when `renew` is to be called.
+        serial: The vehicle's serial number, part of the owner's name.
+        due: Due times; "lease" is the time of the next `renew`.
     """
 
     def __init__(self, chassis: Chassis, serial: str, due: dict[str, float]) -> None:
@@ -25,30 +25,30 @@ class DrivingLease:
         self._due = due
 
     def on_change(self, call: Callable[[], object]) -> Callable[[], None]:
-        """Call back when the holder changes or somebody asks; what is returned ends that."""
+        """Call back when the holder changes or somebody asks for it; return a function that ends this."""
         return self._lease.on(lambda state: call())
 
     @property
     def local_driver(self) -> str:
-        """Who else has the robot; "" while nobody has."""
+        """The local driver who holds the lease; "" if none does."""
         holder = self._lease.holder
         return "" if holder in (None, self._owner) else str(holder)
 
     def hand_over(self) -> None:
-        """A local driver who asks for the lease gets it: MANUAL, and the order is cleared."""
+        """Grant the lease to a local driver who asks; the mode becomes MANUAL, and the order is cleared."""
         asking = self._lease.state.asking
         if self._lease.holder == self._owner and asking:
             self._lease.grant(self._owner, asking[0])
 
     def hold(self, executing: bool) -> None:
-        """Take it while an order is carried out, and give it back afterwards."""
+        """Take the lease during an order, and release it afterwards."""
         if not executing:
             self.release()
         elif "lease" not in self._due:
             self._due["lease"] = 0.0
 
     def renew(self, executing: bool) -> bool:
-        """Keep it; False while a local driver has it."""
+        """Renew the lease; False while a local driver holds it."""
         if not executing:
             del self._due["lease"]
             return True
@@ -56,7 +56,7 @@ class DrivingLease:
         return bool(self._lease.acquire(self._owner, _LEASE_SECONDS))
 
     def release(self) -> None:
-        """Give it back."""
+        """Release the lease."""
         self._due.pop("lease", None)
         if self._lease.holder == self._owner:
             self._lease.release(self._owner)

@@ -1,16 +1,16 @@
-"""What other threads leave for the one that owns the order machine: messages, events, flags, and due times.
+"""`Inbox`: the queue of the vehicle's thread. Other threads put messages, events and flags into it.
 
-Messages wait in lanes, each with a room of its own, so that no flood takes the place of what stops the robot:
+Each kind of message has a capacity, so that a flood of others cannot displace a message that stops the robot:
 
-    lane        what                                      room   when it is full
-    -----------------------------------------------------------------------------------------------------------
-    STOP        cancelOrder, startPause                     64   one whose kind comes again later makes room
-    INSTANT     other instant actions                       32   the new one is dropped
-    ORDER       orders and updates                           8   the new one is dropped
-    MALFORMED   what does not fit                            8   the new one is dropped
+    kind        messages                  capacity   when full
+    ---------------------------------------------------------------------------------------
+    STOP        cancelOrder, startPause         64   an older, repeated one is dropped
+    INSTANT     other instant actions           32   the new one is dropped
+    ORDER       orders and updates               8   the new one is dropped
+    MALFORMED   malformed messages               8   the new one is dropped
 
-A lane is about room, not about rank: messages are read in the order in which they came, so that a cancel
-never overtakes the order that it is for. At most 48 others stand before a stop. What is dropped is counted.
+Messages of all kinds are read in the order of their arrival, so that a cancel never overtakes its order. At
+most 48 others are ahead of a stop. Dropped messages are counted.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from woosh_pure.fleet.order.events import Event, MalformedMessage
 
 
 class MessageKind(Enum):
-    """Where a message waits; the value says in words what waits there."""
+    """The kind of a message; the value names it in words."""
 
     STOP = "cancelOrder or startPause"
     INSTANT = "other instant actions"
@@ -35,16 +35,16 @@ class MessageKind(Enum):
 
 
 CAPACITY = {MessageKind.STOP: 64, MessageKind.INSTANT: 32, MessageKind.ORDER: 8, MessageKind.MALFORMED: 8}
-"""Messages that wait in each lane."""
+"""Messages of each kind that may wait."""
 MOST_MESSAGES = sum(CAPACITY.values())
-"""Messages of a fleet manager that wait."""
+"""Messages of all kinds that may wait."""
 
 
 Message = Order | InstantActions | MalformedMessage
 
 
 def message_kind(message: Message) -> MessageKind:
-    """The lane of a message."""
+    """The kind of a message."""
     if isinstance(message, MalformedMessage):
         return MessageKind.MALFORMED
     if isinstance(message, Order):
@@ -53,18 +53,18 @@ def message_kind(message: Message) -> MessageKind:
 
 
 def _stops(message: Message) -> set[str]:
-    """The actions of a message that stop the vehicle, by their types."""
+    """The types of a message's actions that stop the vehicle."""
     actions = message.actions if isinstance(message, InstantActions) else ()
     return {action.type for action in actions} & {"cancelOrder", "startPause"}
 
 
 class InboxContents(NamedTuple):
-    """What has been left since the last look.
+    """What `Inbox.wait` returns.
 
     Attributes:
-        flags: What has changed, by a word.
-        events: What the parts of the vehicle have reported, in its order.
-        message: The oldest message of the fleet manager that waits; None where there is none.
+        flags: Names of what has changed.
+        events: Events of the robot, in their order.
+        message: The oldest message of the fleet manager; None if none waits.
     """
 
     flags: set[str]
@@ -73,12 +73,12 @@ class InboxContents(NamedTuple):
 
 
 class Inbox:
-    """One reader, any number of writers.
+    """A queue for one reader and any number of writers.
 
     Attributes:
-        due: When something is to be done, by the monotonic clock; the reader's own.
-        dropped: Messages for which there was no room, by lane.
-        closed: Nothing is read any more.
+        due: Due times by the monotonic clock; only the reader uses them.
+        dropped: Number of dropped messages of each kind.
+        closed: Whether `close` was called.
     """
 
     def __init__(self) -> None:
@@ -88,43 +88,44 @@ class Inbox:
         self._wake = threading.Condition()
         self._flags: set[str] = set()
         self._events: list[Event] = []
-        self._waiting: list[tuple[MessageKind, Message]] = []  # in the order in which they came
+        self._waiting: list[tuple[MessageKind, Message]] = []  # in the order of arrival
         self._count: Counter[MessageKind] = Counter()
 
     def flag(self, name: str) -> None:
-        """Say that something has changed."""
+        """Set a flag."""
         with self._wake:
             self._flags.add(name)
             self._wake.notify_all()
 
     def report(self, event: Event) -> None:
-        """Leave an event of the robot; none is ever dropped."""
+        """Add an event of the robot; events are never dropped."""
         with self._wake:
             self._events.append(event)
             self._wake.notify_all()
 
     def add_message(self, message: Message) -> bool:
-        """Leave a message; False when another one of its kind or it itself is dropped for want of room."""
-        lane = message_kind(message)
+        """Add a message; False if it, or for a stop an older one, was dropped."""
+        kind = message_kind(message)
         with self._wake:
-            room = self._count[lane] < CAPACITY[lane]
-            if not room:
-                self.dropped[lane] += 1
+            fits = self._count[kind] < CAPACITY[kind]
+            if not fits:
+                self.dropped[kind] += 1
                 self._flags.add("dropped")
-                if lane is MessageKind.STOP:
+                if kind is MessageKind.STOP:
                     self._make_room_for_stop(message)
-            if room or lane is MessageKind.STOP:
-                self._waiting.append((lane, message))
-                self._count[lane] += 1
+            if fits or kind is MessageKind.STOP:
+                self._waiting.append((kind, message))
+                self._count[kind] += 1
             self._wake.notify_all()
-            return room
+            return fits
 
     def _make_room_for_stop(self, message: Message) -> None:
-        """Drop the oldest stop whose kinds come again behind it. There is one: kinds are two, stops many."""
+        """Drop the oldest stop whose action types are repeated later. One exists: there are two types
+        only."""
         behind, oldest = _stops(message), -1
         for n in reversed(range(len(self._waiting))):
-            lane, each = self._waiting[n]
-            if lane is MessageKind.STOP:
+            kind, each = self._waiting[n]
+            if kind is MessageKind.STOP:
                 if _stops(each) <= behind:
                     oldest = n
                 behind |= _stops(each)
@@ -133,23 +134,23 @@ class Inbox:
 
     @property
     def waiting_messages(self) -> int:
-        """How many messages have not been read."""
+        """Number of waiting messages."""
         return len(self._waiting)
 
     @property
     def stop_waits(self) -> bool:
-        """Whether a message that stops the vehicle has not been read."""
+        """Whether a message that stops the vehicle waits."""
         return self._count[MessageKind.STOP] > 0
 
     def close(self) -> bool:
-        """Wake the reader up for the last time; False when that was done before."""
+        """Close the inbox and wake the reader; False if it was closed already."""
         with self._wake:
             first, self.closed = not self.closed, True
             self._wake.notify_all()
             return first
 
     def wait(self) -> InboxContents | None:
-        """Wait until something is left or due, and take it; None when the inbox is closed."""
+        """Wait until something arrives or is due, and take it; None when the inbox is closed."""
         with self._wake:
             while not (self.closed or self._flags or self._events or self._waiting):
                 wait = min(self.due.values()) - time.monotonic()
@@ -160,8 +161,8 @@ class Inbox:
                 return None
             message = None
             if self._waiting:
-                lane, message = self._waiting.pop(0)
-                self._count[lane] -= 1
-            left = InboxContents(self._flags, self._events, message)
+                kind, message = self._waiting.pop(0)
+                self._count[kind] -= 1
+            contents = InboxContents(self._flags, self._events, message)
             self._flags, self._events = set(), []
-            return left
+            return contents

@@ -1,9 +1,9 @@
-"""One vehicle's order, in a file: the way of an event through the machine and the disk.
+"""`PersistentOrder`: the order machine of one vehicle, with its state saved on disk.
 
-What is acknowledged is there after a restart, and what has begun does not begin again: the state is written
-before anything is told or begun. When the disk takes nothing, `DiskFailed` happens to the state of before,
-and the event to the state after that: it rejects orders and begins nothing, while what stops the vehicle goes
-on as ever.
+The state is saved before it is published and before anything begins. So an acknowledged order survives a
+restart, and an action that has begun does not begin again. If the disk fails, `DiskFailed` is applied to the
+old state, and
+the event to the result: orders are rejected and nothing begins, but stopping the vehicle works as always.
 """
 
 from __future__ import annotations
@@ -32,30 +32,30 @@ _log = get_logger("woosh_pure.fleet.persistent_order")
 
 
 class StateFile(Protocol):
-    """Where the state is kept: `store.Store`, or a stand-in of a test."""
+    """Stores the state: `state_file.Store`, or a stand-in in tests."""
 
     def load(self) -> dict[str, Any] | None:
-        """What was saved last; None where nothing was."""
+        """Return the saved data; None if there is none."""
 
     def save(self, data: dict[str, Any]) -> None:
-        """Replace it; OSError when the disk takes nothing."""
+        """Replace the data; OSError if the disk fails."""
 
     def put_aside(self, why: str) -> None:
         """Keep an unusable file under another name."""
 
 
 class PersistentOrder:
-    """The state of one vehicle's order, which every event passes. Not for several threads at a time.
+    """One vehicle's order and its file. Not for several threads at a time.
 
     Args:
-        limits: What the vehicle is able to obey.
-        store: The file; None keeps nothing.
-        name: Of the vehicle, for the log.
+        limits: The vehicle's capabilities.
+        store: The file; None saves nothing.
+        name: The vehicle's name, for the log.
 
     Attributes:
-        state: As it is now; any thread may read it.
-        failing: The disk takes nothing; `write` is to be called again after a while.
-        owed: The state was not written and told yet; `write` does it.
+        state: The current state; any thread may read it.
+        failing: The disk fails; call `write` again after a while.
+        owed: The state has not been saved and published yet; call `write`.
     """
 
     def __init__(self, limits: Capabilities, store: StateFile | None, name: str) -> None:
@@ -64,7 +64,7 @@ class PersistentOrder:
         self._store, self._name = store, name
 
     def restore(self) -> list[Effect]:
-        """Take what was kept, before anything happens; the effects of it."""
+        """Restore the saved state, before any other event; return the effects."""
         kept = None if self._store is None else self._store.load()
         if kept is not None and self._store is not None:
             try:
@@ -76,16 +76,16 @@ class PersistentOrder:
         return []
 
     def happens(self, event: Event, *, later: bool = False) -> Iterator[Effect]:
-        """Let an event happen; each effect is to be carried out before the next one is asked for.
+        """Apply an event. Carry out each effect before taking the next one.
 
         Args:
-            event: What happens.
-            later: Write and tell it with the next event, or `write`, if nothing begins because of it.
+            event: The event.
+            later: If nothing begins, save and publish with the next event, or with `write`.
         """
         before = self.state
         after, effects = step(before, event)
         done = [effect for effect in effects if stops(effect)]
-        yield from done  # what stops waits for no disk
+        yield from done  # before anything is written on disk
         begins = [
             effect
             for effect in effects
@@ -112,8 +112,7 @@ class PersistentOrder:
         yield from begins
 
     def write(self) -> list[Effect]:
-        """Write the state as it is, with what was put off, or once more on a disk that took nothing; the
-        effects."""
+        """Save the current state, if it was put off or the disk has failed; return the effects."""
         problem = self._save(self.state)
         told: list[Effect] = [PublishState()] if self.owed else []
         failed, self.failing, self.owed = self.failing, problem is not None, False
@@ -125,7 +124,7 @@ class PersistentOrder:
         return told
 
     def _save(self, state: OrderState) -> Problem | None:
-        """Why it cannot be written; None when it is."""
+        """Save a state; the problem if it cannot be saved."""
         if self._store is None:
             return None
         try:

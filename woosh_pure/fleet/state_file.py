@@ -1,7 +1,7 @@
-"""What has to survive a vehicle's process: one JSON file for each vehicle, always replaced as a whole.
+"""`Store`: the file that keeps a vehicle's order across restarts, and its lock.
 
-Two processes that kept their orders in one file would restore each other's. So a vehicle that is open holds a
-lock on a file beside it; the system takes the lock back when its process ends, however it ends.
+The file is JSON and always replaced as a whole. An open vehicle locks a file beside it, so that two processes
+cannot restore each other's orders; the system releases the lock when the process ends for any reason.
 """
 
 from __future__ import annotations
@@ -36,22 +36,21 @@ else:
 
 
 def default_folder() -> Path:
-    """Where the states of this user's vehicles are: `$XDG_STATE_HOME/woosh/fleet`, on Windows
-    `%LOCALAPPDATA%`."""
+    """The default folder: `$XDG_STATE_HOME/woosh/fleet`, on Windows in `%LOCALAPPDATA%`."""
     given = os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA")
     return (Path(given) if given else Path.home() / ".local" / "state") / "woosh" / "fleet"
 
 
 class StoreInUse(ChassisError, OSError):
-    """Another vehicle, of this process or another one, keeps its order in this file."""
+    """Another vehicle, of this or another process, uses the file."""
 
 
 class Store:
-    """The file of one vehicle. After `save` has returned, neither kill -9 nor a loss of power takes it back.
+    """The file of one vehicle. What `save` has written survives kill -9 and a loss of power.
 
     Args:
-        folder: Where it is; made when it is not there.
-        manufacturer, serial: Of the vehicle.
+        folder: The file's folder; created if it does not exist.
+        manufacturer, serial: The vehicle.
     """
 
     def __init__(self, folder: Path, manufacturer: str, serial: str) -> None:
@@ -67,10 +66,10 @@ class Store:
         return str(self.path)
 
     def lock(self) -> None:
-        """Keep others from using it until `unlock`.
+        """Lock the file until `unlock`.
 
         Raises:
-            StoreInUse: Somebody does already.
+            StoreInUse: Another vehicle has locked it.
             OSError: The disk is full, or the folder cannot be written; `save` tries again.
         """
         if self._locked is not None:
@@ -86,7 +85,7 @@ class Store:
         self._locked, self._to_lock = opened, False
 
     def unlock(self) -> None:
-        """Let others use it."""
+        """Release the lock."""
         self._to_lock = False
         if self._locked is not None:
             os.close(self._locked)
@@ -99,8 +98,7 @@ class Store:
         )
 
     def load(self) -> dict[str, Any] | None:
-        """What was saved last; None where nothing was. What cannot be read is put aside, and the log
-        tells."""
+        """Return the saved data; None if there is none. An unreadable file is renamed and logged."""
         try:
             text = self.path.read_text("utf-8")
         except FileNotFoundError:
@@ -113,7 +111,7 @@ class Store:
         return found if isinstance(found, dict) else None
 
     def put_aside(self, why: str) -> None:
-        """Move an unusable file aside, under another name."""
+        """Rename an unusable file."""
         aside = self.path.with_suffix(".broken")
         _log.warning("! %s cannot be used (%s); it is kept as %s", self.path, why, aside)
         replace_file(self.path, aside)
@@ -132,14 +130,14 @@ class Store:
         encoded = text.encode()
         try:
             self._replace(encoded)
-        except FileNotFoundError:  # the folder is not there yet, or not any more
+        except FileNotFoundError:  # the folder does not exist, or was deleted
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._replace(encoded)
         self._last = text
 
     def _replace(self, data: bytes) -> None:
-        """Write it beside, and give it the name. Each node that is passed costs one of these: so no objects
-        for paths and files, which took half of the time of the processor."""
+        """Write a file beside and rename it. This is done for each node that is passed, so it avoids path and
+        file objects, which took half of the processor time."""
         opened = os.open(self._beside, _WRITE, 0o666)
         try:
             written = 0
@@ -149,7 +147,7 @@ class Store:
         finally:
             os.close(opened)
         replace_file(self._beside, self._file)
-        if os.name == "posix":  # have the new name on disk, too; Windows has no such call
+        if os.name == "posix":  # write the new name to disk, too; Windows has no such call
             folder = os.open(self._folder, os.O_RDONLY)
             try:
                 os.fsync(folder)

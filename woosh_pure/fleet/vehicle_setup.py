@@ -1,4 +1,4 @@
-"""What a vehicle of a configuration has: its abilities, and the places beside its kept order."""
+"""`VehicleSetup`: a vehicle's capabilities, handlers, maps and journal, made from its configuration."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from woosh_pure.geometry import Footprint
 
 @dataclass(frozen=True, slots=True)
 class VehicleSetup:
-    """What is there before a chassis was heard.
+    """The parts of a vehicle that its configuration determines.
 
     Attributes:
-        limits: What the vehicle can obey.
-        handlers: What each action type does.
-        facts: What its state tells.
-        triggers: What waitForTrigger waits for.
-        journal: Where logReport writes; None where nothing is kept.
-        maps: Its maps; None where the fleet manager may not change them.
+        limits: Its capabilities.
+        handlers: The handler of each action type.
+        facts: Its data, before the first messages of the chassis.
+        triggers: The triggers of waitForTrigger.
+        journal: Its events, for logReport; None if nothing is stored.
+        maps: Its maps; None if the fleet manager may not change them.
     """
 
     limits: Capabilities
@@ -43,15 +43,15 @@ class VehicleSetup:
 
 
 def set_up_vehicle(config: VehicleConfig, store: Store | None, report: Callable[[str], str]) -> VehicleSetup:
-    """Make it.
+    """Set up a vehicle.
 
     Args:
-        config: Who the vehicle is and what it can do.
-        store: Where its order is kept; reports and maps are kept beside it, and without it there are none.
-        report: Stores a report for a reason, and gives its name.
+        config: Its configuration.
+        store: The file of its order; reports and maps are stored beside it. None stores nothing.
+        report: Stores a report for a reason and returns its name.
 
     Raises:
-        ValueError: An action of the configuration cannot be loaded.
+        ValueError: A configured action cannot be loaded.
     """
     own = MapEntry(config.map_id, config.map_version)
     journal = maps = None
@@ -81,10 +81,9 @@ _OUTLINES = ("/move_base/global_costmap", "/move_base/local_costmap")
 
 
 def navigation_footprint(chassis: Chassis) -> tuple[tuple[float, float], ...]:
-    """The outline that the navigation of a chassis has as its parameter, in m in base_link.
+    """The footprint in the parameters of the chassis's navigation, in m in base_link; empty if there is none.
 
-    By costmap_2d's own names: `footprint`, a list of corners or its text, or `robot_radius`; empty where
-    there is none.
+    The parameters are those of costmap_2d: `footprint`, a list of corners or its text, or `robot_radius`.
     """
     for space in _OUTLINES:
         try:

@@ -87,7 +87,7 @@ def test_a_broker_that_never_answers_is_left(
 ) -> None:
     """The connection alone is no line."""
     monkeypatch.setattr(mqtt, "_KEEP_ALIVE", 1)
-    monkeypatch.setattr(mqtt, "_SENT_AWAY", (0.01, 2.0, 0.02, 0.0))
+    monkeypatch.setattr(mqtt, "_REJECTED_WAITS", (0.01, 2.0, 0.02, 0.0))
     with StuckBroker(answer=None) as broker:
         heard = opened(broker.url)
         with broker.came:
@@ -100,7 +100,7 @@ def test_who_is_refused_knocks_ever_more_rarely(
     opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """A wrong password must not lock the account."""
-    monkeypatch.setattr(mqtt, "_SENT_AWAY", (0.05, 4.0, 30.0, 0.0))
+    monkeypatch.setattr(mqtt, "_REJECTED_WAITS", (0.05, 4.0, 30.0, 0.0))
     with StuckBroker(answer=0x87) as broker:
         began = time.monotonic()
         heard = opened(broker.url)
@@ -165,7 +165,7 @@ def test_a_broker_that_hangs_up_at_once_is_not_stormed(
     opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """As one does that has another client of our name."""
-    monkeypatch.setattr(mqtt, "_SENT_AWAY", (5.0, 2.0, 30.0, 0.0))
+    monkeypatch.setattr(mqtt, "_REJECTED_WAITS", (5.0, 2.0, 30.0, 0.0))
     with StuckBroker() as broker:
         heard = opened(broker.url)
         heard.until(lambda: heard.told == [True])

@@ -1,4 +1,4 @@
-"""What the actions of an order do: those of the standard, the maps, and actions of the user's own."""
+"""What each action does: predefined actions, maps, triggers, and actions that the user configures."""
 
 from __future__ import annotations
 

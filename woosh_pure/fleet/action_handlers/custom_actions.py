@@ -14,11 +14,15 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
 
 _LONGEST_RESULT = 1000
-_ENDS_SECONDS = 3.0  # for a program to end when it is asked to
+_ENDS_SECONDS = 3.0  # for a program to end after SIGTERM
 
 
 def handler_of(name: str, target: str) -> Handler:
-    """The function that a target names.
+    """Load the handler of a configured action.
+
+    Args:
+        name: The action's type, for errors.
+        target: "python.module:function", or "!program argument ...".
 
     Raises:
         ValueError: It cannot be loaded.
@@ -91,7 +95,7 @@ def _program(command: str) -> Handler:
 
 
 def _command_line(command: str) -> str | list[str]:
-    """Program and arguments; on Windows the line as it is, because there each program splits its own."""
+    """Program and arguments; on Windows the unchanged line, because each program splits its own."""
     return command.strip() if sys.platform == "win32" else shlex.split(command)
 
 

@@ -1,4 +1,4 @@
-"""logReport: recent events and the vehicle's condition, in a file that can be sent to a person."""
+"""logReport: a file with the vehicle's recent events and current data."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from woosh_pure.fleet.messages.schema import timestamp
 
 MOST_LINES = 500
 MOST_REPORTS = 50
-"""Files that are kept; the oldest makes room, so that no manager fills the disk."""
+"""Number of reports that are kept; the oldest is deleted, so that the disk does not fill."""
 
 
 class Journal:
     """The recent events of one vehicle, and its reports.
 
     Args:
-        folder: Where reports are; made with the first one.
-        name: Their names begin with it.
+        folder: Folder of the reports; created with the first one.
+        name: Start of their names.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -32,7 +32,7 @@ class Journal:
         self._lock = threading.Lock()
 
     def note(self, text: str) -> None:
-        """Remember an event, with the time."""
+        """Record an event with the time."""
         line = f"{timestamp(time.time())} {printable(text)[:500]}"
         with self._lock:
             self._lines.append(line)
@@ -41,7 +41,7 @@ class Journal:
         """Store a report and return its name.
 
         Raises:
-            OSError: It cannot be stored.
+            OSError: The file cannot be written.
         """
         with self._lock:
             lines = list(self._lines)

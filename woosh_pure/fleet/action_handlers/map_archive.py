@@ -1,6 +1,6 @@
-"""A map as a map server has it: one file (6.7), a ZIP of a map_server YAML and its picture.
+"""Download and unpack a map archive (6.7): a ZIP of a map_server YAML and its picture.
 
-What is in it is read with limits, and no name out of it becomes a name on this disk.
+Sizes are limited, and files are unpacked to a temporary folder without their paths.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.maps.gridmap import GridMap
 
 MOST_DOWNLOAD = 64_000_000
-"""Bytes of a file that is downloaded."""
+"""Largest download, bytes."""
 MOST_UNPACKED = 256_000_000
-"""Bytes of what is in it."""
+"""Largest size of the unpacked files, bytes."""
 _SILENCE = 20.0  # s without a byte after which a download has failed
 _HASHES = {32: "md5", 40: "sha1", 64: "sha256", 128: "sha512"}  # by their hexadecimal digits
 
 
 def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
-    """A file of a map server.
+    """Download a file.
 
     Args:
-        link: http:// or https://; nothing else is opened, no file of this computer either.
-        cancelled: Whether to give up; asked between two pieces.
-        digest: In hexadecimal digits: MD5, SHA-1, SHA-256 or SHA-512 by their number; "" checks nothing.
+        link: An http:// or https:// URL; others are refused.
+        cancelled: Called between two blocks; True ends the download.
+        digest: MD5, SHA-1, SHA-256 or SHA-512 in hexadecimal digits, chosen by the length; "" checks nothing.
 
     Raises:
-        ChassisError: It could not be fetched, is too large, or is not what the digest says.
+        ChassisError: The download failed, is too large, or does not match the digest.
     """
-    from urllib.error import URLError  # late, as below: a vehicle that starts fetches no map
+    from urllib.error import URLError  # imported late: not needed to start a vehicle
     from urllib.request import Request, urlopen
 
     where = printable(link)[:200]
@@ -74,10 +74,10 @@ def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
 
 
 def unpack(data: bytes) -> GridMap:
-    """The map in a ZIP of a map_server YAML and its picture.
+    """Read the map from an archive.
 
     Raises:
-        ChassisError: It is no such file.
+        ChassisError: The data is not a map archive.
     """
     import tempfile
     import zipfile

@@ -1,10 +1,9 @@
-"""The maps on a vehicle (6.7), as files beside its state: downloaded, enabled, deleted.
+"""`MapStore`: the maps of a vehicle (6.7), stored as files: add, enable, use and delete them.
 
-A chassis has one map at a time. The one that it has when we come is its own, under the name in the
-configuration; others are only stored. `enableMap` of another version of the map in use replaces it
-(`set_map`, with the pose that the robot has); of a map that is not in use it only marks it, and
-`initPosition` with its id, instant or at a node of an order, takes the robot there. So a map that is ENABLED
-and not in use changes nothing by itself.
+A chassis has one map at a time. Its own map, present at the start, has the name of the configuration; others
+are only stored. `enableMap` for another version of the map in use replaces that map (`set_map`, with the
+robot's current pose). `enableMap` for another map only marks it ENABLED; `initPosition` with its id, as an
+instant action or at a node, then switches the robot to it.
 """
 
 from __future__ import annotations
@@ -31,8 +30,8 @@ class MapStore:
     """The maps of one vehicle.
 
     Args:
-        folder: Where they are; made when the first one comes.
-        own: The map that the chassis has by itself.
+        folder: Folder of the maps; created with the first one.
+        own: The chassis's own map.
 
     Attributes:
         active: Id of the map in use.
@@ -47,28 +46,28 @@ class MapStore:
 
     @property
     def entries(self) -> tuple[MapEntry, ...]:
-        """As the state tells them."""
+        """All maps, for the state message."""
         with self._lock:
             return tuple(self._entries)
 
     def find(self, map_id: str, version: str) -> MapEntry | None:
-        """One of them."""
+        """The entry of a map; None if it is not stored."""
         return next((each for each in self.entries if (each.map_id, each.version) == (map_id, version)), None)
 
     def enabled(self, map_id: str) -> MapEntry | None:
-        """The version of a map that is enabled."""
+        """The enabled version of a map; None if there is none."""
         return next((each for each in self.entries if each.map_id == map_id and each.enabled), None)
 
     @property
     def enabled_ids(self) -> tuple[str, ...]:
-        """Ids of the maps of which a version is enabled; the one in use is among them."""
+        """Ids of the map in use and of all maps with an enabled version."""
         return tuple(dict.fromkeys([self.active, *(each.map_id for each in self.entries if each.enabled)]))
 
     def add(self, map_id: str, version: str, grid: GridMap) -> None:
         """Store a map, DISABLED.
 
         Raises:
-            ChassisError: It is there already, or there are too many.
+            ChassisError: The map is stored already, or there are too many.
         """
         with self._lock:
             if self.find(map_id, version) is not None:
@@ -88,7 +87,7 @@ class MapStore:
             self._save()
 
     def enable(self, map_id: str, version: str) -> None:
-        """Mark one version of a map as enabled, and the others of it as not."""
+        """Enable one version of a map, and disable its other versions."""
         with self._lock:
             if self.find(map_id, version) is None:
                 raise ChassisError(
@@ -108,7 +107,7 @@ class MapStore:
         """Delete a map.
 
         Raises:
-            ChassisError: It is not there, is enabled, or is the chassis's own.
+            ChassisError: The map is not stored, is enabled, or is the chassis's own.
         """
         with self._lock:
             found = self.find(map_id, version)
@@ -138,11 +137,11 @@ class MapStore:
                 path.unlink(missing_ok=True)
 
     def use(self, chassis: Any, map_id: str, version: str, pose: Any) -> None:
-        """Give the chassis another map, and keep the one that it had.
+        """Store the chassis's current map, then set another one.
 
         Raises:
-            ChassisError: It is not on the vehicle, or the chassis refuses.
-            OSError: What it had cannot be kept.
+            ChassisError: The map is not stored, or the chassis refuses it.
+            OSError: The current map cannot be stored.
         """
         with self._lock:
             if (self.active, self.version) == (map_id, version):
@@ -163,7 +162,7 @@ class MapStore:
             self._save()
 
     def confirm(self, chassis: Any) -> None:
-        """After a restart of ours: whether the chassis still has the map that it was given, or its own."""
+        """After a restart, check that the chassis still has the map in use; else its own map is in use."""
         with self._lock:
             if (self.active, self.version) == (self.own.map_id, self.own.version):
                 return
@@ -223,13 +222,11 @@ class MapStore:
 
 
 def _loaded(sheet: Path) -> GridMap:
-    from woosh_pure.maps.gridmap import (
-        GridMap,  # late: it needs numpy, which takes longer to load than all of this
-    )
+    from woosh_pure.maps.gridmap import GridMap  # imported late, because it loads numpy
 
     return GridMap.load(sheet)
 
 
 def _alike(one: GridMap, other: GridMap) -> bool:
-    """By their pictures: a file keeps no more of a map than free, occupied and not known."""
+    """Compare as pictures: a file only keeps free, occupied and unknown cells."""
     return one.cells.shape == other.cells.shape and bool((one.to_grey() == other.to_grey()).all())

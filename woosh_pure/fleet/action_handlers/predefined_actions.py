@@ -1,4 +1,4 @@
-"""What a chassis can do beside driving: each action type, as the factsheet tells it, and what it does."""
+"""The action types of the standard (6.8.1): how the factsheet declares each, and what it does."""
 
 from __future__ import annotations
 
@@ -32,16 +32,17 @@ def supported_actions(
     report: Callable[[str], str] | None = None,
     triggers: Triggers | None = None,
 ) -> dict[str, tuple[SupportedAction, Handler]]:
-    """What a vehicle of this configuration can do, beside what the order machine does itself.
+    """The actions of a vehicle with their handlers: predefined and configured ones, without the built-in
+    ones.
 
     Args:
-        config: Of the vehicle.
-        maps: Those on it, where the fleet manager may change them.
-        report: Stores a report for a reason, and gives its name; None where nothing is kept.
+        config: The vehicle's configuration.
+        maps: Its maps, if the fleet manager may change them.
+        report: Stores a report for a reason and returns its name; None if nothing is stored.
         triggers: The triggers that `Vehicle.trigger` fires.
 
     Raises:
-        ValueError: An action of the user's cannot be loaded, or has a name that is taken.
+        ValueError: A configured action cannot be loaded, or has the name of a built-in one.
     """
     own = MapEntry(config.map_id, config.map_version)
     found: dict[str, tuple[SupportedAction, Handler]] = {
@@ -98,7 +99,7 @@ def supported_actions(
     return found
 
 
-# -- the standard's ------------------------------------------------------------------------------------------
+# -- position, charging, loads -------------------------------------------------------------------------------
 
 _CARRYING = (
     Parameter("stationName", description="the mark"),
@@ -182,9 +183,9 @@ def _carrying(direction: Direction) -> Handler:
     return carry
 
 
-# -- what chapter 6.8.1 says of the predefined actions -------------------------------------------------------
+# -- scopes and parameters of the predefined actions (6.8.1) -------------------------------------------------
 #
-# An action of the user's with one of these names is declared in the factsheet as the standard has it.
+# The factsheet declares a configured action with one of these names as the standard does.
 
 _NODE, _EDGE, _INSTANT = Scope.NODE, Scope.EDGE, Scope.INSTANT
 SCOPES: dict[str, tuple[Scope, ...]] = {
@@ -217,11 +218,11 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     "waitForTrigger": (Parameter("triggerType"),),
 }  # fmt: skip
 MOVING = frozenset(("startCharging", "stopCharging", "pick", "drop", "finePositioning"))
-"""Those that move the robot, unless a function says otherwise."""
+"""Actions that move the robot, unless the handler has its own `moves`."""
 
 
 def predefined(name: str, **given: Any) -> SupportedAction:
-    """An ability of the standard's, with the scopes and parameters that it has there."""
+    """A predefined action with the scopes and parameters of the standard."""
     return SupportedAction(name, SCOPES[name], PARAMETERS.get(name, ()), moves=name in MOVING, **given)
 
 
@@ -231,7 +232,7 @@ _POSE_SECONDS = 10.0
 
 
 def map_actions(maps: MapStore) -> dict[str, tuple[SupportedAction, Handler]]:
-    """The three actions, on a vehicle's maps."""
+    """downloadMap, enableMap and deleteMap for a vehicle's maps."""
 
     def download(task: Task) -> str:
         given = {key: str(value) for key, value in task.parameters.items()}

@@ -24,8 +24,8 @@ class Task:
 
     Attributes:
         action: The action.
-        chassis: The chassis; an action that moves it must be declared so (a function with `moves = True`).
-        cancelled: Set when it is to end.
+        chassis: The chassis; a handler that moves it must have the attribute `moves = True`.
+        cancelled: Set when the action is to end.
         loads: The loads on the vehicle; pick and drop change them.
     """
 
@@ -36,14 +36,15 @@ class Task:
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """By key."""
+        """The action's parameters by key."""
         return self.action.parameters
 
     def wait(self, handle: Any) -> str:
-        """Wait for a goal of the chassis, which is cancelled with the action; returns the goal's text.
+        """Wait for a goal of the chassis and return its text. Cancelling the action cancels the goal.
 
         Raises:
-            GoalFailed: It ended in anything but an arrival, or nobody knows whether it ended.
+            GoalFailed: The goal failed, or it is not known whether it has ended.
+            ChassisError: The action was cancelled.
         """
         while not self.cancelled.wait(0.1):
             if handle.done:
@@ -55,8 +56,8 @@ class Task:
 
 
 def end_is_known(outcome: Outcome) -> bool:
-    """Whether the chassis has ended a goal: False where it may go on with it, because the link was lost, or
-    it has not confirmed the cancel."""
+    """Whether a goal has ended for certain: False if the chassis may go on with it, because the link was lost
+    or the cancel was not confirmed."""
     open_ended = (OutcomeKind.CONNECTION_LOST, OutcomeKind.TIMED_OUT)
     return outcome.kind not in open_ended and outcome.text != NOT_CONFIRMED
 

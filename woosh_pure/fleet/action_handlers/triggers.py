@@ -12,14 +12,14 @@ from woosh_pure.fleet.order.action_states import Parameter, Scope, SupportedActi
 
 
 class Triggers:
-    """Triggers that the user's own program fires through `Vehicle.trigger`."""
+    """The waitForTrigger actions that wait for `Vehicle.trigger`."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._waiting: list[tuple[str, threading.Event]] = []
 
     def fire(self, name: str) -> int:
-        """End every wait for this trigger; returns how many there were."""
+        """End all waits for a trigger; return their number."""
         with self._changed:
             gone = [event for waits_for, event in self._waiting if waits_for == name]
         for event in gone:
@@ -27,7 +27,7 @@ class Triggers:
         return len(gone)
 
     def wait(self, name: str, task: Task) -> None:
-        """Wait until the trigger is fired, or the action is cancelled."""
+        """Wait until a trigger is fired, or the action is cancelled."""
         entry = (name, threading.Event())
         with self._changed:
             self._waiting.append(entry)
@@ -41,7 +41,8 @@ class Triggers:
 
 
 def wait_for_trigger(given: Mapping[str, str], triggers: Triggers) -> tuple[SupportedAction, Handler]:
-    """The ability, for types of triggers and what each waits for; "" waits for `Vehicle.trigger`."""
+    """The waitForTrigger action for trigger types and their configured handlers; "" waits for
+    `Vehicle.trigger`."""
     loaded = {name: handler_of(name, target) if target else None for name, target in given.items()}
     kinds = Parameter("triggerType", choices=tuple(loaded))
     text = f"waits for one of: {', '.join(loaded)}"

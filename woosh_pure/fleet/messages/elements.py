@@ -1,4 +1,4 @@
-"""Orders and instant actions as values: what chapters 6.6.6 and 6.9 call action, node, edge, order. Pure."""
+"""Orders and instant actions as values: Order, Node, Edge, Action (6.6.6, 6.9). Pure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An action of a node, an edge, or an instant one.
+    """An action of a node or edge, or an instant action.
 
     Attributes:
         id, type: `actionId`, `actionType`.
@@ -25,7 +25,7 @@ class Action:
     description: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """As an order has it."""
+        """The JSON object of an order message."""
         found: dict[str, Any] = {"actionType": self.type, "actionId": self.id, "blockingType": self.blocking}
         if self.description:
             found["actionDescription"] = self.description
@@ -35,11 +35,11 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class NodePosition:
-    """Where a node is: m and rad in the map.
+    """The position of a node, m and rad in the map.
 
     Attributes:
-        deviation_xy: Radius in m within which the node counts as reached; 0 is the vehicle's own tolerance.
-        deviation_theta: rad; None is the vehicle's own tolerance.
+        deviation_xy: Radius of the deviation range in m; 0 is the vehicle's own tolerance.
+        deviation_theta: Allowed deviation of the heading in rad; None is the vehicle's own tolerance.
     """
 
     x: float
@@ -50,7 +50,7 @@ class NodePosition:
     deviation_theta: float | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """As an order has it."""
+        """The JSON object of an order message."""
         found: dict[str, Any] = {"x": self.x, "y": self.y, "mapId": self.map_id}
         if self.theta is not None:
             found["theta"] = self.theta
@@ -63,7 +63,7 @@ class NodePosition:
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A place to drive to."""
+    """A node of an order."""
 
     id: str
     sequence: int
@@ -73,7 +73,7 @@ class Node:
     description: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """As an order has it."""
+        """The JSON object of an order message."""
         found: dict[str, Any] = {"nodeId": self.id, "sequenceId": self.sequence, "released": self.released}
         if self.description:
             found["nodeDescription"] = self.description
@@ -85,11 +85,10 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """The way between two nodes.
+    """The edge between two nodes.
 
     Attributes:
-        options: What else was given of it (maxSpeed, orientation, trajectory ...), by the names of the
-            standard.
+        options: Its other fields (maxSpeed, orientation, trajectory ...), by the names of the standard.
     """
 
     id: str
@@ -101,7 +100,7 @@ class Edge:
     actions: tuple[Action, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """As an order has it."""
+        """The JSON object of an order message."""
         return {
             "edgeId": self.id, "sequenceId": self.sequence, "released": self.released,
             "startNodeId": self.start, "endNodeId": self.end, **self.options,
@@ -111,7 +110,7 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """An order or an update of one; well formed."""
+    """A well-formed order or order update."""
 
     id: str
     update: int
@@ -121,7 +120,7 @@ class Order:
     header: int = 0
 
     def actions(self) -> Iterator[Action]:
-        """Of all nodes and edges."""
+        """The actions of all nodes and edges."""
         elements: tuple[Node | Edge, ...] = (*self.nodes, *self.edges)
         for element in elements:
             yield from element.actions
@@ -129,7 +128,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class InstantActions:
-    """Actions to be done at once."""
+    """A message of instant actions."""
 
     actions: tuple[Action, ...]
     header: int = 0

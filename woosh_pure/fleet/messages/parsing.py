@@ -1,10 +1,10 @@
-"""Orders and instant actions out of their JSON. Pure.
+"""Parse orders and instant actions from JSON. Pure.
 
-A message that does not fit the tables of `schema.py` raises `Invalid`, which says where, what was expected
-and what came. So does an order whose shape is wrong (6.6.1, 6.6.2): there is one edge fewer than there are
+A message that does not fit the tables of `schema.py` raises `Invalid` with the field, the expected and the
+received value. So does an order with a wrong structure (6.6.1, 6.6.2): there must be one edge fewer than
 nodes, each between its two nodes; sequence ids count up by one over nodes and edges; the first node is
-released, and nothing is released behind what is not; no actionId is used twice. What is well formed but
-cannot be carried out is for `order/rejection.py`.
+released, and nothing after an unreleased element is; each actionId is unique. `order/rejection.py` rejects
+well-formed orders that cannot be obeyed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from woosh_pure.fleet.messages.schema import (
 
 
 def parse(payload: bytes | str) -> dict[str, Any]:
-    """A message's JSON object; anything else is `Invalid`."""
+    """The JSON object of a message; raises `Invalid` for anything else."""
     if len(payload) > MOST_BYTES:
         raise Invalid("", f"at most {MOST_BYTES} bytes", f"{len(payload)} bytes")
     try:
@@ -43,7 +43,7 @@ def parse(payload: bytes | str) -> dict[str, Any]:
 
 
 def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object; a key that comes twice would be decided by its last value, which nobody may have meant."""
+    """A JSON object; repeated keys are an error, because it is not clear which value is meant."""
     found = dict(pairs)
     if len(found) < len(pairs):
         raise ValueError(f"the key {_first_repeated(key for key, _ in pairs)!r} comes twice in one object")
@@ -51,7 +51,7 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _first_repeated(keys: Iterable[str]) -> str | None:
-    """The first key that came before; None where none did."""
+    """The first key that repeats an earlier one; None if all differ."""
     seen: set[str] = set()
     for key in keys:
         if key in seen:
@@ -65,10 +65,10 @@ def _no_constant(text: str) -> float:
 
 
 def read_order(data: Mapping[str, Any]) -> Order:
-    """An order out of its JSON object.
+    """Read an order.
 
     Raises:
-        Invalid: It does not fit the table, or the shape of an order.
+        Invalid: The object does not fit the table, or has the wrong structure.
     """
     check(data, ORDER, "")
     nodes = tuple(
@@ -90,10 +90,10 @@ def read_order(data: Mapping[str, Any]) -> Order:
 
 
 def read_instant_actions(data: Mapping[str, Any]) -> InstantActions:
-    """Instant actions out of their JSON object; also under the name that version 1 gave them.
+    """Read instant actions; the name of version 1 is accepted, too.
 
     Raises:
-        Invalid: It does not fit the table.
+        Invalid: The object does not fit the table.
     """
     if "actions" not in data and "instantActions" in data:
         data = {**data, "actions": data["instantActions"]}
@@ -105,7 +105,7 @@ def read_instant_actions(data: Mapping[str, Any]) -> InstantActions:
 
 
 def read_node(raw: Any, path: str) -> Node:
-    """A node out of its JSON object."""
+    """Read a node; `path` is its place in the message, for errors."""
     check(raw, NODE, path)
     position = raw.get("nodePosition")
     return Node(
@@ -135,7 +135,7 @@ _PLAIN = ("edgeId", "sequenceId", "released", "startNodeId", "endNodeId", "actio
 
 
 def read_edge(raw: Any, path: str) -> Edge:
-    """An edge out of its JSON object."""
+    """Read an edge; `path` is its place in the message, for errors."""
     check(raw, EDGE, path)
     options = {key: raw[key] for key in EDGE if key in raw and key not in _PLAIN}
     return Edge(

@@ -1,9 +1,9 @@
-"""The fields of the messages that a fleet manager sends: a table of our own, and the check by it; the header
-and the time of every message. Pure.
+"""Field tables of the messages that a fleet manager sends, and the check by them; header check and
+timestamps. Pure.
 
-The tables name each field of chapters 6.6.6 and 6.9 with the kind of its value; `!` marks those that are
-required. Fields that no table names are ignored, as the standard's schemas do. Versions 2.0 and 2.1 differ
-only in what the later one added, so one table reads both.
+The tables list the fields of chapters 6.6.6 and 6.9 with the kind of their values; `!` marks required fields.
+Unknown fields are ignored, as by the schemas of the standard. Version 2.1 only adds fields to 2.0, so one
+table serves both.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import Any
 from rosproto.text import printable
 
 MOST_BYTES = 1_000_000
-"""Of one message; told in the factsheet as `msgLen`."""
+"""Largest message; `msgLen` of the factsheet."""
 MOST_NODES = 1000
-MOST_ACTIONS = 100  # of one node or edge, or of one message of instant actions
+MOST_ACTIONS = 100  # of a node, an edge, or a message of instant actions
 MOST_PARAMETERS = 100
 LONGEST_ID = 256
 _LONGEST_TEXT = 4096
@@ -30,9 +30,9 @@ class Invalid(ValueError):
     """A message does not fit its schema.
 
     Attributes:
-        path: Where, such as "nodes[1].nodePosition.x"; "" for the message itself.
-        expected: What belongs there.
-        got: What came, shortened.
+        path: The field, such as "nodes[1].nodePosition.x"; "" for the message itself.
+        expected: The expected value.
+        got: The received value, shortened.
     """
 
     def __init__(self, path: str, expected: str, got: object) -> None:
@@ -99,7 +99,7 @@ def _check_value(value: Any, kind: str, path: str) -> None:
 
 
 def require(fits: bool, path: str, expected: str, got: object) -> None:
-    """Raise `Invalid` unless something holds."""
+    """Raise `Invalid` unless `fits`."""
     if not fits:
         raise Invalid(path, expected, got)
 
@@ -153,15 +153,16 @@ _WORDS = {
 
 
 def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, serial: str) -> None:
-    """Require that a message is for this vehicle, in a version that it speaks.
+    """Check that a message is for this vehicle and has a supported version.
 
     Args:
         data: The message.
-        version: Of the protocol; messages may be of any version with the same first number.
-        manufacturer, serial: Who this vehicle is.
+        version: The vehicle's version of the protocol; messages may have any version with the same major
+            number.
+        manufacturer, serial: The vehicle.
 
     Raises:
-        Invalid: It is for another vehicle, or of another major version; the path names the field.
+        Invalid: The message is for another vehicle or has another major version; the path names the field.
     """
     check(data, HEADER, "")
     major = version.partition(".")[0]
@@ -172,6 +173,6 @@ def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, se
 
 
 def timestamp(seconds: float) -> str:
-    """Seconds since 1970 as the standard writes them: ISO 8601, UTC, with hundredths and a Z."""
+    """Format seconds since 1970 for a message: ISO 8601, UTC, with hundredths and a Z."""
     moment = datetime.fromtimestamp(seconds, timezone.utc)
     return moment.strftime("%Y-%m-%dT%H:%M:%S.") + f"{moment.microsecond // 10000:02d}Z"

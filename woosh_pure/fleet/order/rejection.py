@@ -93,11 +93,11 @@ def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
 
 
 def _unconnected_maps(order: Order, first_actions: Iterable[Action]) -> Problem | None:
-    """Why a node cannot be driven to from the one before it: it is on another map, and nothing leads there.
+    """The first node that is on another map than the node before, without an initPosition between them.
 
     Args:
         order: The order.
-        first_actions: Those of its first node; with an update, as they are known, and not as it has them.
+        first_actions: Actions of the first node; of an update, those that are known, not those it repeats.
     """
     used, actions = "", first_actions
     for n, node in enumerate(order.nodes):
