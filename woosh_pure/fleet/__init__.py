@@ -1,4 +1,4 @@
-"""A chassis as a vehicle of a fleet manager, by VDA 5050 over MQTT; `woosh vda5050` is its command.
+"""VDA 5050 over MQTT: a chassis as a vehicle of a fleet manager; the command is `woosh vda5050`.
 
 Needs the extra `fleet`.
 """

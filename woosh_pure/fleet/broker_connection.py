@@ -109,7 +109,6 @@ class BrokerConnection:
         self._waiting_bytes = 0
         self._behind = False
         self._refused = ""
-        self._reached = False  # TCP and TLS are established
         self._since = math.inf  # time of the last connect
         self._rejected_backoff = Backoff(*_REJECTED_WAITS)
 
@@ -231,7 +230,7 @@ class BrokerConnection:
         return call
 
     def _on_pre_connect(self, client: Any, data: Any) -> None:
-        self._reached, self._refused, self._since = False, "", math.inf
+        self._refused, self._since = "", math.inf
         will = json.dumps(self._connection("CONNECTIONBROKEN"))
         client.will_set(f"{self.prefix}/connection", will, qos=1, retain=True)
         if self._context is not None:
@@ -247,7 +246,6 @@ class BrokerConnection:
         self._warn(f"the broker {self.broker.url} cannot be reached{why}; it is tried again and again")
 
     def _on_socket_open(self, client: Any, data: Any, sock: Any) -> None:
-        self._reached = True
         # Else a state right after another one waits 40 ms for the broker's acknowledgement.
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if os.name == "posix" and sock.fileno() >= _MOST_FILES:

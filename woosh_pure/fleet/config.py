@@ -1,4 +1,5 @@
-"""What `woosh vda5050` is told: a broker and its vehicles, on the command line or in a fleet.toml."""
+"""`VehicleConfig` and `FleetConfig`: the configuration of `woosh vda5050`, and reading it from a
+fleet.toml."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from woosh_pure.geometry import Footprint
 
 VERSIONS = ("2.0.0", "2.1.0")
 MOST_VEHICLES = 25
-"""Whole chassis of one process: see `broker_connection.py` for why."""
+"""Vehicles of one process; `broker_connection.py` says why."""
 _ALLOWED = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:-")
 _SECRETS = ("WOOSH_MQTT_USER", "WOOSH_MQTT_PASSWORD")
 
@@ -40,7 +41,7 @@ _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "Mapping[str, str]": (_is_targets, 'a table of texts, such as { beep = "module:function" }'),
     "Sequence[Sequence[float]]": (lambda v: isinstance(v, (list, tuple)), "a list of corners [x, y]"),
 }
-"""By the type of a field: what fits, and what is expected, in the words of TOML."""
+"""By the type of a field: a check of the value, and the expected value in TOML terms."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,24 +49,25 @@ class VehicleConfig:
     """One vehicle.
 
     Attributes:
-        manufacturer, serial: Who it is; parts of its topics.
-        chassis: Address of the chassis; None takes $ROS_MASTER_URI.
-        host: Our own address as the robot reaches it; None finds it.
-        version: Of the protocol: 2.0.0 or 2.1.0.
-        map_id, map_version: The map that the chassis drives in, as the fleet manager calls it.
+        manufacturer, serial: Names of the vehicle; parts of its topics.
+        chassis: Address of the chassis; None uses $ROS_MASTER_URI.
+        host: The address of this computer that the robot can reach; None finds it.
+        version: Version of the protocol: 2.0.0 or 2.1.0.
+        map_id, map_version: The fleet manager's name and version of the chassis's map.
         interface: First level of the topics.
-        marks: Whether a node without a position is a mark of the chassis, by its description or its id.
+        marks: Whether a node without a position is a mark of the chassis, named by its description or id.
         map_actions: Let the fleet manager download, enable and delete maps (2.1).
-        zone_set: zoneSetId of the zones that are drawn in the chassis's map; "" where there are none.
-        charger: Mark of the charger, for startCharging; "" where there is none.
-        undock: m that stopCharging drives straight off the charger, backwards where negative; 0 offers none.
-        triggers: What waitForTrigger waits for: triggerType -> "python.module:function" or "!program ...",
-            which ends when the trigger came; "" waits for `Vehicle.trigger(type)`.
-        tolerance, turn_tolerance: m and rad within which a node counts as reached that allows no deviation.
+        zone_set: zoneSetId of the zones in the chassis's map; "" if there are none.
+        charger: Mark of the charger, for startCharging; "" disables it.
+        undock: Distance in m that stopCharging drives straight off the charger, negative backwards; 0
+            disables it.
+        triggers: For waitForTrigger: triggerType -> "python.module:function" or "!program ...", which returns
+            when the trigger has come; "" waits for `Vehicle.trigger(type)`.
+        tolerance, turn_tolerance: Deviation in m and rad for nodes that allow none.
         visualization: Seconds between two visualization messages; 0 sends none.
-        actions: Actions of your own: type -> "python.module:function", or "!program argument ...".
-        footprint: Corners (x, y) in m in base_link, where the chassis does not tell them.
-        series, height, load, acceleration: For the factsheet: m, kg, m/s²; 0 where it is not known.
+        actions: Your own actions: type -> "python.module:function", or "!program argument ...".
+        footprint: Corners (x, y) in m in base_link, if the chassis does not provide them.
+        series, height, load, acceleration: For the factsheet: m, kg, m/s²; 0 if not known.
     """
 
     manufacturer: str
@@ -154,9 +156,9 @@ class FleetConfig:
     """A broker and the vehicles of one process.
 
     Attributes:
-        broker: Where the broker is.
-        vehicles: At least one, each with a serial number of its own.
-        folder: Where states are kept; None is this user's own folder.
+        broker: The broker.
+        vehicles: At least one, with different serial numbers.
+        folder: Folder of the state files; None uses the user's default folder.
     """
 
     broker: Broker
@@ -178,11 +180,11 @@ class FleetConfig:
 
 
 def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
-    """User and password of the broker: from a file of two lines, or $WOOSH_MQTT_USER and
+    """Read user and password of the broker from a file of two lines, or from $WOOSH_MQTT_USER and
     $WOOSH_MQTT_PASSWORD.
 
     Raises:
-        ValueError: Others may read the file, or it has no two lines.
+        ValueError: Other users may read the file, or it does not have two lines.
     """
     if path is None:
         user, password = (os.environ.get(name) or None for name in _SECRETS)
@@ -202,12 +204,12 @@ def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
 
 
 def load_config(path: Path) -> FleetConfig:
-    """A fleet.toml: `[broker]` with url and files, `[[vehicle]]` for each vehicle, with the names of
-    `VehicleConfig`.
+    """Read a fleet.toml: `[broker]` with url and files, and a `[[vehicle]]` with the fields of
+    `VehicleConfig` for each vehicle.
 
     Raises:
-        ValueError: It is no TOML, or a name or value makes no sense; the text says which.
-        OSError: It cannot be read.
+        ValueError: The file is not TOML, or a name or value is invalid; the text says which.
+        OSError: The file cannot be read.
     """
     if sys.version_info >= (3, 11):
         import tomllib

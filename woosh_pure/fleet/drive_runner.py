@@ -1,8 +1,9 @@
-"""Carries out drives of the order machine as goals of the chassis, each in a thread of its own.
+"""`DriveRunner`: carries out the drives of the order machine as goals of the chassis, each in a thread.
 
-A new drive replaces the one under way, so that a vehicle passes a node without a stop. A halt cancels. Each
-drive gets exactly one report of its end, which says that the chassis does not work on it any more, and never
-that the robot stands; or that this is not known.
+A new drive replaces the current one, so that a vehicle passes a node without a stop. A halt cancels it. The
+end of
+each drive is reported exactly once: either the chassis has ended the goal (which does not mean that the robot
+stands), or this is not known.
 
     the chassis's outcome, or our error                          report
     ------------------------------------------------------------------------------
@@ -36,7 +37,7 @@ _STOP_SECONDS = 4.0
 
 
 class _NotSent(RosError):
-    """The drive was not sent, because what its edge asks for was not set."""
+    """The drive was not sent, because speed or direction of its edge could not be set."""
 
 
 class DriveRunner:
@@ -44,9 +45,9 @@ class DriveRunner:
 
     Args:
         chassis: The chassis.
-        report: Called with a `DriveEnded` for each drive and a `StopEnded` for each `stop_all`, in a thread
-            of the drive's.
-        place: Where the vehicle is now.
+        report: Called with a `DriveEnded` for each drive and a `StopEnded` for each `stop_all`, in their
+            threads.
+        position: Returns the current position of the vehicle.
         marks: Whether a node without a position is a mark.
     """
 
@@ -54,32 +55,32 @@ class DriveRunner:
         self,
         chassis: Chassis,
         report: Callable[[DriveEnded | StopEnded], object],
-        place: Callable[[], AgvPosition | None],
+        position: Callable[[], AgvPosition | None],
         *,
         marks: bool = False,
     ) -> None:
-        self._chassis, self._tell = chassis, report
-        self._place, self._marks = place, marks
+        self._chassis, self._report_end = chassis, report
+        self._position, self._marks = position, marks
         self._lock = threading.Lock()
-        self._sending = threading.Lock()  # one goal after the other: an older one must not replace a newer
+        self._sending = threading.Lock()  # held while a goal is sent, so that no older one follows
         self._newest = 0
         self._halted = 0
         self._handle: tuple[int, Any] | None = None
-        self._open: set[int] = set()  # tokens whose end was not reported
-        self._limited = False  # a limit of ours holds
-        self._without_modes = False  # it takes none
+        self._open: set[int] = set()  # tokens of drives whose end is not reported yet
+        self._limited = False  # a speed or direction is set
+        self._without_modes = False  # the chassis accepts no speed and direction
         self._closed = False
         self._closing = threading.Event()
 
     def drive(self, effect: Drive) -> None:
-        """Start driving; returns at once."""
+        """Start a drive; returns at once."""
         with self._lock:
             self._newest = effect.token
             self._open.add(effect.token)
         self._begin(lambda: self._work(effect), f"woosh:drive-{effect.node.id}")
 
     def halt(self, token: int) -> None:
-        """Cancel the drive; returns at once, and its end is reported."""
+        """Cancel the drive; returns at once. Its end is reported."""
         with self._lock:
             self._halted = token
             handle = self._handle
@@ -87,11 +88,11 @@ class DriveRunner:
             self._begin(lambda: self._cancel(*handle), "woosh:halt")
 
     def stop_all(self, after: float) -> None:
-        """Stop whatever the chassis does, after so many seconds; returns at once, and its end is reported."""
+        """Stop all motion of the chassis after `after` seconds; returns at once. Its end is reported."""
         self._begin(lambda: self._stop_all(after), "woosh:stop-all")
 
     def close(self) -> None:
-        """Start no further drive, and cancel the one under way."""
+        """Cancel the current drive, and start no others."""
         with self._lock:
             self._closed = True
             handle = self._handle
@@ -120,9 +121,9 @@ class DriveRunner:
             _log.warning("! how something that moves the robot ended is not known: %s", report.sentence())
         except RosError as error:
             _log.warning("! the robot was not stopped: %s", error)
-        self._tell(StopEnded(standing))
+        self._report_end(StopEnded(standing))
 
-    def _unwanted(self, token: int) -> bool:
+    def _is_obsolete(self, token: int) -> bool:
         return self._closed or token != self._newest or token == self._halted
 
     def _report(self, token: int, arrived: bool, text: str, *, known: bool) -> None:
@@ -130,19 +131,19 @@ class DriveRunner:
             if token in self._open:
                 self._open.discard(token)
             else:
-                return  # its end was reported
-        self._tell(DriveEnded(token, arrived, text, known))
+                return  # already reported
+        self._report_end(DriveEnded(token, arrived, text, known))
 
     def _work(self, effect: Drive) -> None:
         token = effect.token
         try:
             with self._sending:
                 with self._lock:
-                    unwanted, before = self._unwanted(token), self._handle
+                    obsolete, before = self._is_obsolete(token), self._handle
                 try:
-                    handle = None if unwanted else self._send(effect)
+                    handle = None if obsolete else self._send(effect)
                 except Exception:
-                    if before is not None:  # it was to be replaced, and nobody would end it
+                    if before is not None:  # it was to be replaced; now it must be cancelled
                         self._cancel(*before)
                     raise
                 with self._lock:
@@ -166,7 +167,7 @@ class DriveRunner:
 
     def _send(self, effect: Drive) -> Any:
         node, edge = effect.node, effect.edge
-        self._obey(edge)
+        self._set_speed_and_direction(edge)
         if node.position is None:
             return self._chassis.go_to_mark(node.description or node.id, timeout=None, replace=True)
         yaw = node.position.theta
@@ -175,17 +176,18 @@ class DriveRunner:
         return self._chassis.go_to(node.position.x, node.position.y, yaw, timeout=None, replace=True)
 
     def _heading(self, node: Node) -> float:
-        """The direction of travel, for a node that asks for no heading."""
-        place, position = self._place(), node.position
+        """The heading for a node without one: the direction of travel."""
+        place, position = self._position(), node.position
         assert position is not None
         if place is None:
             return 0.0
         dx, dy = position.x - place.x, position.y - place.y
         return math.atan2(dy, dx) if math.hypot(dx, dy) > 0.1 else place.theta
 
-    def _obey(self, edge: Edge | None) -> None:
-        """Tell the chassis speed and direction of an edge, before each drive: it forgets them with a restart,
-        other programs set them, and what we set before a restart of ours still holds."""
+    def _set_speed_and_direction(self, edge: Edge | None) -> None:
+        """Set speed and direction for an edge. This is done before each drive, because the chassis loses them
+        in a restart, other programs may change them, and values from before a restart of this program remain
+        set."""
         options = {} if edge is None else edge.options
         speed = float(options.get("maxSpeed", 0.0))
         direction = NavDirection.CHASSIS_DECIDES

@@ -1,4 +1,4 @@
-"""What the chassis tells, gathered as `ChassisFacts`: every feed calls back, nothing is polled."""
+"""`ChassisMonitor`: keeps the `ChassisFacts` up to date by the chassis's feeds."""
 
 from __future__ import annotations
 
@@ -18,57 +18,56 @@ from woosh_pure.values import Parameters
 
 _SEVERE = 3  # level of a fault
 SILENT_AFTER = 1.5
-"""Seconds without pose and velocity after which the robot is lost; both come several times a second."""
+"""Seconds without pose and velocity after which contact is lost; both arrive several times a second."""
 MOST_CORNERS = 100
-"""Of the path in a state."""
+"""Most corners of the path in a state."""
 STILL = 0.3
-"""Seconds for which velocities must be those of a robot that stands before it counts as standing."""
+"""Seconds without motion after which the robot counts as standing."""
 
 
 def operating_mode(robot_mode: int, *, owner: str = "") -> str:
-    """The operating mode (6.10.6) of a robot_mode: 2 is manual, 3 maintenance; a local driver who has the
-    robot makes it MANUAL, whatever its key says."""
+    """The operating mode (6.10.6) for a robot_mode: 2 is manual, 3 maintenance. With a local driver (`owner`)
+    it is MANUAL."""
     if robot_mode == 3:
         return "SERVICE"
     return "MANUAL" if robot_mode == 2 or owner else "AUTOMATIC"
 
 
 class ChassisMonitor:
-    """The facts of one chassis.
+    """Updates the facts of one chassis. Its callbacks are called in a feed's thread and must not block.
 
     Args:
         chassis: The chassis.
-        facts: What is kept true.
-        moved: Called when a pose or a velocity has come, in a feed's thread; must not wait.
-        told: Called when anything else has come that may change mode, faults or battery; likewise.
-        described: Called when the parameters of the drives have come, for the factsheet; likewise.
-        planned: Called when a path has come; likewise.
+        facts: The facts to update.
+        on_motion: Called for each pose and velocity.
+        on_status: Called when mode, faults or battery may have changed.
+        on_parameters: Called when the driving parameters have changed.
+        on_path: Called for each planned path.
     """
 
     def __init__(
         self,
         chassis: Chassis,
         facts: ChassisFacts,
-        moved: Callable[[], object],
-        told: Callable[[], object],
-        described: Callable[[], object],
-        planned: Callable[[], object],
+        on_motion: Callable[[], object],
+        on_status: Callable[[], object],
+        on_parameters: Callable[[], object],
+        on_path: Callable[[], object],
     ) -> None:
-        self._chassis, self._facts, self._moved, self._told = chassis, facts, moved, told
-        self._described, self._planned = described, planned
+        self._chassis, self._facts = chassis, facts
+        self._motion_changed, self._status_changed = on_motion, on_status
+        self._parameters_changed, self._path_changed = on_parameters, on_path
         self.parameters: Parameters | None = None
         self._ends: list[Callable[[], None]] = []
         self.heard = 0.0
-        self._still_since: float | None = (
-            None  # from when on all velocities were those of a robot that stands
-        )
-        self._measured = 0.0  # when the newest velocity came
+        self._still_since: float | None = None  # since when all velocities were zero
+        self._measured = 0.0  # time of the newest velocity
         self._opened = 0.0
         self.mode = "SERVICE"
         self.blocked = ""
 
     def open(self) -> None:
-        """Start listening; the feeds connect by themselves, also to a chassis that appears later."""
+        """Start listening. The feeds also connect to a chassis that is started later."""
         self._opened = time.monotonic()
         chassis = self._chassis
         self._ends = [
@@ -77,8 +76,8 @@ class ChassisMonitor:
             chassis.battery.on(self._on_battery, connect=False),
             chassis.parameters.on(self._on_parameters, connect=False),
             chassis.feed("plan").on(self._on_path, connect=False),
-            chassis.status.on(self._on_told, connect=False),
-            chassis.status_code.on(self._on_told, connect=False),
+            chassis.status.on(self._on_status, connect=False),
+            chassis.status_code.on(self._on_status, connect=False),
         ]
 
     def close(self) -> None:
@@ -89,18 +88,18 @@ class ChassisMonitor:
 
     @property
     def silent(self) -> bool:
-        """Whether nothing has been heard of the robot; it has twice the time before its first message."""
+        """Whether contact is lost; the first message may take twice as long."""
         return time.monotonic() - (self.heard or self._opened + SILENT_AFTER) >= SILENT_AFTER
 
-    def silence(self) -> Problem:
-        """The error for a robot of which nothing is heard."""
+    def silence_problem(self) -> Problem:
+        """The problem to report when contact is lost."""
         text = f"nothing was heard of the chassis at {self._chassis.master_uri} for {SILENT_AFTER:g} s"
         hint = "check the robot and its network; it may go on with what it was told"
         return Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
 
     def _on_pose(self, pose: Pose2D) -> None:
         self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw, self._facts.map_id)
-        self._hear()
+        self._note_contact()
 
     def _on_velocity(self, velocity: Velocity) -> None:
         self._facts.velocity = (velocity.vx, velocity.vy, velocity.wz)
@@ -110,17 +109,16 @@ class ChassisMonitor:
         elif self._still_since is None:
             self._still_since = now
         self._measured = now
-        self._hear()
+        self._note_contact()
 
-    def stood(self, after: float) -> bool:
-        """Whether it was measured standing for `STILL` seconds, all of them after a time of the monotonic
-        clock, and up to the newest velocity."""
+    def has_stood_since(self, start: float) -> bool:
+        """Whether the robot stood for the last `STILL` seconds, all of them after a monotonic time."""
         since = self._still_since
-        return since is not None and self._measured - max(since, after) >= STILL
+        return since is not None and self._measured - max(since, start) >= STILL
 
-    def _hear(self) -> None:
+    def _note_contact(self) -> None:
         self.heard = time.monotonic()
-        self._moved()
+        self._motion_changed()
 
     def _on_battery(self, battery: Any) -> None:
         facts = self._facts
@@ -128,35 +126,35 @@ class ChassisMonitor:
         facts.percent, facts.voltage = float(battery.percent), battery.voltage
         facts.charging = battery.charging
         if before != (False, facts.charging):
-            self._told()
+            self._status_changed()
 
     def _on_parameters(self, parameters: Parameters) -> None:
         if parameters != self.parameters:
             self.parameters = parameters
-            self._described()
+            self._parameters_changed()
 
     def _on_path(self, path: Any) -> None:
-        """Thinned: a state of a few kilobytes has room for it. One in another frame is no way on the map."""
+        """Keep at most `MOST_CORNERS` corners; a path in another frame than the map is ignored."""
         poses, frame = path.poses, path.header.frame_id.lstrip("/")
         kept = [*poses[: -1 : max(1, -(-len(poses) // MOST_CORNERS))], *poses[-1:]]
         points = ((pose.pose.position.x, pose.pose.position.y) for pose in kept)
         self._facts.path = tuple(points) if frame in ("map", "") else ()
-        self._planned()
+        self._path_changed()
 
-    def _on_told(self, value: Any) -> None:
-        self._told()
+    def _on_status(self, value: Any) -> None:
+        self._status_changed()
 
     def refresh(self, owner: str = "") -> None:
-        """Mode, faults, emergency stop and localisation, as they are known now; must not be called in a feed.
+        """Update mode, faults, emergency stop and localisation. Must not be called in a feed's callback.
 
         Args:
-            owner: A local driver who has the robot; "" while nobody has.
+            owner: The local driver; "" if there is none.
         """
         facts = self._facts
         try:
             readiness, faults = self._chassis.readiness(), self._chassis.faults
         except RosError:
-            return  # closed, or its master is gone: the silence tells
+            return  # closed, or its master is gone: reported as lost contact
         keys = {reason.key for reason in readiness.reasons}
         facts.emergency_stop = ReasonKey.EMERGENCY_STOP in keys
         facts.bumper = ReasonKey.BUMPER in keys

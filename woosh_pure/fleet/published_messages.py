@@ -78,8 +78,8 @@ def _node_state(node: Node) -> dict[str, Any]:
 
 
 def _edge_states(order: OrderState, facts: ChassisFacts) -> list[dict[str, Any]]:
-    """The edges ahead; the one that is driven with the path that the chassis has planned (6.10.1), as a NURBS
-    of degree 1, which is a line through its corners."""
+    """The edges ahead. The current one has the path that the chassis has planned (6.10.1), as a NURBS of
+    degree 1: a line through its corners."""
     found: list[dict[str, Any]] = [
         {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in order.edges
     ]
@@ -96,7 +96,7 @@ def _edge_states(order: OrderState, facts: ChassisFacts) -> list[dict[str, Any]]
 def state_message(
     order: OrderState, facts: ChassisFacts, header: dict[str, Any], version: str
 ) -> dict[str, Any]:
-    """The state as it is now, of a version of the standard."""
+    """The state message for a version of the standard."""
     later = not version.startswith("2.0")
     problems = [*_of_chassis(facts), *order.problems]
     message: dict[str, Any] = {
@@ -159,22 +159,22 @@ def visualization_message(facts: ChassisFacts, header: dict[str, Any]) -> dict[s
 
 # -- the factsheet -------------------------------------------------------------------------------------------
 #
-# What a chassis does not tell (its height, what it may carry, how fast it brakes) comes from the
-# configuration; a value that nobody has given is 0, which the standard reads as "no limit is known".
+# Values that the chassis does not provide (height, load, deceleration) come from the configuration; unknown
+# ones are 0, which means "not known" in the standard.
 
 
 @dataclass(frozen=True, slots=True)
 class PhysicalParameters:
-    """What is known of the vehicle's body.
+    """The vehicle's dimensions and limits, for the factsheet.
 
     Attributes:
         series: `seriesName`.
         speed_max: m/s.
         turn_max: rad/s.
-        outline: Corners (x, y) in m in base_link; empty where it is not known.
-        height, load: m and kg; 0 where nobody has said it.
+        outline: Corners (x, y) in m in base_link; empty if not known.
+        height, load: m and kg; 0 if not known.
         acceleration: m/s².
-        omni: Whether it drives sideways.
+        omni: Whether it can drive sideways.
     """
 
     series: str = "Woosh chassis"
@@ -188,7 +188,7 @@ class PhysicalParameters:
 
     @property
     def size(self) -> tuple[float, float]:
-        """Length and width in m; 0 where the outline is not known."""
+        """Length and width in m; 0 if the outline is not known."""
         if not self.outline:
             return 0.0, 0.0
         xs, ys = zip(*self.outline, strict=True)
@@ -221,7 +221,7 @@ def _optional_parameters(limits: Capabilities) -> list[dict[str, Any]]:
 
 
 def _agv_action(supported: SupportedAction) -> dict[str, Any]:
-    # Without blockingTypes: text and schema of 2.1 contradict each other there, and no value fits both.
+    # blockingTypes is omitted: text and schema of 2.1 contradict each other, and no value fits both.
     found: dict[str, Any] = {
         "actionType": supported.type,
         "actionScopes": [scope.value for scope in supported.scopes],
@@ -246,14 +246,14 @@ def factsheet_message(
     software: Sequence[tuple[str, str]] = (),
     load_positions: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The factsheet of a version of the standard.
+    """The factsheet for a version of the standard.
 
     Args:
-        body: The vehicle's body.
-        limits: What it can do.
+        body: The vehicle's dimensions and limits.
+        limits: Its capabilities.
         header: The message's header.
         version: "2.0.0" or "2.1.0".
-        visualization: Seconds between two visualization messages; 0 sends none.
+        visualization: Seconds between two visualization messages; 0 if none are sent.
         software: (name, version) pairs.
         load_positions: Names of its load handling devices.
     """

@@ -49,12 +49,12 @@ def test_a_pose_that_changes_nothing_wakes_nobody() -> None:
     woken: list[set[str]] = []
     for x in (0.5, 1.0, 1.4, 1.6, 2.0):
         facts.position = AgvPosition(x, 0.0, 0.0, "map")
-        vehicle._on_moved()
+        vehicle._on_motion()
         woken.append(flags(vehicle._inbox))
-    assert woken == [set(), set(), set(), {"moved"}, {"moved"}]
+    assert woken == [set(), set(), set(), {"motion"}, {"motion"}]
     facts.located = False
-    vehicle._on_moved()
-    assert flags(vehicle._inbox) == {"moved"}
+    vehicle._on_motion()
+    assert flags(vehicle._inbox) == {"motion"}
 
 
 def flags(inbox: Inbox) -> set[str]:
