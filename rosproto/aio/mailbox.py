@@ -36,7 +36,7 @@ class Mailbox(Generic[T]):
         self._lock = threading.Lock()
         self._items: deque[T] = deque()
         self._waiters: deque[asyncio.Future[None]] = deque()
-        self._told = False
+        self._notified = False
         self._closed = False
 
     def __len__(self) -> int:
@@ -51,8 +51,8 @@ class Mailbox(Generic[T]):
                 self._items.popleft()
                 self.dropped += 1
             self._items.append(item)
-            told, self._told = self._told, True
-        if not told:
+            notified, self._notified = self._notified, True
+        if not notified:
             notify(self._loop, self._wake)
 
     def close(self) -> None:
@@ -63,7 +63,7 @@ class Mailbox(Generic[T]):
 
     def _wake(self) -> None:
         with self._lock:
-            self._told = False
+            self._notified = False
             count = len(self._waiters) if self._closed else len(self._items)
         for waiter in self._waiters:
             if count <= 0:

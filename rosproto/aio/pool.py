@@ -110,12 +110,12 @@ class Pool:
                     self._threads -= 1
                     return
                 work = self._work.popleft()
-            tell = work()
-            if tell is not None:
+            notify_loop = work()
+            if notify_loop is not None:
                 # Free before the result is delivered: the call that follows it then finds this thread.
                 with self._changed:
                     self._idle += 1
-                tell()
+                notify_loop()
                 with self._changed:
                     self._idle -= 1
 

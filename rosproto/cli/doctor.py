@@ -75,7 +75,7 @@ def examine(uri: str, master: MasterClient, hosts: HostNames) -> Iterator[Findin
     except ValueError as error:
         yield Finding("master URI", False, str(error), "write it as http://HOST:11311")
         return
-    own = _own_address(hosts.meant(host), port)
+    own = _own_address(hosts.mapped(host), port)
     yield own
     if own.ok is False:
         return

@@ -48,26 +48,26 @@ def identify(client: XmlRpcClient, note: Shutdown, limits: Limits, deadline: Dea
         ConnectionLost: Nothing listens there.
         RosTimeout: It does not answer before the deadline.
     """
-    told = _name_by_call(client, deadline)
-    if told is not None:
-        return same_name(note.name, told)
+    reported = _name_by_call(client, deadline)
+    if reported is not None:
+        return compare_names(note.name, reported)
     publications = _topics(client, "getPublications", deadline)
-    for topic in _worth_asking(publications, note.publications):
-        told = _name_by_topic(client, topic, limits, deadline)
-        if told is not None:
-            return same_name(note.name, told)
+    for topic in _topics_to_try(publications, note.publications):
+        reported = _name_by_topic(client, topic, limits, deadline)
+        if reported is not None:
+            return compare_names(note.name, reported)
     subscriptions = _topics(client, "getSubscriptions", deadline)
-    return still_the_same(note.publications | note.subscriptions, publications | subscriptions)
+    return compare_topics(note.publications | note.subscriptions, publications | subscriptions)
 
 
-def same_name(expected: str, told: str) -> Verdict:
+def compare_names(expected: str, reported: str) -> Verdict:
     """Compare the old node's name with the name that the process reported."""
-    return Verdict.SAME if told.strip("/") == expected.strip("/") else Verdict.OTHER
+    return Verdict.SAME if reported.strip("/") == expected.strip("/") else Verdict.OTHER
 
 
-def still_the_same(registered: Collection[str], told: Collection[str]) -> Verdict:
+def compare_topics(registered: Collection[str], reported: Collection[str]) -> Verdict:
     """Compare the topics that a node was registered for with those that the process reports."""
-    known, now = set(registered), set(told)
+    known, now = set(registered), set(reported)
     if not known <= now:
         return Verdict.OTHER
     return Verdict.SAME if known - COMMON_TOPICS else Verdict.UNKNOWN
@@ -91,7 +91,7 @@ def _topics(client: XmlRpcClient, method: str, deadline: Deadline) -> frozenset[
     return frozenset(row[0] for row in rows if isinstance(row, list) and row and isinstance(row[0], str))
 
 
-def _worth_asking(publications: frozenset[str], registered: frozenset[str]) -> list[str]:
+def _topics_to_try(publications: frozenset[str], registered: frozenset[str]) -> list[str]:
     """/rosout first, since connecting to it has no side effect on a robot; then the other publications."""
     order = sorted(publications, key=lambda topic: (topic != "/rosout", topic not in registered, topic))
     return order[:MAX_ASKED]

@@ -33,7 +33,9 @@ _log = get_logger("rosproto.master")
 # lists within a minute of waking. After that the node's queue is dropped.
 PAUSES = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0, *(60.0,) * 14)
 IDLE_SECONDS = 1.0
-SUSPECTS = 1024  # nodes remembered as slow, so that the next call to them goes to the patient lane at once
+MOST_SLOW_NODES = (
+    1024  # nodes remembered as slow, so that the next call to them goes to the patient lane at once
+)
 
 
 class DeliveryOutcome(Enum):
@@ -274,7 +276,7 @@ class Notifier:
     def _suspect(self, uri: str) -> None:
         self._suspects.pop(uri, None)
         self._suspects[uri] = None
-        if len(self._suspects) > SUSPECTS:
+        if len(self._suspects) > MOST_SLOW_NODES:
             del self._suspects[next(iter(self._suspects))]
 
     def _forget(self, queue: _Queue) -> None:

@@ -84,7 +84,7 @@ class ParameterTree:
         parts = _parts(key)
         if len(parts) > self.max_depth:
             raise ValueError("is nested too deep")
-        weight = _weigh(value, self.max_depth - len(parts))
+        weight = _checked_size(value, self.max_depth - len(parts))
         former = self._peek(parts)
         if parts:
             root, growth = _replaced(self._root, parts, value, weight)
@@ -151,7 +151,7 @@ class ParameterTree:
         changed = subscription_key(key)
         updates = [
             ParamUpdate(uri, changed, value)
-            for above in _upwards(changed)
+            for above in _ancestor_keys(changed)
             for name, uri in self._subscribers.get(above, ())
             if name != ignore
         ]
@@ -170,7 +170,7 @@ def _parts(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
 
 
-def _upwards(subscribed: str) -> Iterator[str]:
+def _ancestor_keys(subscribed: str) -> Iterator[str]:
     """Subscription keys of a key and all above it: `/a/b/`, `/a/`, `/`."""
     yield subscribed
     while subscribed != "/":
@@ -208,11 +208,11 @@ def _replaced(
     if rest:
         child = tree.get(head)
         if not isinstance(child, dict):
-            growth += _ENTRY_BYTES - (_weigh(child) if head in tree else 0)
+            growth += _ENTRY_BYTES - (_checked_size(child) if head in tree else 0)
             child = {}
         copy[head], more = _replaced(child, rest, value, weight)
         return copy, growth + more
-    former = _weigh(tree[head]) if head in tree else 0
+    former = _checked_size(tree[head]) if head in tree else 0
     if value is _DELETED:
         del copy[head]
         return copy, -former - _ENTRY_BYTES - len(head)
@@ -220,7 +220,7 @@ def _replaced(
     return copy, growth + weight - former
 
 
-def _weigh(value: object, depth: int = 1 << 30) -> int:
+def _checked_size(value: object, depth: int = 1 << 30) -> int:
     """Approximate size of a value in bytes; also checks it.
 
     Raises:

@@ -141,7 +141,7 @@ class Registry:
         answer = self._unregister(self.publishers, topic, name, uri)
         if not answer.value:
             return answer
-        self._retire([topic])
+        self._keep_types([topic])
         return answer._replace(notifications=tuple(self._publisher_updates([topic])))
 
     def register_subscriber(self, name: str, topic: str, type_name: str, uri: str) -> Answer:
@@ -156,7 +156,7 @@ class Registry:
     def unregister_subscriber(self, name: str, topic: str, uri: str) -> Answer:
         """Remove a subscriber; the value is 1 if it was one."""
         answer = self._unregister(self.subscribers, topic, name, uri)
-        self._retire([topic])
+        self._keep_types([topic])
         return answer
 
     # -- services ----------------------------------------------------------------------------------------
@@ -252,7 +252,7 @@ class Registry:
         notes: list[Notification] = []
         if node is None or node.uri != uri:
             if node is not None:
-                notes = self._bump(node)
+                notes = self._remove_predecessor(node)
             node = self._nodes[name] = _Node(name, uri)
             self._at.setdefault(_endpoint(uri), {})[name] = None
         self._evicted.pop((name, uri), None)
@@ -264,7 +264,7 @@ class Registry:
             self._retired.pop(key, None)
         return notes
 
-    def _bump(self, node: _Node) -> list[Notification]:
+    def _remove_predecessor(self, node: _Node) -> list[Notification]:
         """Remove a node whose name is taken over: shut it down, notify its subscribers."""
         published, subscribed = node.keys(self.publishers), node.keys(self.subscribers)
         reason = f"[{node.name}] Reason: new node registered with same name"
@@ -273,7 +273,7 @@ class Registry:
             if kind is self.services:
                 self._service_uris.pop(key, None)
             self._drop(kind, key, node.name, node.uri)
-        self._retire(published | subscribed)
+        self._keep_types(published | subscribed)
         self._evicted[node.name, node.uri] = None
         if len(self._evicted) > MAX_EVICTED:
             del self._evicted[next(iter(self._evicted))]
@@ -313,7 +313,7 @@ class Registry:
                 notes.append(PublisherUpdate(uri, topic, publishers))
         return notes
 
-    def _retire(self, topics: Iterable[str]) -> None:
+    def _keep_types(self, topics: Iterable[str]) -> None:
         """Remember the types of topics without nodes, and forget the oldest beyond the limit."""
         for topic in topics:
             used = topic in self.publishers.providers or topic in self.subscribers.providers

@@ -32,7 +32,7 @@ _log = get_logger("rosproto.recording")
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk
 LOOK_EVERY = 1.0  # seconds between two checks of the free space on the disk
 FLUSH_EVERY = 5.0  # seconds after which even a small chunk is written: the most that a crash can lose
-ALL = 1 << 30  # a queue size: the node drops nothing, the buffer decides
+UNLIMITED_QUEUE = 1 << 30  # a queue size: the node drops nothing, the buffer decides
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,7 +320,7 @@ class Recorder:
             None,
             tap,
             raw=True,
-            queue_size=ALL,
+            queue_size=UNLIMITED_QUEUE,
             inline=True,
             tcp_nodelay=self._nodelay,
             unreliable=self._unreliable,

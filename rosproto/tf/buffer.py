@@ -86,7 +86,7 @@ class TransformBuffer:
             edge = self._edge(child, static)
             edge.authority = authority
             taken = edge.add(sample) is None
-            self._tree.note(child, sample.parent)
+            self._tree.remember_names(child, sample.parent)
             self._changed.notify_all()
         return taken
 
@@ -185,7 +185,7 @@ class TransformBuffer:
         with self._changed:
             edges = self._tree.edges
             self._tree.edges = {child: edge for child, edge in edges.items() if edge.static}
-            self._tree.recollect_names()
+            self._tree.drop_former_parents()
 
     def _lookup(self, target: str, source: str, moment: int) -> Transform:
         if target != source:

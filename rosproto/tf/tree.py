@@ -17,7 +17,7 @@ from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
 MOST_FRAMES = 10_000
 MOST_SAMPLES = 50_000  # of one frame
 LONGEST_NAME = 1000  # characters
-DEEPEST = 1000  # as in tf2: a longer way to the root is a loop
+MOST_DEPTH = 1000  # as in tf2: a longer way to the root is a loop
 
 Pose = tuple[Vector, Quaternion]
 IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
@@ -81,15 +81,15 @@ class FrameTree:
         """Whether a pose of this frame may be added."""
         return child in self.edges or len(self.edges) < self._most_frames
 
-    def note(self, child: str, parent: str) -> None:
+    def remember_names(self, child: str, parent: str) -> None:
         """Remember both names, after a pose was added."""
         self.names.update({child: None, parent: None})
         if len(self.names) > self._most_names:  # a sender that makes up new parents
-            self.recollect_names()
+            self.drop_former_parents()
             # So much room that the next time is far: each of these takes as long as there are frames.
             self._most_names = max(2 * self._most_frames, len(self.names) + self._most_frames // 2)
 
-    def recollect_names(self) -> None:
+    def drop_former_parents(self) -> None:
         """Forget the names of former parents."""
         parents = (edge.newest.parent for edge in self.edges.values() if len(edge))
         self.names = dict.fromkeys([*self.edges, *parents])
@@ -150,17 +150,17 @@ class FrameTree:
         if target == source:
             return self.newest_stamp(source)
         above: list[tuple[int, str]] = []
-        while (step := self._up(above[-1][1] if above else source)) is not None:
+        while (step := self._newest_parent(above[-1][1] if above else source)) is not None:
             above.append(step)
             if step[1] == target:
                 return _earliest(above)
-            if len(above) > DEEPEST:
+            if len(above) > MOST_DEPTH:
                 raise FrameLoop
         parents = [parent for _, parent in above]
         below: list[tuple[int, str]] = []
         frame = target
-        while len(below) < DEEPEST:
-            step = self._up(frame)
+        while len(below) < MOST_DEPTH:
+            step = self._newest_parent(frame)
             if step is None:
                 raise SeparateTrees(parents[-1] if parents else source, frame)
             below.append(step)
@@ -176,7 +176,7 @@ class FrameTree:
         edge = self.edges.get(frame)
         return 0 if not edge or edge.static else edge.newest.stamp
 
-    def _up(self, frame: str) -> tuple[int, str] | None:
+    def _newest_parent(self, frame: str) -> tuple[int, str] | None:
         """(newest stamp, newest parent) of a frame; None for a root, or a frame without poses."""
         edge = self.edges.get(frame)
         return (self.newest_stamp(frame), edge.newest.parent) if edge else None
@@ -188,7 +188,7 @@ def _earliest(steps: list[tuple[int, str]]) -> int:
 
 def _append(frames: list[str], frame: str) -> None:
     frames.append(frame)
-    if len(frames) > DEEPEST:
+    if len(frames) > MOST_DEPTH:
         raise FrameLoop
 
 

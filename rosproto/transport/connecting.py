@@ -23,8 +23,10 @@ from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.tcp import open_selector, tune
 from rosproto.transport.uri import format_address
 
-PATIENCE = 1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
-STAGGER = 0.5  # seconds between the others
+FIRST_ATTEMPT_SECONDS = (
+    1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
+)
+NEXT_ATTEMPT_SECONDS = 0.5  # seconds between the others
 MOST_PENDING = 8  # then the oldest is given up: an answer that takes four seconds is none
 
 _IN_PROGRESS = {errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY, 10035, 10036, 10037}  # 100xx: Windows
@@ -84,7 +86,7 @@ class _ConnectionAttempts:
     def run(self) -> socket.socket | None:
         """The first connected socket; None if every address has failed, or the deadline has passed."""
         while not self._deadline.expired and len(self.problems) < len(self._addresses):
-            sock = self._begin() or self._wait(0.0 if self._begun == 1 else STAGGER)
+            sock = self._begin() or self._wait(0.0 if self._begun == 1 else NEXT_ATTEMPT_SECONDS)
             if sock is not None:
                 return sock
         return None
@@ -110,7 +112,7 @@ class _ConnectionAttempts:
         try:
             tune(sock)  # before the first packet: how often it is repeated is one of the options
             # Most succeed at once: those need no selector.
-            sock.settimeout(self._at_most(PATIENCE) if self._begun == 1 else 0.0)
+            sock.settimeout(self._at_most(FIRST_ATTEMPT_SECONDS) if self._begun == 1 else 0.0)
             sock.connect((address, self._port))
             return self._checked(sock)
         except OSError as error:

@@ -23,10 +23,10 @@ from rosproto.transport.uri import is_numeric
 
 VARIABLE = "ROSPROTO_RESOLVE"
 """Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
-PATIENCE = 1.5
+LOOKUP_SECONDS = 1.5
 """Seconds for a name server: where there is none (a cable to a robot), a lookup hangs for half a minute."""
-MOST = 64  # names remembered and warned of, since peers choose them
-AGAIN = 30.0  # seconds after which a name that was unknown is looked up again
+MOST_NAMES = 64  # names remembered and warned of, since peers choose them
+RETRY_SECONDS = 30.0  # seconds after which a name that was unknown is looked up again
 
 _PLAIN = re.compile(r"[a-z0-9._-]{1,253}", re.ASCII)
 """A host name; any other text that a peer announces is only looked up."""
@@ -59,7 +59,7 @@ class HostNames:
     def __repr__(self) -> str:
         return f"<HostNames {self.given}, else {self.master or 'as the system says'}>"
 
-    def meant(self, host: str) -> str:
+    def mapped(self, host: str) -> str:
         """The host given for this one, or the host itself."""
         return self.given.get(host.strip("[]").lower(), host)
 
@@ -71,7 +71,7 @@ class HostNames:
 
     def is_guess(self, host: str) -> bool:
         """Whether the master's host was assumed for this one, so that a refused connection proves nothing."""
-        return self.meant(host).strip("[]").lower() in self.unknown
+        return self.mapped(host).strip("[]").lower() in self.unknown
 
     def resolve(self, host: str, deadline: Deadline | None = None) -> list[str]:
         """Numeric addresses of a host, the best first; see `rosproto.transport.name_lookup.resolve`.
@@ -80,49 +80,49 @@ class HostNames:
             ConnectionLost: The name is unknown, and there is no master's host to assume.
             RosTimeout: The name server did not answer.
         """
-        meant = self.meant(host).strip("[]")
-        key = meant.lower()
+        mapped = self.mapped(host).strip("[]")
+        key = mapped.lower()
         deadline = deadline or Deadline(10.0)
-        if not self.master or not _PLAIN.fullmatch(key) or is_numeric(meant):
-            return resolve(meant, deadline)
+        if not self.master or not _PLAIN.fullmatch(key) or is_numeric(mapped):
+            return resolve(mapped, deadline)
         if key in ("localhost", self.master):
-            return resolve(meant, deadline)
+            return resolve(mapped, deadline)
         if not self._was_unknown(key):
             try:
-                return resolve(meant, deadline.at_most(PATIENCE))
+                return resolve(mapped, deadline.at_most(LOOKUP_SECONDS))
             except (ConnectionLost, RosTimeout):
-                deadline.check(say("look up host name {host!r}", host=meant))
-        addresses = resolve(self.meant(self.master), deadline)
+                deadline.check(say("look up host name {host!r}", host=mapped))
+        addresses = resolve(self.mapped(self.master), deadline)
         self._note(key, addresses[0])
         return addresses
 
     def why(self, host: str) -> str:
         """A sentence to add to an error about this host; "" if its name was resolved."""
-        meant = self.meant(host).strip("[]")
+        mapped = self.mapped(host).strip("[]")
         if not self.is_guess(host):
             return ""
         return say(
             "host name {name!r} cannot be resolved here, so the master's address was tried: give the "
             "right one "
             "with --resolve {given}=ADDRESS (resolve= in Python), or add it to the hosts file",
-            name=meant,
-            given=meant,
+            name=mapped,
+            given=mapped,
         )
 
     def _was_unknown(self, key: str) -> bool:
         with self._lock:
             since = self._unknown.get(key)
-        return since is not None and time.monotonic() - since < AGAIN
+        return since is not None and time.monotonic() - since < RETRY_SECONDS
 
     def _note(self, key: str, address: str) -> None:
         with self._lock:
             first = key not in self._unknown
-            if first or time.monotonic() - self._unknown[key] >= AGAIN:
-                if first and len(self._unknown) >= MOST:
+            if first or time.monotonic() - self._unknown[key] >= RETRY_SECONDS:
+                if first and len(self._unknown) >= MOST_NAMES:
                     del self._unknown[min(self._unknown, key=self._unknown.__getitem__)]
                 self._unknown[key] = time.monotonic()
             self._warned += first
-            told = self._warned <= MOST
+            told = self._warned <= MOST_NAMES
         if first and told and not self._quiet:
             _log.warning(
                 "! host name %r cannot be resolved here: trying the master's address %s for it; if it is "

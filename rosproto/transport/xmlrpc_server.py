@@ -33,10 +33,10 @@ log = get_logger("rosproto.transport")
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16
 _SEND_BYTES = 1 << 16
-_SLOWEST = 16 << 10  # bytes per second that a peer must manage, beyond handshake_seconds
+_LEAST_BYTES_PER_SECOND = 16 << 10  # bytes per second that a peer must manage, beyond handshake_seconds
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
-_LET_OUT_SECONDS = 0.5  # that answers under way have when the server closes
+_REPLY_SECONDS = 0.5  # that answers under way have when the server closes
 PARSE_ERROR, INTERNAL_ERROR, MULTICALL_ERROR = -32700, 1, -32600
 
 
@@ -108,8 +108,8 @@ class XmlRpcServer:
         self._name = name
         self._answering: set[int] = set()  # threads
         self._answered = threading.Condition()
-        self._born = threading.Lock()
-        with self._born:  # peers that waited for the port connect before this constructor has ended
+        self._constructed = threading.Lock()
+        with self._constructed:  # peers that waited for the port connect before this constructor has ended
             self._server = TcpServer(
                 host, port, self._serve, limits=self._limits, allow=allow, name=name, clock=clock
             )
@@ -144,11 +144,11 @@ class XmlRpcServer:
         """
         own = {threading.get_ident()}
         with self._answered:
-            self._answered.wait_for(lambda: self._answering <= own, min(timeout, _LET_OUT_SECONDS))
+            self._answered.wait_for(lambda: self._answering <= own, min(timeout, _REPLY_SECONDS))
         self._server.close(timeout)
 
     def _serve(self, sock: socket.socket, address: tuple[str, int]) -> None:
-        with self._born:
+        with self._constructed:
             pass  # the attributes below are there
         _HttpConnection(self, sock, Peer.of(sock, address)).run()
 
@@ -264,7 +264,7 @@ class _HttpConnection:
                 self._tcp.idle(self._sock)
                 budget, begun = self._limits.idle_seconds, self._clock.monotonic()
             else:
-                budget = self._limits.handshake_seconds + received / _SLOWEST
+                budget = self._limits.handshake_seconds + received / _LEAST_BYTES_PER_SECOND
             data = self._receive(begun + budget - self._clock.monotonic())
             if data is None:
                 return None

@@ -39,12 +39,12 @@ from rosproto.watchdog.protocol import (
     write_line,
 )
 
-CONNECT = 1.0  # seconds for a subscriber that the master knows
+CONNECT_SECONDS = 1.0  # seconds for a subscriber that the master knows
 CALL = 2.0
-LAST = 10.0  # seconds after the parent's end in which a robot out of reach is waited for
-AGAIN = 0.5  # seconds between two attempts then
-PARENT = 0.25  # seconds between two looks whether the parent is still there
-ASLEEP = 0.2  # seconds: woken later than that, this process did not run itself
+RETRY_SECONDS = 10.0  # seconds after the parent's end in which a robot out of reach is waited for
+RETRY_INTERVAL = 0.5  # seconds between two attempts then
+PARENT_CHECK_SECONDS = 0.25  # seconds between two looks whether the parent is still there
+LATE_SECONDS = 0.2  # seconds: woken later than that, this process did not run itself
 
 
 class _LastCall:
@@ -58,7 +58,7 @@ class _LastCall:
         kind: Any = service_class(call.type, node.revisions.library_for(call.type, "srv"))
         self._client = node.service_client(call.service, kind)
         self._request = decode(kind._request_class, call.data)
-        self._prepared: PreparedCall | None = self._client.prepare(self._request, CONNECT)
+        self._prepared: PreparedCall | None = self._client.prepare(self._request, CONNECT_SECONDS)
         self._busy = threading.Lock()
         self.done = False
 
@@ -105,7 +105,7 @@ class _LastMessage:
             RosTimeout: It is not.
         """
         if known:
-            self._publisher.wait_for_connection(CONNECT)
+            self._publisher.wait_for_connection(CONNECT_SECONDS)
 
     def send(self) -> None:
         """Publish it."""
@@ -177,7 +177,7 @@ class WatchdogProcess:
     def _step(self) -> None:
         """Handle one line, or notice that none came."""
         wait, before = self._table.wait(time.monotonic()), time.monotonic()
-        seconds = PARENT if wait is None else min(wait, PARENT)
+        seconds = PARENT_CHECK_SECONDS if wait is None else min(wait, PARENT_CHECK_SECONDS)
         try:
             self._take(self._inbox.get(timeout=seconds))
             return
@@ -185,7 +185,7 @@ class WatchdogProcess:
             now = time.monotonic()
         if self._table.ended:
             return
-        if now - before > seconds + ASLEEP:
+        if now - before > seconds + LATE_SECONDS:
             self._table.heard(now)  # how long the parent was silent is not known
         elif self._parent is not None and self._parent() != self._born_of:
             self._table.end(now)
@@ -230,7 +230,7 @@ class WatchdogProcess:
             for call in line.calls:
                 parts.calls.append(_LastCall(node, call))
             if line.messages:
-                known = node.master.get_system_state(timeout=CONNECT).subscribers
+                known = node.master.get_system_state(timeout=CONNECT_SECONDS).subscribers
                 for message, ready in zip(line.messages, parts.messages, strict=True):
                     ready.wait(bool(known.get(node.resolve_name(message.topic))))
         except Exception as error:
@@ -287,9 +287,9 @@ class WatchdogProcess:
     def _finish(self) -> None:
         """After all rounds: retry for a while what could not be delivered."""
         acting = [each for key in self._table.armed for each in self._ready[key]]
-        until = time.monotonic() + LAST
+        until = time.monotonic() + RETRY_SECONDS
         while time.monotonic() < until and (late := [each for each in acting if not each.done]):
-            time.sleep(AGAIN)
+            time.sleep(RETRY_INTERVAL)
             for each in late:
                 _try(each)
         for each in acting:

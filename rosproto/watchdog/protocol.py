@@ -16,10 +16,10 @@ from typing import Any
 
 from rosproto.errors import RemoteProtocolError
 
-BEAT = 0.1  # seconds between two signs of life while something is watched
-SILENCE = 0.8  # seconds without one after which the program counts as gone
+HEARTBEAT_SECONDS = 0.1  # seconds between two signs of life while something is watched
+SILENCE_SECONDS = 0.8  # seconds without one after which the program counts as gone
 ROUNDS = 5
-APART = 0.1  # seconds between two rounds
+ROUND_SECONDS = 0.1  # seconds between two rounds
 _SUFFIX = "_rosproto_watchdog"
 
 
@@ -196,7 +196,7 @@ class WatchTable:
         silence: Seconds without a line after which the program counts as gone.
     """
 
-    def __init__(self, now: float, *, silence: float = SILENCE) -> None:
+    def __init__(self, now: float, *, silence: float = SILENCE_SECONDS) -> None:
         self._silence = silence
         self._heard = now
         self._acted = False
@@ -247,7 +247,7 @@ class WatchTable:
         """Keys of the watches to send now; each call is one round."""
         if not self._rounds or now < self._next:
             return ()
-        keys, self._next = tuple(sorted(self._rounds)), now + APART
+        keys, self._next = tuple(sorted(self._rounds)), now + ROUND_SECONDS
         self._rounds = {key: left - 1 for key, left in self._rounds.items() if left > 1}
         return keys
 

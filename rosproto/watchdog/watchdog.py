@@ -20,7 +20,7 @@ from rosproto.errors import RemoteProtocolError
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.watchdog.protocol import (
-    BEAT,
+    HEARTBEAT_SECONDS,
     Arm,
     Disarm,
     Drop,
@@ -38,10 +38,10 @@ from rosproto.watchdog.protocol import (
 
 _log = get_logger("rosproto.watchdog")
 
-READY = 2.0  # seconds that a motion waits for its watch
-FIRST = 10.0  # seconds more for the first one: the process is still starting
-END = 3.0  # seconds for the process to end by itself
-STARTS, WITHIN = 3, 30.0  # more ends of the process within so many seconds, and it is given up
+READY_SECONDS = 2.0  # seconds that a motion waits for its watch
+START_SECONDS = 10.0  # seconds more for the first one: the process is still starting
+END_SECONDS = 3.0  # seconds for the process to end by itself
+MOST_RESTARTS, RESTART_WINDOW = 3, 30.0  # more ends of the process within so many seconds, and it is given up
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
 
 
@@ -84,12 +84,12 @@ class Watch:
     def arm(self, *data: bytes) -> None:
         """The motion begins. `data` replaces the contents of the messages."""
         self._data, self.armed = data, True
-        self._owner.tell(Arm(self._line.key, data))
+        self._owner.send(Arm(self._line.key, data))
 
     def disarm(self) -> None:
         """The motion has stopped."""
         self.armed = False
-        self._owner.tell(Disarm(self._line.key))
+        self._owner.send(Disarm(self._line.key))
 
     def drop(self) -> None:
         """The watch has ended; nothing more is sent for it. May be called again."""
@@ -205,9 +205,9 @@ class Watchdog:
         if self._failed or self._closed or self._begun_in != os.getpid():
             return watch
         self._watches[line.key] = watch
-        self.tell(line)
+        self.send(line)
         try:
-            watch.wait(max(READY, self._began + FIRST - time.monotonic()))
+            watch.wait(max(READY_SECONDS, self._began + START_SECONDS - time.monotonic()))
         except BaseException:  # Ctrl-C: nobody gets it, and nothing will move
             watch.drop()
             raise
@@ -216,14 +216,14 @@ class Watchdog:
             _log.warning("! the watchdog is not ready for this motion: %s; %s", watch.problem, _WITHOUT)
         return watch
 
-    def tell(self, line: Line) -> None:
+    def send(self, line: Line) -> None:
         """Put a line into the queue of the pipe; takes no lock and never waits."""
         self._lines.put(line)
 
     def forget(self, key: int) -> None:
         """Remove a watch."""
         if self._watches.pop(key, None) is not None:
-            self.tell(Drop(key))
+            self.send(Drop(key))
 
     def close(self) -> None:
         """End the process; armed watches are not stopped by it. Bounded; may be called again."""
@@ -236,13 +236,13 @@ class Watchdog:
             return
         self._lines.put(None)
         try:
-            process.wait(END)
+            process.wait(END_SECONDS)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
         for thread in self._threads:
             if thread is not threading.current_thread():
-                thread.join(END)
+                thread.join(END_SECONDS)
         _close_pipes(process)
 
     # -- the two threads ------------------------------------------------------------------------------------
@@ -252,7 +252,7 @@ class Watchdog:
         while True:
             armed = any(watch.armed for watch in list(self._watches.values()))
             try:
-                line = self._lines.get(timeout=BEAT if armed else None)
+                line = self._lines.get(timeout=HEARTBEAT_SECONDS if armed else None)
             except queue.Empty:
                 line = Heartbeat()
             pipe = self._process.stdin if self._process is not None else None
@@ -301,14 +301,14 @@ class Watchdog:
     def _again(self, code: int) -> bool:
         """The process has ended unexpectedly: start another one; False after too many attempts."""
         now = time.monotonic()
-        self._ends = [*(end for end in self._ends if now - end < WITHIN), now]
+        self._ends = [*(end for end in self._ends if now - end < RESTART_WINDOW), now]
         how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
         for watch in list(self._watches.values()):
             watch.forgotten()
         with self._lock:
             if self._closed:
                 return False
-            if len(self._ends) > STARTS:
+            if len(self._ends) > MOST_RESTARTS:
                 self._give_up(f"it has ended {len(self._ends)} times ({how})")
                 return False
             try:
@@ -321,7 +321,7 @@ class Watchdog:
         _log.warning("! the watchdog process has ended (%s), and was started again", how)
         for watch in list(self._watches.values()):
             for line in watch.lines:
-                self.tell(line)
+                self.send(line)
         return True
 
     def _give_up(self, why: str) -> None:

@@ -61,8 +61,8 @@ class TcprosServer:
         self.on_service: OnConnection | None = None
         self.refused = 0
         self._said = PeerLog("rosproto.node")
-        self._born = threading.Lock()
-        with self._born:  # as in XmlRpcServer
+        self._constructed = threading.Lock()
+        with self._constructed:  # as in XmlRpcServer
             self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
 
     @property
@@ -87,7 +87,7 @@ class TcprosServer:
         self._server.close(timeout)
 
     def _accept(self, sock: socket.socket, peer: tuple[str, int]) -> None:
-        with self._born:
+        with self._constructed:
             pass  # `_server` is there
         deadline = Deadline(self._limits.handshake_seconds)
         try:

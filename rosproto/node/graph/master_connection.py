@@ -48,7 +48,7 @@ class MasterConnection:
         self.client = self.new_client(MASTER_CALL_SECONDS)
         self.uri = self.client.uri
         host, port = parse_uri(self.uri)
-        self.address = (hosts.meant(host), port)
+        self.address = (hosts.mapped(host), port)
         self.host_addresses: frozenset[str] = frozenset()
         self.lost = False
 

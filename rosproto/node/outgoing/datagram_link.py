@@ -192,7 +192,7 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
     context, fields = publication.context, request.header
     address = format_address(request.host, request.port)
     output = publication.output_for(fields, address)
-    sock = open_sender(context.hosts.meant(request.host), request.port, Deadline(ADDRESS_SECONDS))
+    sock = open_sender(context.hosts.mapped(request.host), request.port, Deadline(ADDRESS_SECONDS))
     peer, own = sock.getpeername()[:2], sock.getsockname()
     why = ""
     if not context.listening.endpoints.tcpros.allows(peer[0]):

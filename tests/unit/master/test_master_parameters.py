@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosproto.master.notifications import ParamUpdate
-from rosproto.master.parameters import ParameterTree, _weigh, subscription_key
+from rosproto.master.parameters import ParameterTree, _checked_size, subscription_key
 
 A, B = "http://a:1/", "http://b:2/"
 
@@ -239,7 +239,7 @@ def test_a_subscriber_that_applies_every_update_has_the_right_value(
                 mirror.delete(update.parameter)
             elif update.value != {}:
                 mirror.set(update.parameter, update.value)
-    assert tree._bytes == _weigh(tree._root)
+    assert tree._bytes == _checked_size(tree._root)
 
     def view(t: ParameterTree) -> object:
         # An empty namespace and an absent one look alike to a subscriber: both are announced as {}.

@@ -43,8 +43,8 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> Begun:
             addresses.append(address)  # type: ignore[arg-type]
             super().connect(address)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(connecting, "PATIENCE", 0.05)
-    monkeypatch.setattr(connecting, "STAGGER", 0.02)
+    monkeypatch.setattr(connecting, "FIRST_ATTEMPT_SECONDS", 0.05)
+    monkeypatch.setattr(connecting, "NEXT_ATTEMPT_SECONDS", 0.02)
     monkeypatch.setattr(connecting.socket, "socket", Noting)
     return addresses
 

@@ -60,18 +60,18 @@ def test_what_peers_announce_is_bounded(caplog: pytest.LogCaptureFixture) -> Non
     """Neither memory nor the log grows with their names, and none of them reaches a terminal as it is."""
     hosts = HostNames(master="10.0.0.1")
     with caplog.at_level(logging.WARNING, "rosproto"):
-        for number in range(3 * robot_host_names.MOST):
+        for number in range(3 * robot_host_names.MOST_NAMES):
             hosts.resolve(f"name-{number}")
-    assert len(hosts.unknown) == robot_host_names.MOST
-    assert len(caplog.records) == robot_host_names.MOST
-    assert f"name-{3 * robot_host_names.MOST - 1}" in hosts.unknown
+    assert len(hosts.unknown) == robot_host_names.MOST_NAMES
+    assert len(caplog.records) == robot_host_names.MOST_NAMES
+    assert f"name-{3 * robot_host_names.MOST_NAMES - 1}" in hosts.unknown
     with pytest.raises(ConnectionLost) as caught:
         hosts.resolve("evil\x1b[31m")
     assert "\x1b" not in str(caught.value)
 
 
 def test_an_unknown_name_is_looked_up_again_later(system: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(robot_host_names, "AGAIN", 0.0)
+    monkeypatch.setattr(robot_host_names, "RETRY_SECONDS", 0.0)
     hosts = HostNames(master="10.0.0.1")
     hosts.resolve("robot-xyz")
     hosts.resolve("robot-xyz")
@@ -81,7 +81,7 @@ def test_an_unknown_name_is_looked_up_again_later(system: list[str], monkeypatch
 def test_a_name_server_that_keeps_silent_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     release = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_: release.wait(10) and [])
-    monkeypatch.setattr(robot_host_names, "PATIENCE", 0.02)
+    monkeypatch.setattr(robot_host_names, "LOOKUP_SECONDS", 0.02)
     try:
         assert HostNames(master="10.0.0.1").resolve("silent") == ["10.0.0.1"]
         with pytest.raises(RosTimeout):

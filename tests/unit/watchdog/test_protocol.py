@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from rosproto.errors import RemoteProtocolError
 from rosproto.watchdog import LastCall, LastMessage, WatchedNode, is_watchdog_name
 from rosproto.watchdog.protocol import (
-    APART,
+    ROUND_SECONDS,
     ROUNDS,
-    SILENCE,
+    SILENCE_SECONDS,
     Arm,
     Disarm,
     Drop,
@@ -88,7 +88,7 @@ def test_the_end_of_the_pipe_makes_everything_armed_due_at_once_and_some_more_ti
     table.arm(3)
     table.disarm(2)
     table.end(0.1)
-    assert rounds(table, 0.1) == [(round(0.1 + i * APART, 3), (1, 3)) for i in range(ROUNDS)]
+    assert rounds(table, 0.1) == [(round(0.1 + i * ROUND_SECONDS, 3), (1, 3)) for i in range(ROUNDS)]
 
 
 def test_nothing_is_due_while_nothing_is_armed() -> None:
@@ -102,10 +102,10 @@ def test_nothing_is_due_while_nothing_is_armed() -> None:
 def test_silence_is_acted_upon_once_and_again_only_after_another_sign_of_life() -> None:
     table = WatchTable(0.0)
     table.arm(1)
-    assert table.wait(0.3) == pytest.approx(SILENCE - 0.3)
-    assert table.silent(SILENCE - 0.01) == 0.0
-    assert table.silent(SILENCE) == pytest.approx(SILENCE)
-    assert len(rounds(table, SILENCE)) == ROUNDS
+    assert table.wait(0.3) == pytest.approx(SILENCE_SECONDS - 0.3)
+    assert table.silent(SILENCE_SECONDS - 0.01) == 0.0
+    assert table.silent(SILENCE_SECONDS) == pytest.approx(SILENCE_SECONDS)
+    assert len(rounds(table, SILENCE_SECONDS)) == ROUNDS
     assert table.silent(100.0) == 0.0
     table.heard(100.0)
     assert table.silent(100.5) == 0.0
@@ -115,8 +115,8 @@ def test_silence_is_acted_upon_once_and_again_only_after_another_sign_of_life() 
 def test_a_stopped_program_that_is_then_killed_is_stopped_again() -> None:
     table = WatchTable(0.0)
     table.arm(1)
-    assert table.silent(SILENCE)
-    rounds(table, SILENCE)
+    assert table.silent(SILENCE_SECONDS)
+    rounds(table, SILENCE_SECONDS)
     table.end(5.0)
     assert len(rounds(table, 5.0)) == ROUNDS
 

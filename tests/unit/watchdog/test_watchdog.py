@@ -20,7 +20,7 @@ from rosproto.codec import message_class
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog, WatchedNode
-from rosproto.watchdog.protocol import SILENCE
+from rosproto.watchdog.protocol import SILENCE_SECONDS
 
 ROOT = Path(__file__).resolve().parents[3]
 TWIST = message_class("geometry_msgs/Twist")
@@ -129,7 +129,7 @@ def test_a_stopped_program_is_followed_by_zero_and_told_when_it_goes_on(
 ) -> None:
     os.kill(program.process.pid, signal.SIGSTOP)
     took = until(lambda: robot.speed == 0.0)
-    assert SILENCE - 0.2 < took < SILENCE + LOAD
+    assert SILENCE_SECONDS - 0.2 < took < SILENCE_SECONDS + LOAD
     os.kill(program.process.pid, signal.SIGCONT)
     until(lambda: robot.speed == 0.3)
     program.process.kill()
@@ -224,7 +224,7 @@ def test_an_interpreter_that_is_another_program_is_given_up(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """`sys.executable` of an embedded Python may be anything: it ends, or says what is no line."""
-    monkeypatch.setattr("rosproto.watchdog.watchdog.STARTS", 0)
+    monkeypatch.setattr("rosproto.watchdog.watchdog.MOST_RESTARTS", 0)
     monkeypatch.setattr(sys, "executable", "/bin/echo")
     with caplog.at_level(logging.WARNING), Watchdog() as watchdog:
         watch = watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x"))

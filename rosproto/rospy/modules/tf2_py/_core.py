@@ -193,7 +193,7 @@ class BufferCore:
             edge = self._tree.edges.get(child)
             if edge is None:  # the first pose decides whether it is static, as in tf2
                 edge = self._tree.edges[child] = History(self._duration, MOST_SAMPLES, static=static)
-            self._tree.note(child, parent)
+            self._tree.remember_names(child, parent)
             why = edge.add(Sample(stamp, parent, translation, rotation))
             if why is None:
                 edge.authority = authority
