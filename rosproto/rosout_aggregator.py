@@ -36,7 +36,7 @@ MOST_BYTES = 100 << 20  # of one file
 MOST_OLD_FILES = 10
 _LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
-_LINES = "\n\t"  # a message may have several
+_LINES = "\n\t"  # allowed in a message
 _INDENT = "    "  # of further lines, so that no record can be forged
 _BYTES = "".join(map(chr, range(0xDC80, 0xDD00)))  # bytes that are not UTF-8 are written unchanged
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rosproto.action import GoalHandle as ThreadedHandle
 
 FEEDBACK_KEPT = 100
-LOOK_AGAIN = 0.25  # seconds, as the threaded handle does
+LOOK_AGAIN = 0.25  # seconds, as in the threaded handle
 SETTLE = 5.0  # seconds for the last callback of a goal to return
 
 
@@ -66,7 +66,7 @@ class ActionClient:
             lambda: self.client.send_goal(
                 goal, feedback=lambda _, message: feedback.put(message), transition=changed
             ),
-            dispose=lambda sent: sent.cancel(),  # nobody has it, so nobody else could
+            dispose=lambda sent: sent.cancel(),  # without a handle, nothing else can cancel it
         )
         return GoalHandle(handle, over, feedback, self._pool)
 

@@ -97,4 +97,4 @@ class Mailbox(Generic[T]):
             finally:
                 self._waiters.remove(waiter)
                 if waiter.done() and not waiter.cancelled() and self._items:
-                    self._wake()  # cancelled after it was woken, or more than one item came: pass it on
+                    self._wake()  # cancelled after being woken, or more items: wake the next task

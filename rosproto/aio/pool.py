@@ -67,7 +67,7 @@ class Pool:
             return await call.to_the_end()
         try:
             return await call.future
-        except (asyncio.CancelledError, GeneratorExit):  # the latter: its loop was closed over it
+        except (asyncio.CancelledError, GeneratorExit):  # the latter: the loop was closed meanwhile
             call.abandon()
             if cancel is not None:
                 cancel()
@@ -145,7 +145,7 @@ class _Call(Generic[T]):
         try:
             result = self._function()
         except BaseException as error:
-            problem = error  # the name in `except` is gone when the loop asks for it
+            problem = error  # Python deletes the name of `except` after the block
             return lambda: notify(self._loop, _fail, self.future, problem)
         with self._lock:
             self._opened.append(result)

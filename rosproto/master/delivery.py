@@ -48,7 +48,7 @@ class NodeSender:
         self._said = said or PeerLog("rosproto.master")
         try:
             self._client: XmlRpcClient | None = XmlRpcClient(uri, limits=limits, timeout=timeout)
-        except ValueError:  # registered with something that only looks like a URI
+        except ValueError:  # registered with an invalid URI
             self._client = None
 
     def send(self, note: Notification) -> DeliveryOutcome:
@@ -65,7 +65,7 @@ class NodeSender:
         except ConnectionLost as error:
             _log.debug("! %s to %s: %s", note.key, self.uri, error)
             return DeliveryOutcome.GONE if _is_refused(error) else DeliveryOutcome.SILENT
-        except RosError as error:  # it answered, if with nonsense or a fault
+        except RosError as error:  # it replied, though with an invalid reply or a fault
             _log.debug("! %s to %s: %s", note.key, self.uri, error)
         return DeliveryOutcome.DONE
 
@@ -90,12 +90,12 @@ class NodeSender:
             self._said.info("", text, note.name, note.uri, others[0])
             return
         if note.name in self._names_at(note.uri):
-            return  # it moved back to this address meanwhile: the process there is the rightful one
+            return  # the name is registered at this address again: the process there is the right one
         verdict = identify(client, note, self._limits, Deadline(self._timeout))
         if verdict is not Verdict.SAME:
             self._said.warning(
                 "",
-                "! %s was registered twice; who listens at its old address %s is %s, so it is not shut down",
+                "! %s was registered twice; the process at its old address %s is %s, so it is not shut down",
                 note.name,
                 note.uri,
                 "another node" if verdict is Verdict.OTHER else "not known",

@@ -33,16 +33,14 @@ _log = get_logger("rosproto.master")
 # lists within a minute of waking. After that the node's queue is dropped.
 PAUSES = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0, *(60.0,) * 14)
 IDLE_SECONDS = 1.0
-MOST_SLOW_NODES = (
-    1024  # nodes remembered as slow, so that the next call to them goes to the patient lane at once
-)
+MOST_SLOW_NODES = 1024  # remembered, so that their next call goes to the patient group at once
 
 
 class DeliveryOutcome(Enum):
     """The outcome of one call."""
 
     DONE = "done"  # replied, whatever the reply: the node has received it
-    GONE = "gone"  # nobody listens there
+    GONE = "gone"  # the connection was refused
     SILENT = "silent"  # no answer in time, host unreachable: may be back later
 
 
@@ -179,7 +177,7 @@ class Notifier:
         lane.threads.add(thread)
         try:
             thread.start()
-        except RuntimeError:  # the process has no thread left; a running worker takes it over
+        except RuntimeError:  # the process has no thread left; a running worker takes over
             lane.threads.discard(thread)
             _log.warning("! no further thread for notifications, %d at work", len(lane.threads))
 
@@ -204,7 +202,7 @@ class Notifier:
                 if lane.ready and lane.ready[0][0] <= now:
                     queue = heapq.heappop(lane.ready)[2]
                     lane.idle -= 1
-                    self._grow(lane)  # this worker may be busy for long; what is due next needs another
+                    self._grow(lane)  # this worker may be busy for long; the next due node needs another
                     lane.idle += 1
                     return queue
                 # One worker must stay for work that is due later; other idle workers may end.
@@ -269,7 +267,13 @@ class Notifier:
         later = {key: item for key, item in queue.pending.items() if item[0] > begun}
         self._counts["failed"] += 1 + len(queue.pending) - len(later)
         say = self._said.info if outcome is DeliveryOutcome.GONE else self._said.warning
-        say(queue.uri, "! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
+        say(
+            queue.uri,
+            "! %s is %s: gave up %s and later notifications",
+            queue.uri,
+            outcome.value,
+            note.key,
+        )
         queue.pending, queue.attempts = later, 0
         return False
 

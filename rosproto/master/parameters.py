@@ -21,7 +21,7 @@ from .notifications import ParamUpdate
 Subscribers = Mapping[str, Mapping[tuple[str, str], None]]
 
 _INT_MIN, _INT_MAX = -(1 << 31), (1 << 31) - 1
-_ENTRY_BYTES = 64  # rough cost of one value or dict entry in this process
+_ENTRY_BYTES = 64  # approximate memory of one value or dict entry
 
 
 def subscription_key(key: str) -> str:

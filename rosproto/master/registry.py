@@ -27,7 +27,7 @@ ANY_TYPE = "*"
 FAILURE, SUCCESS, ERROR = 0, 1, -1
 
 # getTopicTypes keeps returning the types of topics without nodes, as rosmaster does
-# (`rostopic type` of a topic that was just closed); only so many of them.
+# (`rostopic type` of a topic that was just closed), up to this number.
 MAX_RETIRED_TYPES = 10_000
 MAX_EVICTED = 1_000  # nodes remembered as shut down
 
@@ -116,10 +116,10 @@ class Registry:
         self.param_subscribers = Registrations()
         self._service_uris: dict[str, tuple[str, str]] = {}  # service -> (node name, rosrpc URI)
         self._types: dict[str, str] = {}
-        self._retired: dict[str, None] = {}  # topics with a type and nobody on them, oldest first
+        self._retired: dict[str, None] = {}  # topics with a type and without nodes, oldest first
         self._nodes: dict[str, _Node] = {}
         self._at: dict[str, dict[str, None]] = {}  # host:port -> node names there
-        self._evicted: dict[tuple[str, str], None] = {}  # (node name, URI) sent away, oldest first
+        self._evicted: dict[tuple[str, str], None] = {}  # (node name, URI) that were shut down, oldest first
         self._count = 0
 
     # -- topics ------------------------------------------------------------------------------------------
@@ -197,7 +197,7 @@ class Registry:
         if self._full(name, self.param_subscribers, key, uri):
             return self._refusal(0)
         if (name, uri) in self._evicted and name in self._nodes:
-            return Answer(SUCCESS, "", 0)  # it is ending, see above: answered, and not entered
+            return Answer(SUCCESS, "", 0)  # it is shutting down, see above: reply, but do not add it
         notes = self._register(self.param_subscribers, key, name, uri)
         return Answer(SUCCESS, "", 0, tuple(notes))
 

@@ -22,8 +22,8 @@ from .registry import SUCCESS, Registry
 
 _log = get_logger("rosproto.master")
 
-ROS_DISTRO = "noetic\n"  # with the newline that roscore's `rosversion -d` leaves
-ROS_VERSION = "1.16.0\n"  # of ros_comm, whose behaviour this follows
+ROS_DISTRO = "noetic\n"  # with the newline of roscore's `rosversion -d`
+ROS_VERSION = "1.16.0\n"  # of the ros_comm that this follows
 _WILDCARDS = ("0.0.0.0", "::", "")
 # Documentation addresses (RFC 5737, RFC 3849), used only to find the interface of the default route.
 _ELSEWHERE = {"0.0.0.0": "192.0.2.1", "": "192.0.2.1", "::": "2001:db8::1"}
@@ -89,7 +89,7 @@ class Master:
         self._set_core_parameters()
         shown = advertise or _reachable(host)
         self._follows_caller = not advertise and host in _WILDCARDS
-        self._api.uri = make_uri(shown, port)  # right at once if the port is given; see below
+        self._api.uri = make_uri(shown, port)  # already correct if the port is given; see below
         self._server = XmlRpcServer(
             host or "0.0.0.0",
             port,
@@ -190,7 +190,7 @@ class Master:
         threading.Thread(target=self._stop_soon, name="rosproto:master-shutdown", daemon=True).start()
 
     def _stop_soon(self) -> None:
-        self._ended.wait(0.1)  # lets the reply leave; nobody is worse off if it does not
+        self._ended.wait(0.1)  # time to send the reply, which is optional
         self.close()
 
 

@@ -12,7 +12,7 @@ from typing import TypeGuard
 
 from rosproto.protocol.xmlrpc import DateTime
 
-MAX_LENGTH = 4096  # of names, types and URIs, which a master keeps
+MAX_LENGTH = 4096  # of names, types and URIs, which the master stores
 
 Check = Callable[[object, str], object]
 

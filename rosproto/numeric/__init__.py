@@ -1,8 +1,8 @@
 """Sensor and geometry messages as numpy arrays, and back.
 
 Each function documents shape, dtype and frame of its result, and whether it is a view of the message or a
-copy. Views of a received message are read-only; `.copy()` gives a writable array. Dynamic and generated
-messages are accepted.
+copy. Views of a received message are read-only; `.copy()` gives a writable array. Messages with numpy values
+and messages with genpy's values are accepted.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ def _chunks(data: bytes) -> dict[bytes, bytes]:
     if not is_png(data):
         raise ValueError("not a PNG picture")
     found: dict[bytes, bytes] = {}
-    picture: list[bytes] = []  # joined once: a hostile picture has a chunk for every byte
+    picture: list[bytes] = []  # joined once: a hostile picture may have a chunk for every byte
     at = len(SIGNATURE)
     while at + 8 <= len(data):
         length = int.from_bytes(data[at : at + 4], "big")
@@ -124,7 +124,7 @@ def _row(kind: int, line: NDArray[np.uint8], above: NDArray[np.uint8], step: int
         return line
     if kind == 2:
         return line + above
-    if kind == 1:  # differences to the left, of each byte of a pixel by itself: a running sum modulo 256
+    if kind == 1:  # differences to the left, per byte of a pixel: a running sum modulo 256
         out = np.zeros_like(line)
         for first in range(min(step, line.size)):
             out[first::step] = np.cumsum(line[first::step], dtype=np.uint8)

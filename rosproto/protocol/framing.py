@@ -17,10 +17,10 @@ _LENGTH = Struct("<I")
 _length = _LENGTH.unpack_from
 
 ROOM = 512  # bytes of the first buffer
-MOST_ROOM = 256 << 10  # what it grows to when reads fill it
-LARGE = 128 << 10  # longer frames get memory of their own
-BATCH = 64  # messages decoded at a time: their memory is then used again, and the collector is not woken
-STEP = 16 << 20  # memory follows the bytes that arrive, not the length announced (docs/wire.md, 10)
+MOST_ROOM = 256 << 10  # the largest buffer, used when reads fill it
+LARGE = 128 << 10  # longer frames get separate memory
+BATCH = 64  # messages decoded at a time, so that their memory is reused and the collector does not run
+STEP = 16 << 20  # memory grows with the bytes received, not with the announced length (docs/wire.md, 10)
 
 Decode = Callable[[Any, int, int], Any]
 
@@ -76,10 +76,10 @@ class FrameDecoder:
         self.passed_over = 0
         self._step = step
         self._view = memoryview(self.buffer)
-        self._start = 0  # what waits is buffer[start:end]
+        self._start = 0  # unread bytes are buffer[start:end]
         self._end = 0
-        self._large: Any = None  # memory of a long frame, of which `_have` bytes are there
-        self._size = 0  # and will be
+        self._large: Any = None  # memory of a long frame; `_have` bytes are received
+        self._size = 0  # its length
         self._have = 0
 
     # -- bytes in -------------------------------------------------------------------------------------------
@@ -113,7 +113,7 @@ class FrameDecoder:
     def _make_room(self) -> None:
         """Make room for more bytes, and give a fast stream a larger buffer."""
         rest, room = self._end - self._start, len(self.buffer)
-        filled = self._end == room < MOST_ROOM  # by the last read: more would have come
+        filled = self._end == room < MOST_ROOM  # the last read filled it: more bytes are waiting
         if not rest:
             self._start = self._end = 0
             if filled:
@@ -121,7 +121,7 @@ class FrameDecoder:
             return
         size = self._begun()
         if size > self.limit:
-            size = -1  # no room is made for what is refused
+            size = -1  # no memory for a refused frame
         if size > LARGE and rest < size + 4:
             self._begin_large(size)
         elif size + 4 > room or filled or rest == room:

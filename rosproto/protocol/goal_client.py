@@ -217,5 +217,5 @@ def _nearest_terminal(status: int, state: CommState) -> GoalStatus:
     except ValueError:
         return GoalStatus.LOST
     if known.is_terminal:
-        return known  # illegal by the table (REJECTED of an active goal), but the server's last word
+        return known  # illegal by the table (REJECTED of an active goal), but it is the server's final status
     return GoalStatus.PREEMPTED if state is CommState.PREEMPTING else GoalStatus.ABORTED

@@ -43,7 +43,7 @@ __all__ = [
 
 KEEP_SECONDS = 5.0
 MOST_EARLY_CANCELS = 1000
-MOST_ENDED = 1000  # goals that have ended and are still told of; a flood of refused ones is forgotten sooner
+MOST_ENDED = 1000  # ended goals still reported; with more, the oldest are dropped earlier
 CANCELED_BY_TIME = "canceled: the goal is not newer than the latest cancel request"
 
 _TABLE = """

@@ -345,7 +345,7 @@ def _types_differ(
     asked = fields.get("type", "")
     return Md5sumMismatch(
         f"{topic}: topic types do not match: [{asked or fields['md5sum']}] vs. [{type_name}]; it is published"
-        " as AnyMsg, whose type nobody tells: subscribe with AnyMsg, or have the relay publish the type",
+        " as AnyMsg, which has no type: subscribe with AnyMsg, or have the relay publish the type",
         name=topic,
         peer=peer,
         type_name=type_name,

@@ -11,7 +11,7 @@ from struct import Struct
 from rosproto.errors import LocalProtocolError, RemoteProtocolError
 
 _LENGTH = Struct("<I")
-MOST_FIELDS = 1000  # real ones have a dozen; each costs far more than the bytes it came in
+MOST_FIELDS = 1000  # real ones have a dozen; a field takes far more memory than its bytes
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:

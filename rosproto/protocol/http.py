@@ -30,7 +30,7 @@ _REASONS = {
     503: "Service Unavailable",
     505: "HTTP Version Not Supported",
 }
-_CHUNK_LINE_BYTES = 256  # a chunk size and extensions nobody uses
+_CHUNK_LINE_BYTES = 256  # a chunk size, and extensions that are never used
 _TOKEN = frozenset("!#$%&'*+-.^_`|~0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
 
 
@@ -111,7 +111,7 @@ class _Connection:
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self._buffer = bytearray()
-        self._searched = 0  # no end of a head before this; keeps byte-by-byte input linear
+        self._searched = 0  # the head does not end before this; keeps byte-by-byte input linear
         self._head: _Head | None = None
         self._body = bytearray()
         self._chunk_left: int | None = None
@@ -142,7 +142,7 @@ class _Connection:
     def _cut_head(self) -> bytes | None:
         """The lines up to the first empty one; None before that has arrived."""
         buffer = self._buffer
-        while buffer.startswith((b"\r\n", b"\n")):  # empty lines before a message are to be ignored
+        while buffer.startswith((b"\r\n", b"\n")):  # ignore empty lines before a message
             del buffer[: buffer.index(b"\n") + 1]
         start = max(0, self._searched - 3)
         ends = [
@@ -152,7 +152,7 @@ class _Connection:
         ]
         if ends:
             size = min(ends)[0]
-        else:  # what may begin the empty line is not part of the head
+        else:  # a possible start of the empty line is not part of the head
             size = len(buffer) - next((len(mark) for mark in _BEGUN_ENDS if buffer.endswith(mark)), 0)
         if size > self._limits.http_head_bytes:
             raise TooLarge("http_head_bytes", size, self._limits.http_head_bytes)
@@ -349,7 +349,7 @@ class HttpServerConnection(_Connection):
         self, status: int, body: bytes = b"", *, keep_alive: bool = True, allow: str = ""
     ) -> bytes:
         """A response with its head. `allow` names the methods that a 405 response must list."""
-        # roscpp looks for this spelling of Content-length, and for "200 OK"
+        # roscpp requires this spelling of Content-length, and "200 OK"
         headers = {"Server": "rosproto", "Content-Type": "text/xml", "Content-length": str(len(body))}
         if allow:
             headers["Allow"] = allow

@@ -32,7 +32,7 @@ MOST_BLOCKS = 0xFFFF
 LAST_NUMBER = 255
 NUMBERS = 256
 IN_PROGRESS = 4  # messages whose blocks may overtake each other
-DATA0, DATAN = 0, 1  # 2 and 3 are a ping and an error, which nobody sends
+DATA0, DATAN = 0, 1  # 2 (ping) and 3 (error) are never sent
 
 _header = Struct("<IBBH")
 _length = Struct("<I")
@@ -113,7 +113,7 @@ class DatagramAnswer(NamedTuple):
 
 
 def _pack_header(fields: Mapping[str, str]) -> bytes:
-    return encode_header(fields)[_length.size :]  # the fields alone, as roscpp has it
+    return encode_header(fields)[_length.size :]  # the fields alone, as in roscpp
 
 
 def _is_port(port: int) -> bool:
@@ -165,7 +165,7 @@ class _Partial:
     def __init__(self) -> None:
         self.blocks: dict[int, bytes] = {}
         self.bytes = 0
-        self.total = 0  # 0: its first block has not come
+        self.total = 0  # 0: the first block has not arrived
 
     def add(self, block: int, data: bytes) -> None:
         if block not in self.blocks:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _HEAD = '<?xml version="1.0"?>'
 _INT_MIN, _INT_MAX = -(2**31), 2**31 - 1
-_MAX_DEPTH = 64  # a value that its receiver could not read (Limits.xml_depth) is not sent either
+_MAX_DEPTH = 64  # as deep as a receiver accepts (Limits.xml_depth)
 _DEFAULT_LIMITS = Limits()
 
 # XML 1.0 cannot contain these, not even as numeric references. Carriage return is legal, but conforming
@@ -150,7 +150,7 @@ def _write(out: list[str], value: object, where: str, depth: int) -> None:
     elif isinstance(value, int):
         out.append(f"<value><int>{_integer(value, where)}</int></value>")
     elif isinstance(value, float):
-        # repr: shortest text that reads back as the same double; numpy.float64 has another repr
+        # repr: the shortest text of the same double; numpy.float64 has another repr
         out.append(f"<value><double>{float.__repr__(value)}</double></value>")
     elif isinstance(value, (bytes, bytearray, memoryview)):
         out.append(f"<value><base64>{b2a_base64(value, newline=False).decode()}</base64></value>")
@@ -206,7 +206,7 @@ def _write_other(out: list[str], value: object, where: str, depth: int) -> None:
         _check_depth(where, depth)
         _write(out, convert(), where, depth + 1)
         return
-    datetime = sys.modules.get("datetime")  # somebody who holds a datetime has imported it
+    datetime = sys.modules.get("datetime")  # a value can be a datetime only if it was imported
     if datetime is not None and isinstance(value, datetime.datetime):
         _write(out, DateTime(value.strftime("%Y%m%dT%H:%M:%S")), where, depth)
         return

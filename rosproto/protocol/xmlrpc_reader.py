@@ -6,7 +6,7 @@ white space. Text in a `<value>` without a type is a string, white space include
 
 from __future__ import annotations
 
-import pyexpat as expat  # xml.parsers.expat is the same, and costs a package more
+import pyexpat as expat  # the same as xml.parsers.expat, without importing its package
 from binascii import Error as Base64Error
 from binascii import a2b_base64
 from collections.abc import Callable
@@ -36,7 +36,7 @@ _TEXTS = frozenset(["string", "name", "methodName"])
 _LEAVES = _SCALARS | _TEXTS
 _ONE_CHILD = frozenset(["param", "fault", "value", "array"])
 _NONE: frozenset[str] = frozenset()
-_NUMBER_CHARACTERS = 4096  # the longest double printed with %f has 1 100; more only costs us time
+_NUMBER_CHARACTERS = 4096  # the longest double printed with %f has 1 100
 _WHITE = " \t\r\n"
 
 
@@ -174,7 +174,7 @@ class _Reader:
         elif tag in ("methodCall", "methodResponse"):
             self.document.kind = tag
         else:
-            value = None if result is _MISSING else result  # roscpp leaves out values it has not set
+            value = None if result is _MISSING else result  # roscpp omits unset values
             if tag == "param":
                 outer.append(value)  # type: ignore[attr-defined]
             else:
@@ -202,7 +202,7 @@ def _read_int(text: str) -> int:
 
 
 def _read_double(text: str) -> float:
-    return float(_number(text))  # reads exponents, nan and inf too: roscpp writes them
+    return float(_number(text))  # accepts exponents, nan and inf, which roscpp writes
 
 
 def _number(text: str) -> str:

@@ -1,6 +1,7 @@
-"""Messages received but not written yet: bounded by bytes, so that a slow disk cannot fill the memory.
+"""Received messages that are not written yet, limited in bytes so that a slow disk cannot fill the memory.
 
-The drop policy is rosbag record's: when too many bytes wait, the oldest messages are dropped and counted.
+The drop policy is that of rosbag record: when too many bytes wait, the oldest messages are dropped and
+counted.
 """
 
 from __future__ import annotations
@@ -120,7 +121,7 @@ MOST_CONNECTION_CHARACTERS = 64 << 20  # of these headers, definitions included
 
 
 class TopicReceiver:
-    """Puts the messages of one topic into the buffer, in the link's thread."""
+    """Puts the messages of one topic into the buffer, in the thread of the link."""
 
     def __init__(self, topic: str, node: Node, buffer: MessageBuffer) -> None:
         self._topic = topic
@@ -145,11 +146,11 @@ class TopicReceiver:
         self._put(Entry(self._topic, raw, stamp))
 
     def _leave_out(self, header: dict[str, str]) -> None:
-        """Warn about a publisher of AnyMsg: without a type nobody could read its messages from a bag."""
+        """Warn about a publisher of AnyMsg: without a type its messages could not be read from a bag."""
         if not self._told:
             self._told = True
             _log.warning(
-                "! %s: %s publishes AnyMsg, whose type nobody knows; it is not recorded",
+                "! %s: %s publishes AnyMsg, which has no type; it is not recorded",
                 self._topic,
                 header.get("callerid", "")[:200],
             )
@@ -157,8 +158,8 @@ class TopicReceiver:
     def _connection_for(self, header: dict[str, str]) -> Connection | None:
         """One object for each header of a publisher; two link threads may call this at once.
 
-        A bag lists each of them, and a publisher may send another header whenever it connects. So beyond a
-        certain number, messages go to a known connection that is read in the same way; None if there is none.
+        A bag lists each of them, and a publisher may send another header on each connection. Beyond a limit,
+        messages are assigned to a known connection with the same definition; None if there is none.
         """
         latest = self._latest
         if latest is not None and latest[0] is header:
@@ -187,7 +188,7 @@ class TopicReceiver:
         if not self._told_full:
             self._told_full = True
             _log.warning(
-                "! %s: publishers have told %d different headers; what others publish is not recorded",
+                "! %s: publishers have sent %d different headers; messages with others are not recorded",
                 self._topic,
                 len(self._known),
             )
@@ -205,7 +206,7 @@ def _connection(topic: str, header: dict[str, str]) -> Connection:
 
 
 def _bundled_definition(kind: str, md5sum: str) -> str:
-    """Our definition if it is the same one, for publishers that send none: a bag must say how to read it."""
+    """Our definition if it has the same md5sum, for publishers that send none: a bag must contain one."""
     try:
         library = bundled()
         return library.full_text(kind) if library.md5sum(kind) == md5sum else ""

@@ -1,9 +1,9 @@
-"""What sets the pace of a replay: moments, a topic that has to keep up, and /clock.
+"""The timing of a replay: exact waiting, a topic that limits the speed, and /clock.
 
-`Pacer` waits for a moment with an error of tens of microseconds, without keeping a processor busy.
-Operating systems wake a sleeping thread late: by 60 us on Linux, by up to 15 ms on an old Windows. So the
-pacer sleeps until shortly before the moment and spins for the rest. How long it spins depends on how late it
-was woken before.
+`Pacer` waits for a moment with an error of tens of microseconds, without keeping a processor busy. Operating
+systems wake a sleeping thread late: by 60 us on Linux, by up to 15 ms on an old Windows. So the pacer sleeps
+until shortly before the moment and spins for the rest. How long it spins depends on how late it was woken
+before.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Pacer:
         before = self.now()
         self._sleep(seconds)
         late = self.now() - before - seconds
-        # Quickly up, slowly down: a late wake-up misses a moment, while more spinning costs little.
+        # Increase fast, decrease slowly: a late wake-up misses the moment, while spinning costs little.
         wanted = min(max(1.5 * late, LEAST_SPIN), MOST_SPIN)
         self.spin = wanted if wanted > self.spin else self.spin + 0.02 * (wanted - self.spin)
 
@@ -96,7 +96,7 @@ class RateControl:
         return self._position() - self._reached_ns > self._most_ns
 
     def restart(self) -> None:
-        """Forget earlier messages: the bags' time was set anew, and they say nothing about it."""
+        """Forget earlier messages: the bags' time was set anew."""
         self._reached_ns = self._position()
 
     def close(self) -> None:

@@ -117,7 +117,7 @@ class Player:
         self._next_tick = 0.0
         self._next_call = 0.0
         self._on_message: Callable[[str, Time], object] | None = None
-        self._anchor = 0.0  # the moment when the bags' time was `_anchor_ns`
+        self._anchor = 0.0  # when the bags' time was `_anchor_ns`
         self._anchor_ns = self.timeline.start_ns
         self.position_ns = self.timeline.start_ns
         self.published = 0
@@ -187,7 +187,7 @@ class Player:
         while not self._stop.is_set() and (alone := [p.topic for p in self.publishers if not p.connections]):
             if end is not None and self._pacer.now() > end:
                 raise RosTimeout(
-                    f"nobody subscribes {', '.join(sorted(set(alone)))} after {timeout:g} s",
+                    f"no subscriber for {', '.join(sorted(set(alone)))} after {timeout:g} s",
                     what="subscribers",
                     seconds=timeout,
                 )
@@ -333,7 +333,7 @@ class Player:
         if until == due:
             return True
         passed = (self._pacer.now() - self._anchor) * self._rate
-        # When woken late, stay behind the message: whoever waits for this time would see it pass unplayed.
+        # When woken late, stay behind the message: a program that waits for this time would miss the message.
         self.position_ns = max(self.position_ns, min(time_ns, self._anchor_ns + int(passed * NS)))
         return False
 
@@ -376,4 +376,4 @@ class Player:
                 try:
                     publisher.flush(timeout)
                 except (RosTimeout, ConnectionError):
-                    pass  # that subscriber hangs or is gone: its queue drops and counts; go on for the others
+                    pass  # that subscriber hangs or has gone: its queue drops and counts; serve the others

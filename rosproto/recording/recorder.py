@@ -31,8 +31,8 @@ _log = get_logger("rosproto.recording")
 
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk
 LOOK_EVERY = 1.0  # seconds between two checks of the free space on the disk
-FLUSH_EVERY = 5.0  # seconds after which even a small chunk is written: the most that a crash can lose
-UNLIMITED_QUEUE = 1 << 30  # a queue size: the node drops nothing, the buffer decides
+FLUSH_EVERY = 5.0  # seconds after which even a small chunk is written; a crash can lose that much
+UNLIMITED_QUEUE = 1 << 30  # the node drops nothing, the buffer decides
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,7 +268,7 @@ class Recorder:
         for subscriber in self._subscribers.values():
             subscriber.close()
         self._buffer.close()
-        self._writer.join()  # for as long as the disk takes: nothing that was received is thrown away
+        self._writer.join()  # as long as the disk takes: no received message is discarded
         self._finished.set()
         if self._announcer is not None:
             self._announcer.close()

@@ -95,7 +95,7 @@ class TransformBuffer:
         edges = self._tree.edges
         edge = edges.get(child)
         if not self._tree.has_room(child):
-            raise ValueError(f"{child}: {self._max_frames} frames are known, no more are taken")
+            raise ValueError(f"{child}: {self._max_frames} frames are known, which is the limit")
         if edge is None or edge.static != static:
             edge = edges[child] = History(self._cache_ns, self._max_samples, static=static)
         return edge
@@ -238,7 +238,7 @@ class TransformBuffer:
     def _not_connected(target: str, source: str, two: SeparateTrees) -> NoReturn:
         raise NotConnected(
             f"not connected: {target} hangs below {two.target_root}, {source} below {two.source_root};"
-            " nobody publishes a transform between these two",
+            " no transform between these two is published",
             target=target,
             source=source,
             target_root=two.target_root,

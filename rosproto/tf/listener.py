@@ -14,7 +14,7 @@ from rosproto.node import Node
 from rosproto.tf.buffer import TransformBuffer
 
 logger = get_logger("rosproto.tf")
-MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may make up names for ever
+MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may invent names
 
 
 class TransformListener:
@@ -40,7 +40,7 @@ class TransformListener:
         self._lock = threading.Lock()
         self._named: set[str] = set()
         self._newest = 0.0
-        ours = message_class("tf2_msgs/TFMessage")  # whatever the user's folders call by that name
+        ours = message_class("tf2_msgs/TFMessage")  # not one of the user's folders
         self._subscribers = [
             node.subscriber("/tf", ours, callback=self._moving, queue_size=queue_size),
             node.subscriber("/tf_static", ours, callback=self._static, queue_size=queue_size),

@@ -17,7 +17,7 @@ from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
 MOST_FRAMES = 10_000
 MOST_SAMPLES = 50_000  # of one frame
 LONGEST_NAME = 1000  # characters
-MOST_DEPTH = 1000  # as in tf2: a longer way to the root is a loop
+MOST_DEPTH = 1000  # as in tf2: a longer path to the root is a loop
 
 Pose = tuple[Vector, Quaternion]
 IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
@@ -84,9 +84,9 @@ class FrameTree:
     def remember_names(self, child: str, parent: str) -> None:
         """Remember both names, after a pose was added."""
         self.names.update({child: None, parent: None})
-        if len(self.names) > self._most_names:  # a sender that makes up new parents
+        if len(self.names) > self._most_names:  # a sender that keeps inventing parents
             self.drop_former_parents()
-            # So much room that the next time is far: each of these takes as long as there are frames.
+            # Leave room, because each clean-up takes time proportional to the number of frames.
             self._most_names = max(2 * self._most_frames, len(self.names) + self._most_frames // 2)
 
     def drop_former_parents(self) -> None:
@@ -310,7 +310,7 @@ def seconds(ns: int) -> float:
 
 def _between(before: Sample, after: Sample, stamp: int) -> Sample:
     if before.parent != after.parent:
-        return before  # it moved to another parent in between; what was, holds until then
+        return before  # the parent changed in between; the earlier pose holds until then
     ratio = seconds(stamp - before.stamp) / seconds(after.stamp - before.stamp)
     rest = 1.0 - ratio
     (x0, y0, z0), (x1, y1, z1) = before.translation, after.translation

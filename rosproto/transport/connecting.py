@@ -23,11 +23,9 @@ from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.tcp import open_selector, tune
 from rosproto.transport.uri import format_address
 
-FIRST_ATTEMPT_SECONDS = (
-    1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
-)
-NEXT_ATTEMPT_SECONDS = 0.5  # seconds between the others
-MOST_PENDING = 8  # then the oldest is given up: an answer that takes four seconds is none
+FIRST_ATTEMPT_SECONDS = 1.0  # before a second attempt: most slow networks answer faster
+NEXT_ATTEMPT_SECONDS = 0.5  # between further attempts
+MOST_PENDING = 8  # beyond it the oldest is closed; by then it has had four seconds
 
 _IN_PROGRESS = {errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY, 10035, 10036, 10037}  # 100xx: Windows
 
@@ -110,7 +108,7 @@ class _ConnectionAttempts:
             return None
         close_in_forked_children(sock)
         try:
-            tune(sock)  # before the first packet: how often it is repeated is one of the options
+            tune(sock)  # before the first packet: the options decide how often it is repeated
             # Most succeed at once: those need no selector.
             sock.settimeout(self._at_most(FIRST_ATTEMPT_SECONDS) if self._begun == 1 else 0.0)
             sock.connect((address, self._port))
@@ -159,7 +157,7 @@ class _ConnectionAttempts:
                 if sock in self._pending and self._succeeded(sock):
                     return sock
             if len(self.problems) > failed:
-                return None  # the next address need not wait
+                return None  # start the next address at once
         return None
 
     def _succeeded(self, sock: socket.socket) -> bool:
@@ -184,8 +182,8 @@ class _ConnectionAttempts:
         except OSError as error:  # macOS: EINVAL when the other side has closed at once
             raise OSError(errno.ECONNRESET, os.strerror(errno.ECONNRESET)) from error
         if itself:
-            # A connect to a free port of the ephemeral range can meet itself ("simultaneous open"): a node
-            # retrying a dead peer on its own machine would then talk to itself and block the port.
+            # A connect to a free ephemeral port can connect to itself ("simultaneous open"): a node retrying
+            # a dead peer on its own computer would then talk to itself and block the port.
             raise OSError(errno.ECONNREFUSED, "connected to itself")
         return sock
 

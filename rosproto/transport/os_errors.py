@@ -17,7 +17,7 @@ from rosproto.transport.deadline import Deadline
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
-_UNREACHABLE |= {getattr(errno, "EHOSTDOWN", 10064), 10064}  # macOS: nobody has that address
+_UNREACHABLE |= {getattr(errno, "EHOSTDOWN", 10064), 10064}  # macOS: no host has that address
 _RESET = {errno.ECONNRESET, errno.EPIPE, errno.ECONNABORTED, errno.ENOTCONN, errno.EBADF, 10053, 10054, 10057}
 _RESET |= {getattr(errno, name) for name in ("EPROTOTYPE", "ESHUTDOWN") if hasattr(errno, name)}  # macOS
 _CLOSED_HERE = {10038, 10022, 10004}  # a read on Windows whose socket `tcp.interrupt` closed
@@ -160,4 +160,4 @@ def allow_open_files(count: int) -> None:
     try:
         resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
     except (OSError, ValueError):
-        pass  # the limit stays; opening one too many raises an error that says so
+        pass  # the limit stays; opening too many files raises an error that names it

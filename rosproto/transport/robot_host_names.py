@@ -26,7 +26,7 @@ VARIABLE = "ROSPROTO_RESOLVE"
 LOOKUP_SECONDS = 1.5
 """Seconds for a name server: where there is none (a cable to a robot), a lookup hangs for half a minute."""
 MOST_NAMES = 64  # names remembered and warned of, since peers choose them
-RETRY_SECONDS = 30.0  # seconds after which a name that was unknown is looked up again
+RETRY_SECONDS = 30.0  # after this an unknown name is looked up again
 
 _PLAIN = re.compile(r"[a-z0-9._-]{1,253}", re.ASCII)
 """A host name; any other text that a peer announces is only looked up."""

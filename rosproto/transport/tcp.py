@@ -36,7 +36,7 @@ SILENCE_COUNT = 3
 # One second is the smallest value.
 _TCP_RTO_MAX_MS = 44
 _RTO_MAX_MS = 1000
-_WINDOWS_PROBES = 10  # cannot be chosen there
+_WINDOWS_PROBES = 10  # fixed on Windows
 
 # Seconds for which a system repeats unacknowledged data before it gives the connection up; Python has no
 # names for these. TCP_MAXRT of ws2ipdef.h, TCP_RXT_CONNDROPTIME of macOS's netinet/tcp.h.
@@ -161,7 +161,7 @@ def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:
     if sys.platform == "win32":
         _probe_windows(sock, idle, interval * count / _WINDOWS_PROBES)
         return
-    # macOS calls TCP_KEEPIDLE by another name
+    # macOS has another name for TCP_KEEPIDLE
     name = "TCP_KEEPIDLE" if hasattr(socket, "TCP_KEEPIDLE") else "TCP_KEEPALIVE"
     _try_option(sock, socket.IPPROTO_TCP, name, idle)
     _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPINTVL", interval)

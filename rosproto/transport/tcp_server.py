@@ -98,7 +98,7 @@ class TcpServer:
         self._pending: OrderedDict[socket.socket, float] = OrderedDict()
         self._idle: OrderedDict[socket.socket, None] = OrderedDict()
         self._handed_over: set[socket.socket] = set()
-        self._accept_failing = False  # so that each spell of trouble is logged once
+        self._accept_failing = False  # so that a series of failures is logged once
         self._closing = threading.Event()
         self._process = os.getpid()
         self._listener = listen(host, port)
@@ -192,11 +192,11 @@ class TcpServer:
     def close(self, timeout: float = 5.0) -> None:
         """Stop listening, drop all connections, wait for their threads up to `timeout` seconds."""
         if is_forked_child(self._process):
-            return  # none of its threads is here, and the connections are not ours to end
+            return  # a forked child has no thread of it, and must not end the connections
         deadline = Deadline(timeout, self._clock)
         with self._lock:
             if not self._closing.is_set():
-                # Before the flag: an acceptor that has only just begun sees the flag and closes this pair.
+                # Before the flag: an acceptor that has just begun sees the flag and closes this pair.
                 self._wake_sender.send(b"x")
             self._closing.set()
             threads = dict(self._threads)
@@ -225,7 +225,7 @@ class TcpServer:
             return
         except OSError as error:
             if connection_is_over(error):
-                return  # before we came
+                return  # already closed
             if not self._accept_failing:
                 log.warning("! %s: accept failed: %s; trying again", self._name, error)
             self._accept_failing = True
@@ -236,7 +236,7 @@ class TcpServer:
             return
         self._accept_failing = False
         self.stats.accepted += 1
-        if not address:  # macOS: who it was has reset the connection meanwhile, and has no address any more
+        if not address:  # macOS: the peer has reset the connection meanwhile and has no address any more
             sock.close()
             return
         peer = (str(address[0]).removeprefix("::ffff:"), int(address[1]))
@@ -268,8 +268,8 @@ class TcpServer:
         with self._lock:
             if self._closing.is_set() or not self._make_room():
                 return False
-            # started under the lock, so that close() never meets a thread which cannot be joined yet; raises
-            # RuntimeError when the system gives no more threads
+            # started with the lock held, so that close() never finds a thread that cannot be joined yet;
+            # raises RuntimeError if the system has no more threads
             thread.start()
             self._threads[sock] = thread
             self._pending[sock] = self._clock.monotonic()
@@ -292,7 +292,7 @@ class TcpServer:
             return True
         if not self._idle:
             self.stats.refused_full += 1
-            log.warning("! %s: %d connections are open, no more", self._name, self._count())
+            log.warning("! %s: connection refused: the limit of %d is reached", self._name, self._count())
             return False
         longest, _ = self._idle.popitem(last=False)
         self.stats.dropped_idle += 1
@@ -324,13 +324,13 @@ class TcpServer:
     def _serve(self, sock: socket.socket, peer: tuple[str, int]) -> None:
         try:
             with self._lock:
-                pass  # _admit has entered us into the tables
+                pass  # _admit has added us to the tables
             self._on_connection(sock, peer)
         except RosError as error:
             log.debug("! %s: %s: %s", self._name, format_address(*peer), error)
         except Exception as error:
             if isinstance(error, OSError) and connection_is_over(error):
-                return  # a handler that reads the socket itself met its end
+                return  # a handler that reads the socket has seen its end
             log.exception("! %s: handler for %s failed", self._name, format_address(*peer))
         finally:
             if not self._forget(sock):

@@ -9,7 +9,7 @@ from rosproto.transport.name_lookup import resolve
 from rosproto.transport.os_errors import system_errors, translate
 from rosproto.transport.uri import format_address
 
-BUFFER_BYTES = 2 << 20  # asked for; systems give what they allow. A picture is a thousand datagrams at once
+BUFFER_BYTES = 2 << 20  # requested; systems may give less. A picture is a thousand datagrams in a burst
 
 
 def open_receiver(host: str) -> socket.socket:
@@ -57,4 +57,4 @@ def _widen(sock: socket.socket, option: int) -> None:
     try:
         sock.setsockopt(socket.SOL_SOCKET, option, BUFFER_BYTES)
     except OSError:
-        pass  # a wish: some systems refuse a large buffer instead of giving a smaller one
+        pass  # optional: some systems refuse a large buffer instead of giving a smaller one

@@ -11,7 +11,7 @@ import struct
 import sys
 from typing import NamedTuple
 
-_UNACKED = 24  # struct tcp_info, linux/tcp.h: segments on their way
+_UNACKED = 24  # struct tcp_info, linux/tcp.h: unacknowledged segments
 
 
 class UnsentBytes(NamedTuple):
@@ -40,4 +40,4 @@ def unsent_bytes(sock: socket.socket) -> UnsentBytes | None:
         info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _UNACKED + 4)
         return UnsentBytes(waiting, struct.unpack_from("I", info, _UNACKED)[0] > 0)
     except (OSError, ValueError, struct.error):
-        return None  # closed meanwhile; or a system that was built without it
+        return None  # closed meanwhile, or not supported by this kernel

@@ -19,7 +19,7 @@ from rosproto.transport.uri import DEFAULT_MASTER_URI, format_address, make_uri,
 
 _RECV_BYTES = 1 << 16
 _MAX_IDLE = 4
-_IDLE_SECONDS = 20.0  # roscpp and rosmaster close idle connections later than this
+_IDLE_SECONDS = 20.0  # less than the time after which roscpp and rosmaster close idle connections
 
 
 class XmlRpcClient:
@@ -138,7 +138,7 @@ class XmlRpcClient:
             except ConnectionLost:
                 if not (retry and link.used and not link.answered) or self._closed:
                     raise
-                self._drop_idle()  # the others of its age are gone too; a new connection is not `used`
+                self._drop_idle()  # others of its age are closed as well; a new connection is not `used`
             finally:
                 self._give_back(link, kept)
 

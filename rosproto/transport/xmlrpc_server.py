@@ -33,10 +33,10 @@ log = get_logger("rosproto.transport")
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16
 _SEND_BYTES = 1 << 16
-_LEAST_BYTES_PER_SECOND = 16 << 10  # bytes per second that a peer must manage, beyond handshake_seconds
+_LEAST_BYTES_PER_SECOND = 16 << 10  # of a request that takes longer than handshake_seconds
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
-_REPLY_SECONDS = 0.5  # that answers under way have when the server closes
+_REPLY_SECONDS = 0.5  # for replies that are being written when the server closes
 PARSE_ERROR, INTERNAL_ERROR, MULTICALL_ERROR = -32700, 1, -32600
 
 
@@ -109,7 +109,7 @@ class XmlRpcServer:
         self._answering: set[int] = set()  # threads
         self._answered = threading.Condition()
         self._constructed = threading.Lock()
-        with self._constructed:  # peers that waited for the port connect before this constructor has ended
+        with self._constructed:  # peers that wait for the port connect before the constructor has finished
             self._server = TcpServer(
                 host, port, self._serve, limits=self._limits, allow=allow, name=name, clock=clock
             )
@@ -149,7 +149,7 @@ class XmlRpcServer:
 
     def _serve(self, sock: socket.socket, address: tuple[str, int]) -> None:
         with self._constructed:
-            pass  # the attributes below are there
+            pass  # the constructor has finished
         _HttpConnection(self, sock, Peer.of(sock, address)).run()
 
     # The rest is called by _HttpConnection.
@@ -213,7 +213,7 @@ class XmlRpcServer:
                     MULTICALL_ERROR, "system.multicall: expected {methodName, params}, not nested"
                 )
             result = self._call(method, params, peer)
-            xmlrpc.encode_response(result)  # a bad result must not cost the others theirs
+            xmlrpc.encode_response(result)  # one bad result must not spoil the others
             return [result]
         except xmlrpc.Fault as fault:
             return {"faultCode": fault.code, "faultString": fault.text}
@@ -311,7 +311,7 @@ class _HttpConnection:
             self._send(self._http.encode_response(status, str(error).encode(), keep_alive=False))
             self._linger()
         except (OSError, RosError):
-            pass  # the peer is gone, and the connection ends here anyway
+            pass  # the peer has gone, and the connection ends anyway
 
     def _linger(self) -> None:
         """Read for a moment: closing with unread bytes resets the connection, and the reply is lost."""

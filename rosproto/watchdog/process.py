@@ -39,12 +39,12 @@ from rosproto.watchdog.protocol import (
     write_line,
 )
 
-CONNECT_SECONDS = 1.0  # seconds for a subscriber that the master knows
+CONNECT_SECONDS = 1.0  # to connect to a subscriber that the master knows
 CALL = 2.0
-RETRY_SECONDS = 10.0  # seconds after the parent's end in which a robot out of reach is waited for
-RETRY_INTERVAL = 0.5  # seconds between two attempts then
-PARENT_CHECK_SECONDS = 0.25  # seconds between two looks whether the parent is still there
-LATE_SECONDS = 0.2  # seconds: woken later than that, this process did not run itself
+RETRY_SECONDS = 10.0  # after the parent's end, for a robot that cannot be reached
+RETRY_INTERVAL = 0.5  # seconds between these attempts
+PARENT_CHECK_SECONDS = 0.25  # between two checks of the parent
+LATE_SECONDS = 0.2  # if woken later than this, this process was stopped itself
 
 
 class _LastCall:
@@ -158,7 +158,7 @@ class WatchdogProcess:
         self._nodes: dict[tuple[str, str], Node] = {}
         self._opening = threading.Lock()
         self._ready: dict[int, _Prepared] = {}
-        self._preparing: dict[int, Arm | None] = {}  # armed with it when it is ready
+        self._preparing: dict[int, Arm | None] = {}  # key -> the Arm to apply when it is prepared
         self._dropped: set[int] = set()
 
     def run(self) -> None:
@@ -186,7 +186,7 @@ class WatchdogProcess:
         if self._table.ended:
             return
         if now - before > seconds + LATE_SECONDS:
-            self._table.heard(now)  # how long the parent was silent is not known
+            self._table.heard(now)  # the parent may not have been silent
         elif self._parent is not None and self._parent() != self._born_of:
             self._table.end(now)
         elif silent := self._table.silent(now):

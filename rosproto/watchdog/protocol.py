@@ -16,10 +16,10 @@ from typing import Any
 
 from rosproto.errors import RemoteProtocolError
 
-HEARTBEAT_SECONDS = 0.1  # seconds between two signs of life while something is watched
-SILENCE_SECONDS = 0.8  # seconds without one after which the program counts as gone
+HEARTBEAT_SECONDS = 0.1  # between two heartbeats while a watch is armed
+SILENCE_SECONDS = 0.8  # without a line, after which the program counts as gone
 ROUNDS = 5
-ROUND_SECONDS = 0.1  # seconds between two rounds
+ROUND_SECONDS = 0.1  # between two rounds
 _SUFFIX = "_rosproto_watchdog"
 
 
@@ -218,7 +218,7 @@ class WatchTable:
     def arm(self, key: int) -> None:
         """Arm a watch."""
         self._armed.add(key)
-        if self.ended:  # it was still being prepared
+        if self.ended:  # the pipe ended while it was being prepared
             self._rounds[key] = ROUNDS
 
     def disarm(self, key: int) -> None:

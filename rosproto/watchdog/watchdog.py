@@ -38,10 +38,13 @@ from rosproto.watchdog.protocol import (
 
 _log = get_logger("rosproto.watchdog")
 
-READY_SECONDS = 2.0  # seconds that a motion waits for its watch
-START_SECONDS = 10.0  # seconds more for the first one: the process is still starting
-END_SECONDS = 3.0  # seconds for the process to end by itself
-MOST_RESTARTS, RESTART_WINDOW = 3, 30.0  # more ends of the process within so many seconds, and it is given up
+READY_SECONDS = 2.0  # that a motion waits for its watch
+START_SECONDS = 10.0  # more for the first motion: the process is still starting
+END_SECONDS = 3.0  # for the process to end by itself
+MOST_RESTARTS, RESTART_WINDOW = (
+    3,
+    30.0,
+)  # number of restarts in that many seconds
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
 
 
@@ -140,7 +143,7 @@ class Watchdog:
         self._lines: queue.SimpleQueue[Line | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
-        self._begun_in = 0  # number of the process: in a forked child nothing of this works
+        self._begun_in = 0  # process id: in a forked child the watchdog does not work
         self._began = 0.0
         self._ends: list[float] = []
         self._closed = self._failed = False
@@ -208,7 +211,7 @@ class Watchdog:
         self.send(line)
         try:
             watch.wait(max(READY_SECONDS, self._began + START_SECONDS - time.monotonic()))
-        except BaseException:  # Ctrl-C: nobody gets it, and nothing will move
+        except BaseException:  # Ctrl-C: the watch is not returned, and nothing will move
             watch.drop()
             raise
         if not watch.ready and not self._failed and not self._slow:
@@ -263,7 +266,7 @@ class Watchdog:
                     return
                 pipe.write(write_line(line))
                 pipe.flush()
-            except (OSError, ValueError):  # it has ended; the other thread sees that, too
+            except (OSError, ValueError):  # it has ended; the other thread notices it as well
                 if line is None:
                     return
 
@@ -337,7 +340,7 @@ def _close_pipes(process: subprocess.Popen[bytes]) -> None:
             try:
                 pipe.close()
             except OSError:
-                pass  # lines that it did not read any more
+                pass  # lines that it did not read
 
 
 def _start() -> subprocess.Popen[bytes]:
