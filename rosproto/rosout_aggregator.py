@@ -27,7 +27,7 @@ from rosproto.errors import CodecError
 from rosproto.files import replace_file
 from rosproto.logs import get_logger
 from rosproto.node.node import Node
-from rosproto.node.rosout import Loggers
+from rosproto.node.rosout import LoggerServices
 from rosproto.text import printable
 
 _log = get_logger("rosproto.node")
@@ -140,7 +140,7 @@ class RosoutAggregator:
         self._log: RosoutLog | None = None
         try:
             self._log = None if log_file is None else RosoutLog(log_file)
-            Loggers(self.node.service_server)
+            LoggerServices(self.node.service_server)
             self._out = self.node.publisher("/rosout_agg", message_class(LOG), queue_size=QUEUE)
             self.node.subscriber("/rosout", message_class(LOG), self._pass_on, raw=True, queue_size=QUEUE)
         except BaseException:

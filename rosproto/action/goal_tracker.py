@@ -1,24 +1,24 @@
 """GoalTracker: the goals of one client that are under way, and the servers it hears.
 
-What arrives changes the goals at once, under one lock, in the node's threads. Callbacks are called by the
-client's own thread, without the lock, in the order of the changes (see `Dispatcher`). A waiter is woken after
-the callback for DONE.
+A message that arrives changes the goals at once, under one lock, in the node's threads. Callbacks run in the
+client's `CallbackThread`, without the lock, in the order of the changes. A waiter is woken after the callback
+for DONE.
 
-No topics here: `ActionClient` hands in what arrived and sends what is to be sent.
+No topics here: `ActionClient` passes in what arrived, and sends.
 """
 
 from __future__ import annotations
 
 import threading
-from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
+from rosproto.action.callback_thread import CallbackThread
+from rosproto.action.given_up_goals import MOST_SERVERS, GivenUpGoals
 from rosproto.action.sent_goal import SentGoal
-from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import PeerLog, get_logger
-from rosproto.protocol.goal_client import CommState, GoalStatus
+from rosproto.protocol.goal_client import CommState
 from rosproto.transport.deadline import Clock, Deadline
 
 _log = get_logger("rosproto.action")
@@ -42,7 +42,7 @@ class GoalTracker:
     Attributes:
         followed: The goals under way by id, the oldest first.
         heard: When each server was heard last, by caller id.
-        arrivals: Which goals were given up before they arrived.
+        given_up: Goals that were given up before they arrived.
         closed: Set by `close`.
     """
 
@@ -60,7 +60,7 @@ class GoalTracker:
         self.name = name
         self.followed: dict[str, SentGoal] = {}
         self.heard: dict[str, float] = {}
-        self.arrivals = Arrivals()
+        self.given_up = GivenUpGoals()
         self.closed = False
         self._clock = clock
         self._status_timeout = status_timeout
@@ -69,13 +69,13 @@ class GoalTracker:
         self._receivers = receivers
         self._node_closed = node_closed
         self._changed = threading.Condition(threading.RLock())
-        self._dispatcher = Dispatcher(name)
+        self._callbacks = CallbackThread(name)
         self._said = PeerLog("rosproto.action")
 
     @property
     def in_callback(self) -> bool:
         """True when called from a callback."""
-        return self._dispatcher.is_current
+        return self._callbacks.is_current
 
     def state(self, goal: SentGoal) -> CommState:
         """Where a goal is; in a transition callback the state it was called for."""
@@ -103,7 +103,7 @@ class GoalTracker:
 
     def stop_callbacks(self) -> None:
         """Call no more callbacks; waits for the one under way."""
-        self._dispatcher.close()
+        self._callbacks.close()
 
     # -- goals -------------------------------------------------------------------------------
 
@@ -136,7 +136,7 @@ class GoalTracker:
         with self._changed:
             if goal.acknowledged:
                 return False
-            self.arrivals.give_up(goal.goal_id, self._clock.monotonic())
+            self.given_up.give_up(goal.goal_id, self._clock.monotonic())
             self._report(goal, goal.machine.lose("it was given up before any server had mentioned it"))
             self._changed.notify_all()
         return True
@@ -211,8 +211,8 @@ class GoalTracker:
         """
         with self._changed:
             now = self._hear(server)
-            self.arrivals.heard(server, now)
-            too_late = self.arrivals.too_late(mentioned, now)
+            self.given_up.heard(server, now)
+            too_late = self.given_up.too_late(mentioned, now)
             for goal in list(self.followed.values()):
                 status = mentioned.get(goal.goal_id)
                 if status is not None:
@@ -244,7 +244,7 @@ class GoalTracker:
             callback = goal.on_feedback
             taken = goal.keep_feedback(message.feedback)
             if callback is not None:
-                taken = self._dispatcher.call(lambda: callback(message.feedback), droppable=True)
+                taken = self._callbacks.call(lambda: callback(message.feedback), droppable=True)
             goal.feedback_dropped += not taken
             self._changed.notify_all()
 
@@ -262,14 +262,14 @@ class GoalTracker:
         return now
 
     def _not_arrived(self, goal: SentGoal, server: str, now: float) -> tuple[CommState, ...]:
-        """End a goal that is unknown to a server which takes goals and is heard (see `arrivals`)."""
+        """End a goal that is unknown to a server which takes goals and is heard (see `given_up_goals.py`)."""
         timeout = self._ack_timeout
         if timeout is None or goal.acknowledged or now - goal.sent_at < timeout:
             return ()
         takes_goals = server in goal.receivers or goal.receivers.isdisjoint(self._receivers())
-        if not takes_goals or not self.arrivals.is_steady(server, now):
+        if not takes_goals or not self.given_up.is_steady(server, now):
             return ()
-        self.arrivals.give_up(goal.goal_id, now)
+        self.given_up.give_up(goal.goal_id, now)
         return goal.machine.lose(
             f"{server} has not mentioned it in {now - goal.sent_at:.1f} s, though it sends its status;"
             " most likely it went into a connection that had ended; should it arrive late, it is cancelled"
@@ -298,7 +298,7 @@ class GoalTracker:
         for state in path:
             _log.debug("= %s: %s %s", self.name, goal.goal_id, state.name)
             if goal.on_transition is not None:
-                self._dispatcher.call(lambda state=state: self._call_transition(goal, state))  # type: ignore[misc]
+                self._callbacks.call(lambda state=state: self._call_transition(goal, state))  # type: ignore[misc]
         if goal.done:
             self.followed.pop(goal.goal_id, None)
             if goal.on_transition is None:
@@ -314,140 +314,3 @@ class GoalTracker:
                 with self._changed:
                     goal.finished = True
                     self._changed.notify_all()
-
-
-# -- messages that came -------------------------------------------------------------------------------------
-# Goals that no server has acknowledged: when to consider them lost, and what to do if they arrive late.
-#
-# A goal is sent once, over one connection. If the server has dropped that connection and the network did
-# not report it, the goal is lost without any sign: status arrays keep coming without it. actionlib
-# (rospy's and roscpp's) then waits for ever, because an array may be older than the goal. Here the goal
-# is LOST once a server has been heard for a while without mentioning it.
-#
-# Such a goal may still arrive, when the connection is alive after all and TCP retransmits. Nobody waits
-# for it any more, so it must not run: as soon as a status array shows it, it is cancelled, and again
-# every second until the server reacts.
-#
-# No I/O and no clock here; `GoalTracker` hands in the times and holds the lock.
-
-
-STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
-GAP = 1.0  # seconds without a status array that make a gap; five are sent each second
-AGAIN = 1.0  # seconds between two cancels of a goal that arrived too late
-KEEP = 120.0  # seconds; by then every system has given up retransmitting
-MOST_GIVEN_UP = 1000
-MOST_SERVERS = 64  # node names that send status for one action; anybody may invent them
-
-_RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
-
-
-class Arrivals:
-    """Which servers are heard steadily, and which goals were given up."""
-
-    def __init__(self) -> None:
-        self._runs: BoundedCache[str, tuple[float, float]] = BoundedCache(
-            MOST_SERVERS
-        )  # heard since, heard last
-        self._given_up: dict[str, tuple[float, float]] = {}  # goal id: forgotten at, cancelled again from
-
-    def heard(self, server: str, now: float) -> None:
-        """A status array of `server` arrived."""
-        since, last = self._runs.get(server) or (now, now)
-        self._runs.put(server, (now if now - last > GAP else since, now))
-
-    def is_steady(self, server: str, now: float) -> bool:
-        """True when `server` has been heard without a gap for `STEADY` seconds."""
-        since, _ = self._runs.get(server) or (now, now)
-        return now - since >= STEADY
-
-    def give_up(self, goal_id: str, now: float) -> None:
-        """Have the goal cancelled if it appears in a status array."""
-        if len(self._given_up) >= MOST_GIVEN_UP:
-            del self._given_up[next(iter(self._given_up))]
-        self._given_up[goal_id] = (now + KEEP, now)
-
-    def too_late(self, mentioned: Mapping[str, Any], now: float) -> list[str]:
-        """Goals that were given up but run after all, and have to be cancelled now.
-
-        Args:
-            mentioned: The actionlib_msgs/GoalStatus entries of a status array, by goal id.
-        """
-        due = []
-        for goal_id, (forget, again) in list(self._given_up.items()):
-            status = mentioned.get(goal_id)
-            if now >= forget or (status is not None and status.status not in _RUNNING):
-                del self._given_up[goal_id]
-            elif status is not None and now >= again:
-                self._given_up[goal_id] = (forget, now + AGAIN)
-                due.append(goal_id)
-        return due
-
-
-# -- the thread that hands them on --------------------------------------------------------------------------
-
-
-MOST_WAITING = 100
-
-
-class Dispatcher:
-    """Calls what it is given, in order, in a thread of its own that starts with the first call.
-
-    Status, result and feedback arrive in three threads; callbacks run here instead, so that they come in
-    the order of the goal's states, never two at once, and without a lock held: they may call anything.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._ready = threading.Condition()
-        self._queue: deque[Callable[[], object]] = deque()
-        self._thread: threading.Thread | None = None
-        self._closed = False
-
-    @property
-    def is_current(self) -> bool:
-        """True when called from a callback."""
-        return threading.current_thread() is self._thread
-
-    def call(self, function: Callable[[], object], *, droppable: bool = False) -> bool:
-        """Have `function` called soon.
-
-        Args:
-            function: What to call.
-            droppable: Drop the call when `MOST_WAITING` are queued.
-
-        Returns:
-            False when it will not be called: dropped, or after `close`.
-        """
-        with self._ready:
-            if self._closed or (droppable and len(self._queue) >= MOST_WAITING):
-                return False
-            self._queue.append(function)
-            if self._thread is None:
-                self._thread = threading.Thread(
-                    target=self._run, name=f"rosproto:action callbacks {self._name}", daemon=True
-                )
-                self._thread.start()
-            self._ready.notify()
-        return True
-
-    def close(self, timeout: float = 1.0) -> None:
-        """Stop after the call under way; waits for it unless called from it."""
-        with self._ready:
-            self._closed = True
-            self._queue.clear()
-            self._ready.notify()
-        if self._thread is not None and not self.is_current:
-            self._thread.join(timeout)
-
-    def _run(self) -> None:
-        while True:
-            with self._ready:
-                while not self._queue and not self._closed:
-                    self._ready.wait()
-                if self._closed:
-                    return
-                function = self._queue.popleft()
-            try:
-                function()
-            except BaseException:  # a sys.exit() would end this thread, and every later callback with it
-                _log.exception("! %s: a callback raised", self._name)

@@ -5,9 +5,12 @@ Start with `Node`.
 
 from __future__ import annotations
 
+import warnings
+from typing import Any
+
 from rosproto.node.clock import NodeClock, Rate, Timer, TimerEvent
-from rosproto.node.definitions.known_definitions import NoRevisions
-from rosproto.node.definitions.md5sum_mismatch import Unfit, revised_type
+from rosproto.node.definitions.known_definitions import OwnDefinitionsOnly
+from rosproto.node.definitions.md5sum_mismatch import UnconvertibleMessage, revised_type
 from rosproto.node.definitions.topic_probe import probe_topic
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind
@@ -33,11 +36,11 @@ __all__ = [
     "LinkStats",
     "LocalNodes",
     "MasterClient",
-    "NoRevisions",
     "Node",
     "NodeClient",
     "NodeClock",
     "NodeStats",
+    "OwnDefinitionsOnly",
     "Parameters",
     "PreparedCall",
     "Publisher",
@@ -49,10 +52,21 @@ __all__ = [
     "Timer",
     "TimerEvent",
     "TopicType",
-    "Unfit",
+    "UnconvertibleMessage",
     "UnknownParameter",
     "host_names",
     "probe_service",
     "probe_topic",
     "revised_type",
 ]
+
+_RENAMED: dict[str, Any] = {"NoRevisions": OwnDefinitionsOnly, "Unfit": UnconvertibleMessage}
+
+
+def __getattr__(name: str) -> Any:
+    """Old names, deprecated."""
+    if name not in _RENAMED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    new = _RENAMED[name]
+    warnings.warn(f"{__name__}.{name} is {new.__name__} now", DeprecationWarning, stacklevel=2)
+    return new

@@ -159,7 +159,7 @@ class Node:
         lifecycle.closers.append(self.clock.close)
         self.clock.attach(lifecycle.closing, self.subscriber if follow_clock and settings.simulated else None)
         if rosout:
-            from rosproto.node.rosout import Loggers, Rosout
+            from rosproto.node.rosout import LoggerServices, Rosout
 
             with parts.context.registrations.together():
                 self._rosout = Rosout(
@@ -170,7 +170,7 @@ class Node:
                     self.publisher,
                     parts.topics.publications if settings.rosout_topics else None,
                 )
-                Loggers(self.service_server)
+                LoggerServices(self.service_server)
         parts.master_monitor.start()
 
     # -- topics ---------------------------------------------------------------------------------------------
@@ -392,7 +392,7 @@ class Node:
 
     @property
     def revisions(self) -> KnownDefinitions:
-        """Definitions, and their revisions; may be replaced before anything is opened (`NoRevisions`)."""
+        """The definitions that the node knows; `OwnDefinitionsOnly` may be set before anything is opened."""
         return self._parts.context.revisions
 
     @revisions.setter

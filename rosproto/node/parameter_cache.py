@@ -33,7 +33,7 @@ class Absent:
 ABSENT = Absent()
 
 
-class Change(NamedTuple):
+class ParameterChange(NamedTuple):
     """One subscription saw one change.
 
     Attributes:
@@ -116,7 +116,7 @@ class ParameterCache:
             self._values.setdefault(key, ABSENT)
             self._early[key] = []
 
-    def start(self, key: str, value: Any) -> list[Change]:
+    def start(self, key: str, value: Any) -> list[ParameterChange]:
         """Take the answer of subscribeParam; what overtook it is laid over it.
 
         Returns:
@@ -129,7 +129,7 @@ class ParameterCache:
             for changed, new in self._early.pop(key, ()):
                 value = self._laid_over(key, value, changed, new)
             self._values[key] = value
-            return [] if same_value(known, value) else [Change(key, key, value)]
+            return [] if same_value(known, value) else [ParameterChange(key, key, value)]
 
     def forget(self, key: str) -> None:
         """Drop a subscription and its value."""
@@ -151,7 +151,7 @@ class ParameterCache:
                     return _below(self._values[subscribed], parts[depth:])
         raise KeyError(key)
 
-    def apply(self, key: str, value: Any) -> list[Change]:
+    def apply(self, key: str, value: Any) -> list[ParameterChange]:
         """Take an update from the master, or a value this node has set itself.
 
         Args:
@@ -179,7 +179,7 @@ class ParameterCache:
         return changes
 
     @staticmethod
-    def _change(subscribed: str, known: Any, key: str, value: Any) -> Change | None:
+    def _change(subscribed: str, known: Any, key: str, value: Any) -> ParameterChange | None:
         mine, theirs = _parts(subscribed), _parts(key)
         if theirs[: len(mine)] == mine:
             new, old, changed = value, _below(known, theirs[len(mine) :]), key
@@ -187,7 +187,7 @@ class ParameterCache:
             new, old, changed = _or_absent(_below(value, mine[len(theirs) :])), known, subscribed
         else:
             return None
-        return None if same_value(old, new) else Change(subscribed, changed, new)
+        return None if same_value(old, new) else ParameterChange(subscribed, changed, new)
 
     @staticmethod
     def _laid_over(subscribed: str, known: Any, key: str, value: Any) -> Any:

@@ -16,7 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.options import callback_or_none
-from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canonical_key
+from rosproto.node.parameter_cache import ABSENT, ParameterCache, ParameterChange, canonical_key
 
 logger = get_logger("rosproto.node")
 T = TypeVar("T")
@@ -122,7 +122,7 @@ class Parameters:
         self._lock = threading.Lock()
         self._subscribing = threading.Lock()
         self._subscriptions: dict[str, tuple[ParameterRegistration, list[ParameterSubscription]]] = {}
-        self._untold: deque[list[Change]] = deque()
+        self._untold: deque[list[ParameterChange]] = deque()
         self._telling = threading.Lock()
 
     def __repr__(self) -> str:
@@ -315,7 +315,7 @@ class Parameters:
         subscribed = self._cache.keys()
         return any(k == key or key.startswith(k.rstrip("/") + "/") or k.startswith(below) for k in subscribed)
 
-    def _tell(self, changes: list[Change]) -> None:
+    def _tell(self, changes: list[ParameterChange]) -> None:
         """Call the callbacks, in order, one thread at a time, no lock held that a callback could need."""
         if changes:
             self._untold.append(changes)
@@ -327,7 +327,7 @@ class Parameters:
             finally:
                 self._telling.release()
 
-    def _call_back(self, change: Change) -> None:
+    def _call_back(self, change: ParameterChange) -> None:
         with self._lock:
             subscriptions = list(self._subscriptions.get(change.subscribed, (None, ()))[1])
         value = None if change.value is ABSENT else change.value

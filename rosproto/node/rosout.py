@@ -81,7 +81,7 @@ def set_level(name: str, level: str) -> None:
     _logger(name).setLevel(value)
 
 
-class Loggers:
+class LoggerServices:
     """Provides both services for one node until the node closes.
 
     Args:

@@ -18,7 +18,7 @@ from rosproto.node.context import Context
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.graph.listening import refuse
 from rosproto.node.incoming.subscriber import Subscriber
-from rosproto.node.incoming.subscriber_queue import Recipient
+from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.outgoing import datagram_link
 from rosproto.node.outgoing.publication import Publication
@@ -129,7 +129,7 @@ class TopicTable:
             self._publications[name] = publication
             if new:
                 try:
-                    self._context.registrations.add_together(
+                    self._context.registrations.register_in_batch(
                         publication, partial(_close_publishers, publication)
                     )
                 except BaseException:
@@ -173,7 +173,7 @@ class TopicTable:
                 )
             else:
                 subscription.check_type(type_)
-            recipient = Recipient(
+            queue = SubscriberQueue(
                 name,
                 type_,
                 callback=callback,
@@ -186,29 +186,29 @@ class TopicTable:
             subscriber = Subscriber(
                 self._context,
                 subscription,
-                recipient,
-                on_close=partial(self._close_subscriber, recipient, subscription),
+                queue,
+                on_close=partial(self._close_subscriber, queue, subscription),
             )
-            subscription.add_recipient(recipient)
+            subscription.add_queue(queue)
             self._subscriptions[name] = subscription
             if new:
                 try:
-                    self._context.registrations.add_together(
+                    self._context.registrations.register_in_batch(
                         subscription,
                         partial(self._close_subscribers, subscription),
                         None if deadline is None else deadline.remaining(),
                     )
                 except BaseException:
                     del self._subscriptions[name]
-                    recipient.end()
+                    queue.end()
                     subscription.close()
                     raise
             return subscriber
 
-    def _close_subscriber(self, recipient: Recipient, subscription: Subscription) -> None:
+    def _close_subscriber(self, queue: SubscriberQueue, subscription: Subscription) -> None:
         """See `Subscriber.close`."""
         with self._subscribing.hold(subscription.name):
-            if not subscription.remove_recipient(recipient):
+            if not subscription.remove_queue(queue):
                 return
             if self._subscriptions.get(subscription.name) is subscription:
                 del self._subscriptions[subscription.name]
@@ -217,9 +217,9 @@ class TopicTable:
 
     def _close_subscribers(self, subscription: Subscription) -> None:
         """It could not be registered: none of them has anything to do."""
-        for recipient in subscription.recipients:
-            recipient.end()
-            self._close_subscriber(recipient, subscription)
+        for queue in subscription.queues:
+            queue.end()
+            self._close_subscriber(queue, subscription)
 
     def close(self) -> None:
         """End every link; the node has taken the topics off the master already."""
@@ -230,8 +230,8 @@ class TopicTable:
                 publisher.end()
             publication.close()
         for subscription in subscriptions:
-            for recipient in subscription.recipients:
-                recipient.end()
+            for queue in subscription.queues:
+                queue.end()
             subscription.close(0.0)
         for subscription in subscriptions:
             subscription.close(0.5)
@@ -242,8 +242,8 @@ class TopicTable:
             for publisher in publication.handles:
                 publisher.end()
         for subscription in self._subscriptions.values():
-            for recipient in subscription.recipients:
-                recipient.abandon()
+            for queue in subscription.queues:
+                queue.abandon()
 
     # -- lookups --------------------------------------------------------------------------------------------
 
@@ -297,7 +297,7 @@ class TopicTable:
         ]
         return [stats for topic in topics for stats in topic.stats()]
 
-    # -- the slave API (`slave.Topics`) ---------------------------------------------------------------------
+    # -- the slave API (`SlaveTopics`) ---------------------------------------------------------------------
 
     def publications(self) -> list[list[str]]:
         return [[name, publication.type.name] for name, publication in list(self._publications.items())]

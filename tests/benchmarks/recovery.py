@@ -249,7 +249,7 @@ def publisher_same_port() -> float:
         time.sleep(2.0)
         with Node("/a", master_uri=master.uri, port=port, rosout=False) as a:
             # The master's list does not change: only the subscriber's own tries find it.
-            a._parts.context.registrations.add_together = lambda *_: None
+            a._parts.context.registrations.register_in_batch = lambda *_: None
             publisher = a.publisher("/t", STRING)
             return until(lambda: publisher.connections == 1 and subscriber.connections == 1)
 

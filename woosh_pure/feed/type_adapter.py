@@ -11,7 +11,7 @@ from typing import Any
 
 from rosproto.errors import Md5sumMismatch, RosError
 from rosproto.logs import get_logger
-from rosproto.node import Node, TopicType, Unfit, revised_type
+from rosproto.node import Node, TopicType, UnconvertibleMessage, revised_type
 
 _log = get_logger("woosh_pure")
 
@@ -41,7 +41,7 @@ class ReadAs:
         if self._decode is None:
             return
         message = self._decode(raw._buff, 0, len(raw._buff))
-        if isinstance(message, Unfit):
+        if isinstance(message, UnconvertibleMessage):
             self._tell(message.error)
             return
         message._connection_header = header

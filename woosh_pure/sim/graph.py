@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import rosproto
 from rosproto.action import action_type
-from rosproto.node import LocalNodes, NoRevisions
+from rosproto.node import LocalNodes, OwnDefinitionsOnly
 from woosh_pure import interface
 from woosh_pure.firmware.versions import Firmware
 from woosh_pure.interface.schema import Row
@@ -116,7 +116,7 @@ class Graph:
                 # Nothing is lost between it and us, and its restart is told (`look_at_master`). Forty nodes
                 # that asked for it every second were most of what an idle robot cost.
                 node.watch_master(period=_PERIOD, full_check_every=_SELDOM)
-            node.revisions = NoRevisions()
+            node.revisions = OwnDefinitionsOnly()
             if self._building is not None:
                 self._building.enter_context(node.registering())
             self.nodes[name] = node

@@ -19,7 +19,7 @@ from rosproto.node.definitions.unknown_md5sum import DefinitionLookup, Learn
 from rosproto.protocol.handshake import is_md5sum
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import Caller
+    from rosproto.node.graph.caller_identity import CallerIdentity
 
 _log = get_logger("rosproto.node")
 
@@ -50,7 +50,7 @@ class KnownDefinitions:
         self.fetched = DefinitionLookup()
         # Under md5sums, which come from peers. What a text they sent defines is kept by `define`, and only
         # what others are to have too, by `learn`, here.
-        self._found: BoundedCache[tuple[type, str], _Found] = BoundedCache(MOST_FOUND)
+        self._found: BoundedCache[tuple[type, str], _SearchResult] = BoundedCache(MOST_FOUND)
         self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
             MOST_LEARNED, MOST_LEARNED_CHARACTERS
         )
@@ -103,7 +103,7 @@ class KnownDefinitions:
     def _remembered(self, ours: Any, md5sum: str, find: Callable[[], Any]) -> Any:
         found = self._found.get((ours, md5sum))
         if found is None:
-            found = _Found(find())
+            found = _SearchResult(find())
             self._found.put((ours, md5sum), found)
         return found.cls
 
@@ -149,21 +149,21 @@ class KnownDefinitions:
                 _log.debug("! %s: %s", name, error)
 
 
-class _Found(NamedTuple):
+class _SearchResult(NamedTuple):
     """What was looked for in the libraries; also that it is not there."""
 
     cls: Any
 
 
-class NoRevisions(KnownDefinitions):
+class OwnDefinitionsOnly(KnownDefinitions):
     """For a node that takes its own definitions only and refuses all others, as rospy and roscpp do.
 
-    `node.revisions = NoRevisions()` before anything is published, subscribed or provided.
+    `node.revisions = OwnDefinitionsOnly()` before anything is published, subscribed or provided.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self.fetched = _AskNobody()
+        self.fetched = _NoLookup()
 
     def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
         """Nothing is known."""
@@ -174,8 +174,8 @@ class NoRevisions(KnownDefinitions):
         return None
 
 
-class _AskNobody(DefinitionLookup):
+class _NoLookup(DefinitionLookup):
     def fetch(
-        self, caller: Caller, learn: Learn, topic: str, ours: type[Message], md5sum: str
+        self, caller: CallerIdentity, learn: Learn, topic: str, ours: type[Message], md5sum: str
     ) -> type[Message] | None:
         return None

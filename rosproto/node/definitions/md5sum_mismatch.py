@@ -19,7 +19,7 @@ from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.topic_type import TopicType
 
 
-class Unfit:
+class UnconvertibleMessage:
     """In place of a message whose values do not fit our definition."""
 
     __slots__ = ("_connection_header", "error")
@@ -46,7 +46,7 @@ class RevisedType(TopicType):
 
     @property
     def decode(self) -> Callable[..., Any]:
-        """(buffer, start, end) -> message of our class, or `Unfit`."""
+        """(buffer, start, end) -> message of our class, or `UnconvertibleMessage`."""
         decode, convert = self.theirs.decode, self.conversion.convert
 
         def decode_and_convert(buffer: Any, start: int, end: int) -> Any:
@@ -54,7 +54,7 @@ class RevisedType(TopicType):
             try:
                 return convert(message)
             except CodecError as error:
-                return Unfit(error)
+                return UnconvertibleMessage(error)
 
         return decode_and_convert
 

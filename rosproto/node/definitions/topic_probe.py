@@ -19,10 +19,10 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import Caller
+    from rosproto.node.graph.caller_identity import CallerIdentity
 
 
-def probe_topic(caller: Caller, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
+def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
     """What one publisher says about a topic.
 
     Args:

@@ -19,7 +19,7 @@ from rosproto.node.definitions.topic_probe import probe_topic
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import Caller
+    from rosproto.node.graph.caller_identity import CallerIdentity
 
 _log = get_logger("rosproto.node")
 
@@ -41,7 +41,7 @@ class DefinitionLookup:
         self._asked: dict[tuple[str, str], float] = {}
 
     def fetch(
-        self, caller: Caller, learn: Learn, topic: str, ours: type[Message], md5sum: str
+        self, caller: CallerIdentity, learn: Learn, topic: str, ours: type[Message], md5sum: str
     ) -> type[Message] | None:
         """The class of `ours`' type with that md5sum, by another publisher's word; None when nobody has it.
 

@@ -9,7 +9,7 @@ from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.robot_host_names import HostNames
 
 
-class Caller(Protocol):
+class CallerIdentity(Protocol):
     """A `Node`, or the `Context` of one.
 
     Attributes:

@@ -53,35 +53,35 @@ class Registration(Protocol):
         """Take it back; raise what the call raises."""
 
 
-class Announcement(NamedTuple):
+class RegistrationCall(NamedTuple):
     """The call that registers something, to be made beside others.
 
     Attributes:
         method: Of the master.
         params: Its parameters, without our name.
-        heard: Takes the value of the answer; TypeError when it is none.
+        on_answer: Called with the value of the answer; raises TypeError if it is malformed.
     """
 
     method: str
     params: tuple[object, ...]
-    heard: Callable[[object], object]
+    on_answer: Callable[[object], object]
 
 
-class Together(Registration, Protocol):
+class BatchRegistration(Registration, Protocol):
     """A registration that can be made in one request with others."""
 
-    def announce(self) -> Announcement:
+    def registration_call(self) -> RegistrationCall:
         """What to tell the master now; repeatable."""
 
 
 _log = get_logger("rosproto.node")
-_AT_ONCE = 100  # registrations in one request, so that neither it nor its time grows without a bound
+_MOST_IN_BATCH = 100  # registrations in one request, so that neither it nor its time grows without a bound
 
 
-class _Held(NamedTuple):
+class _Deferred(NamedTuple):
     """What waits for the end of a block, and how to undo what was opened should the master refuse it."""
 
-    registration: Together
+    registration: BatchRegistration
     undo: Callable[[], object]
 
 
@@ -110,13 +110,13 @@ class Registrations:
         self._is_away = is_away
         self._table: dict[tuple[str, str], Registration] = {}
         self._confirmed: dict[tuple[str, str], Registration] = {}
-        self._unwanted: dict[tuple[str, str], Registration] = {}
+        self._to_unregister: dict[tuple[str, str], Registration] = {}
         self._lock = threading.Lock()
         self._pending: set[tuple[str, str]] = set()
         self._leaving: list[Registration] = []
         self._adding = 0
         self._added = threading.Condition(self._lock)
-        self._held: dict[int, list[_Held]] = {}  # by thread
+        self._deferred: dict[int, list[_Deferred]] = {}  # by thread
         self._closed = False
 
     def add(self, registration: Registration, timeout: float | None = None) -> None:
@@ -150,22 +150,22 @@ class Registrations:
         # Remembered first: the master may restart between its answer and our note of it.
         key = (registration.kind, registration.name)
         self._table[key] = registration
-        self._unwanted.pop(key, None)
+        self._to_unregister.pop(key, None)
         self._adding += 1
 
     # -- many at once ----------------------------------------------------------------------------------------
 
-    def add_together(
-        self, registration: Together, undo: Callable[[], object], timeout: float | None = None
+    def register_in_batch(
+        self, registration: BatchRegistration, undo: Callable[[], object], timeout: float | None = None
     ) -> None:
         """As `add`; within a block of `together` of this thread it is done at the end of that block.
 
         `undo` is called when it could not be done then: it closes what was opened.
         """
         with self._lock:
-            held = self._held.get(threading.get_ident())
+            held = self._deferred.get(threading.get_ident())
             if held is not None and not self._closed:
-                held.append(_Held(registration, undo))
+                held.append(_Deferred(registration, undo))
                 return
         self.add(registration, timeout)
 
@@ -183,36 +183,36 @@ class Registrations:
         """
         thread = threading.get_ident()
         with self._lock:
-            inner = thread in self._held
-            self._held.setdefault(thread, [])
+            inner = thread in self._deferred
+            self._deferred.setdefault(thread, [])
         if inner:
             yield
             return
         try:
             yield
         except BaseException:
-            _undo(self._released(thread))
+            _undo(self._take_deferred(thread))
             raise
-        held = self._released(thread)
-        for start in range(0, len(held), _AT_ONCE):
+        held = self._take_deferred(thread)
+        for start in range(0, len(held), _MOST_IN_BATCH):
             try:
-                self._register_together(held[start : start + _AT_ONCE])
+                self._register_batch(held[start : start + _MOST_IN_BATCH])
             except BaseException:
-                _undo(held[start + _AT_ONCE :])
+                _undo(held[start + _MOST_IN_BATCH :])
                 raise
 
-    def _released(self, thread: int) -> list[_Held]:
+    def _take_deferred(self, thread: int) -> list[_Deferred]:
         with self._lock:
-            return self._held.pop(thread)
+            return self._deferred.pop(thread)
 
-    def _register_together(self, held: Sequence[_Held]) -> None:
-        begun: list[_Held] = []
+    def _register_batch(self, held: Sequence[_Deferred]) -> None:
+        begun: list[_Deferred] = []
         try:
             with self._lock:
                 for one in held:
                     self._remember(one.registration)
                     begun.append(one)
-            refused = self._told(begun)
+            refused = self._announce_batch(begun)
         except BaseException as error:
             self._forget(begun, error)
             _undo(held)
@@ -228,24 +228,24 @@ class Registrations:
         for refusal in refused.values():
             raise refusal
 
-    def _told(self, held: Sequence[_Held]) -> dict[tuple[str, str], RosError]:
+    def _announce_batch(self, held: Sequence[_Deferred]) -> dict[tuple[str, str], RosError]:
         """Tell the master all of them; why some do not stand."""
-        calls = [one.registration.announce() for one in held]
+        calls = [one.registration.registration_call() for one in held]
         answers = self._master.several([(call.method, call.params) for call in calls])
         refused: dict[tuple[str, str], RosError] = {}
         for one, call, answer in zip(held, calls, answers, strict=True):
             try:
                 if isinstance(answer, MasterError):
                     raise answer
-                api_client.checked(call.method, self._master.uri, answer, call.heard)
+                api_client.checked(call.method, self._master.uri, answer, call.on_answer)
             except RosError as error:
                 refused[_key(one)] = error
                 continue
             if not self._confirm(_key(one), one.registration):
-                self._take_back(one.registration, self._farewell)
+                self._unregister(one.registration, self._farewell)
         return refused
 
-    def _forget(self, held: Sequence[_Held], error: BaseException | None) -> None:
+    def _forget(self, held: Sequence[_Deferred], error: BaseException | None) -> None:
         """They do not stand; where the master may have heard of them all the same, they are taken back."""
         with self._lock:
             for one in held:
@@ -254,12 +254,12 @@ class Registrations:
                     del self._table[key]
                     self._confirmed.pop(key, None)
                     if isinstance(error, (ConnectionLost, RosTimeout)):
-                        self._unwanted[key] = one.registration
+                        self._to_unregister[key] = one.registration
 
-    def _is_held(self, registration: Registration) -> bool:
+    def _was_deferred(self, registration: Registration) -> bool:
         """It waited for the end of a block, and does no longer."""
         assert self._lock.locked()
-        for held in self._held.values():
+        for held in self._deferred.values():
             for one in held:
                 if one.registration is registration:
                     held.remove(one)
@@ -275,12 +275,12 @@ class Registrations:
             with self._lock:
                 self._table.pop(key, None)
                 if isinstance(error, (ConnectionLost, RosTimeout)):
-                    self._unwanted[key] = registration
+                    self._to_unregister[key] = registration
             raise
         if not self._confirm(key, registration):
-            self._take_back(registration, self._farewell)
+            self._unregister(registration, self._farewell)
 
-    def say_again(self, registration: Registration) -> None:
+    def register_again(self, registration: Registration) -> None:
         """Register once more what stands: the master then tells those concerned about it again.
 
         What is removed meanwhile is taken back.
@@ -300,26 +300,26 @@ class Registrations:
         """Forget and take back; a master that does not answer is told when it does."""
         key = (registration.kind, registration.name)
         with self._lock:
-            if self._is_held(registration) or self._table.get(key) is not registration:
+            if self._was_deferred(registration) or self._table.get(key) is not registration:
                 return
             del self._table[key]
             self._confirmed.pop(key, None)
             self._pending.discard(key)
             if self._is_away():
-                self._unwanted[key] = registration
+                self._to_unregister[key] = registration
                 return
             self._leaving.append(registration)
         try:
-            if not self._take_back(registration, self._farewell):
+            if not self._unregister(registration, self._farewell):
                 with self._lock:
                     if key not in self._table:
-                        self._unwanted[key] = registration
+                        self._to_unregister[key] = registration
         finally:
             with self._lock:
                 self._leaving.remove(registration)
 
     @staticmethod
-    def _take_back(registration: Registration, master: MasterClient) -> bool:
+    def _unregister(registration: Registration, master: MasterClient) -> bool:
         try:
             registration.unregister(master)
         except (ConnectionLost, RosTimeout) as error:
@@ -353,17 +353,17 @@ class Registrations:
                     _log.error("registering the %s %s again: %s", *key, error)
                     continue
             self._settle(key, registration)
-        return self._take_back_unwanted(self._farewell) and not self.pending
+        return self._unregister_pending(self._farewell) and not self.pending
 
-    def _take_back_unwanted(self, master: MasterClient) -> bool:
+    def _unregister_pending(self, master: MasterClient) -> bool:
         with self._lock:
-            unwanted = dict(self._unwanted)
+            unwanted = dict(self._to_unregister)
         for key, registration in unwanted.items():
-            if not self._take_back(registration, master):
+            if not self._unregister(registration, master):
                 return False
             with self._lock:
-                if self._unwanted.get(key) is registration:
-                    del self._unwanted[key]
+                if self._to_unregister.get(key) is registration:
+                    del self._to_unregister[key]
                 again = self._table.get(key)
                 if again is not None:  # made anew meanwhile, so it may have been taken back
                     self._pending.add(key)
@@ -374,7 +374,7 @@ class Registrations:
         with self._lock:
             self._pending.discard(key)
         if registration is not None and not self._confirm(key, registration):
-            self._take_back(registration, self._master)
+            self._unregister(registration, self._master)
 
     def _confirm(self, key: tuple[str, str], registration: Registration) -> bool:
         """Note that the master has it; False when it was removed meanwhile."""
@@ -394,13 +394,13 @@ class Registrations:
             # What is on its way to the master on another connection must not arrive after our farewell.
             left = deadline.remaining()
             self._added.wait_for(lambda: not self._adding, None if left is None else left / 2)
-            registrations = [*list(self._table.values())[::-1], *self._leaving, *self._unwanted.values()]
+            registrations = [*list(self._table.values())[::-1], *self._leaving, *self._to_unregister.values()]
             self._table.clear()
             self._confirmed.clear()
             self._pending.clear()
-            self._unwanted.clear()
+            self._to_unregister.clear()
         for registration in registrations:
-            if deadline.expired or not self._take_back(registration, master):
+            if deadline.expired or not self._unregister(registration, master):
                 return
 
     @property
@@ -423,11 +423,11 @@ class Registrations:
         return len(self._table)
 
 
-def _key(held: _Held) -> tuple[str, str]:
+def _key(held: _Deferred) -> tuple[str, str]:
     return held.registration.kind, held.registration.name
 
 
-def _undo(held: Sequence[_Held]) -> None:
+def _undo(held: Sequence[_Deferred]) -> None:
     """Close what was opened for them."""
     for one in held:
         try:

@@ -27,7 +27,7 @@ _log = get_logger("rosproto.node")
 Reply = list[Any]
 
 
-class Topics(Protocol):
+class SlaveTopics(Protocol):
     """What the slave API asks of the node's topics."""
 
     def publications(self) -> list[list[str]]: ...
@@ -66,7 +66,7 @@ class SlaveApi:
         *,
         name: str,
         master: MasterClient,
-        topics: Topics,
+        topics: SlaveTopics,
         own_uri: Callable[[], str],
         tcpros_address: Callable[[], tuple[str, int]],
         is_master_address: Callable[[str], bool],

@@ -12,12 +12,12 @@ from typing import Any, Protocol
 
 from rosproto.codec import AnyMsg, encode
 from rosproto.node.context import Context
-from rosproto.node.definitions.md5sum_mismatch import Unfit
+from rosproto.node.definitions.md5sum_mismatch import UnconvertibleMessage
 from rosproto.node.definitions.topic_type import TopicType
-from rosproto.node.incoming.subscriber_queue import Recipient
+from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 
 
-class Topic(Protocol):
+class DeliveryTopic(Protocol):
     """A subscription, as far as delivering goes."""
 
     context: Context
@@ -41,8 +41,8 @@ class Delivery:
 
     __slots__ = (
         "_decode_later",
-        "_raw_recipients",
-        "_recipients",
+        "_queues",
+        "_raw_queues",
         "_topic",
         "decode",
         "newest",
@@ -50,21 +50,21 @@ class Delivery:
         "owns",
     )
 
-    def __init__(self, topic: Topic, recipients: Sequence[Recipient], type_: TopicType) -> None:
+    def __init__(self, topic: DeliveryTopic, queues: Sequence[SubscriberQueue], type_: TopicType) -> None:
         self._topic = topic
-        self._recipients = tuple(recipient for recipient in recipients if not recipient.raw)
-        self._raw_recipients = tuple(recipient for recipient in recipients if recipient.raw)
-        self._decode_later = type_.decode if self._recipients and not type_.is_wildcard else raw_message
-        if self._raw_recipients:
+        self._queues = tuple(queue for queue in queues if not queue.raw)
+        self._raw_queues = tuple(queue for queue in queues if queue.raw)
+        self._decode_later = type_.decode if self._queues and not type_.is_wildcard else raw_message
+        if self._raw_queues:
             self.decode: Callable[[Any, int, int], Any] = raw_message
             self.owns = True
         else:
             self.decode = self._decode_later
             self.owns = type_.may_be_large or type_.is_wildcard
-        sizes = [recipient.keeps for recipient in recipients]
+        sizes = [queue.keeps for queue in queues]
         self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
         self.offer_one: Callable[[Any], None] | None = (
-            self._recipients[0].offer_one if len(recipients) == 1 and self._recipients else None
+            self._queues[0].offer_one if len(queues) == 1 and self._queues else None
         )
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
@@ -72,30 +72,30 @@ class Delivery:
         stamp = time.time()
         for message in batch:
             message._connection_header = header
-        if self._raw_recipients:
-            for recipient in self._raw_recipients:
-                recipient.offer(batch, stamp)
-            if not self._recipients:
+        if self._raw_queues:
+            for queue in self._raw_queues:
+                queue.offer(batch, stamp)
+            if not self._queues:
                 return
             batch = self._decode_all(batch, header)
             if not batch:  # all of another revision, and none fits
                 return
-        for recipient in self._recipients:
-            recipient.offer(batch, stamp)
+        for queue in self._queues:
+            queue.offer(batch, stamp)
 
     def deliver_to_newcomers(self, before: Delivery, batch: Sequence[Any], header: dict[str, str]) -> None:
         """Hand messages that were received for an earlier delivery to those subscribers that it lacks."""
         stamp = time.time()
-        batch = [message for message in batch if type(message) is not Unfit]
+        batch = [message for message in batch if type(message) is not UnconvertibleMessage]
         for message in batch:
             message._connection_header = header
-        for recipient in self._recipients:
-            if recipient not in before._recipients:
+        for queue in self._queues:
+            if queue not in before._queues:
                 decoded = [self._decoded(m, header) if isinstance(m, AnyMsg) else m for m in batch]
-                recipient.offer(self._fitting(decoded), stamp)
-        for recipient in self._raw_recipients:
-            if recipient not in before._raw_recipients:
-                recipient.offer([encoded(message, header) for message in batch], stamp)
+                queue.offer(self._fitting(decoded), stamp)
+        for queue in self._raw_queues:
+            if queue not in before._raw_queues:
+                queue.offer([encoded(message, header) for message in batch], stamp)
 
     def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
         return batch
@@ -115,11 +115,11 @@ class RevisedDelivery(Delivery):
     A message that cannot be carried over is dropped, told of and counted, and the link lives on.
     """
 
-    __slots__ = ("_told",)
+    __slots__ = ("_announce_batch",)
 
-    def __init__(self, topic: Topic, recipients: Sequence[Recipient], type_: TopicType) -> None:
-        super().__init__(topic, recipients, type_)
-        self._told = False
+    def __init__(self, topic: DeliveryTopic, queues: Sequence[SubscriberQueue], type_: TopicType) -> None:
+        super().__init__(topic, queues, type_)
+        self._announce_batch = False
         self.offer_one = None
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
@@ -131,18 +131,18 @@ class RevisedDelivery(Delivery):
         return self._fitting(super()._decode_all(batch, header))
 
     def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
-        unfit = [item.error for item in batch if type(item) is Unfit]
+        unfit = [item.error for item in batch if type(item) is UnconvertibleMessage]
         if not unfit:
             return batch
         self._topic.unfit += len(unfit)
         for error in unfit:
             self._topic.report(error)
-        if not self._told:
-            self._told = True
+        if not self._announce_batch:
+            self._announce_batch = True
             name = self._topic.name
             text = "! %s: messages are dropped that do not fit: %s"
             self._topic.context.peer_log.warning(name, text, name, unfit[0])
-        return [item for item in batch if type(item) is not Unfit]
+        return [item for item in batch if type(item) is not UnconvertibleMessage]
 
 
 def encoded(message: Any, header: dict[str, str]) -> AnyMsg:

@@ -14,7 +14,7 @@ import threading
 from collections import deque
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
-from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
+from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
 from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.publication import Publication
@@ -25,7 +25,7 @@ MOST_AT_ONCE = 256
 IN_FLIGHT = 1 << 20  # bytes under way before the queue size counts, as a TCP connection's buffers hold them
 
 
-class _Pipe:
+class _LocalPipe:
     """The publisher's side: an `OutgoingLink` whose other end is a thread of the subscriber."""
 
     transport = "INTRAPROCESS"
@@ -130,11 +130,11 @@ class _Pipe:
 class LocalLink(PublisherLink):
     """The subscriber's side; see `PublisherLink`."""
 
-    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         nodes = self._context.local_nodes
         self.transport = "INTRAPROCESS" if nodes is None else nodes.told_as
-        self._pipe: _Pipe | None = None
+        self._pipe: _LocalPipe | None = None
         self._bytes = 0
         self._messages = 0
 
@@ -165,7 +165,7 @@ class LocalLink(PublisherLink):
         self._revised = self.subscription.learn(reply, self.uri)
         self.header = header
         self.caller_id = reply.callerid
-        self._pipe = _Pipe(self, publication, publication.queue_size, self._context.next_link_id())
+        self._pipe = _LocalPipe(self, publication, publication.queue_size, self._context.next_link_id())
         if not self.closed:
             publication.prepare()  # before the publisher sees the subscriber and publishes
             publication.attach(self._pipe, self.address)

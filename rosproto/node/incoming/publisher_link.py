@@ -25,13 +25,13 @@ from rosproto.logs import get_logger
 from rosproto.node.definitions.md5sum_mismatch import RevisedType
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.incoming.delivery import Delivery, Topic
+from rosproto.node.incoming.delivery import Delivery, DeliveryTopic
 from rosproto.node.incoming.publisher_link_state import (
     LEAST,
     STEADY,
     LinkEvent,
     LinkState,
-    Pauses,
+    RetryPauses,
     next_state,
 )
 from rosproto.node.stats import LinkStats
@@ -48,7 +48,7 @@ ASK_EVERY = 4
 """Failed tries (1 s of quick ones) after which the master is asked whether the publisher is still there."""
 
 
-class LinkOwner(Topic, Protocol):
+class LinkSubscription(DeliveryTopic, Protocol):
     """A subscription, as far as its links go; see `Subscription`."""
 
     type: TopicType
@@ -101,7 +101,7 @@ class PublisherLink:
 
     transport = "TCPROS"
 
-    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
         self.subscription = subscription
         self.topic = subscription.name
         self.uri = uri
@@ -117,7 +117,7 @@ class PublisherLink:
         self._sessions = 0
         self._attempts = 0
         self._begun_at: float | None = None
-        self._told: type | None = None  # kind of the last failure that was logged
+        self._announce_batch: type | None = None  # kind of the last failure that was logged
         self._revised: RevisedType | None = None
         self._last_error: Exception | None = None
         self._past_bytes = 0
@@ -183,7 +183,7 @@ class PublisherLink:
     # -- the thread -----------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        pauses = Pauses()
+        pauses = RetryPauses()
         event = LinkEvent.DUE
         while self._step(event) is LinkState.REQUESTING:
             try:
@@ -273,11 +273,11 @@ class PublisherLink:
     def _log_failure(self, error: Exception, was: LinkState) -> None:
         """Once for each kind, until a session has lasted."""
         if (self._lasted or 0.0) >= STEADY:
-            self._told = None
+            self._announce_batch = None
         if self._is_ordinary(error, was):
             _log.debug("! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
-        elif self._told is not type(error):
-            self._told = type(error)
+        elif self._announce_batch is not type(error):
+            self._announce_batch = type(error)
             text = "! %s: publisher %s: %s"
             self._context.peer_log.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
 

@@ -6,9 +6,9 @@ and begins again *with a fresh requestTopic*, because a restarted publisher list
 never tries again, and roscpp tries the old port for ever (docs/wire.md, 58). It ends only when the master
 no longer names the publisher, or the subscriber closes.
 
-How long it waits (`Pauses`) follows from how the try ended. A publisher that cannot be reached is tried again
-after 50 ms, doubling to 0.6 s, so that one that comes back is connected within a second. A refusal is not
-cured by haste: 0.5 s, doubling to 5 s. Another definition is not cured by waiting at all, and each try is a
+How long it waits (`RetryPauses`) depends on how the try ended. A publisher that cannot be reached is tried
+again after 50 ms, doubling to 0.6 s, so that one that comes back is connected within a second. After a
+refusal: 0.5 s, doubling to 5 s. Another definition is not cured by waiting at all, and each try is a
 warning in the publisher's log: 30 s, doubling to 5 minutes. And one that agrees and breaks off at once, again
 and again, is left alone for up to 5 s, whatever the reason: a session counts as a success when it has lasted
 `STEADY`. The master's word about a publisher (a nudge) ends any of these waits, yet not the first `LEAST` of
@@ -89,7 +89,7 @@ def next_state(state: LinkState, event: LinkEvent) -> LinkState:
     return following
 
 
-class Pauses:
+class RetryPauses:
     """How long one link waits before each try."""
 
     def __init__(self) -> None:

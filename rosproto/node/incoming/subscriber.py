@@ -9,7 +9,7 @@ from typing import Any
 from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.node.context import Context
-from rosproto.node.incoming.subscriber_queue import Recipient
+from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.stats import LinkStats
 
@@ -34,16 +34,16 @@ class Subscriber:
         self,
         context: Context,
         subscription: Subscription,
-        recipient: Recipient,
+        queue: SubscriberQueue,
         on_close: Callable[[], None],
     ) -> None:
         self._context = context
         self._subscription = subscription
-        self._recipient = recipient
+        self._queue = queue
         self._on_close = on_close
-        self.type = recipient.type
-        self.raw = recipient.raw
-        self._inbox = recipient.inbox
+        self.type = queue.type
+        self.raw = queue.raw
+        self._inbox = queue.inbox
 
     # -- messages -------------------------------------------------------------------------------------------
 
@@ -61,7 +61,7 @@ class Subscriber:
 
     def next_stamped(self, timeout: float | None = 10.0) -> tuple[Any, float]:
         """As `next`, with the time of receipt: seconds since 1970 by this computer's clock."""
-        if self._recipient.runner is not None:
+        if self._queue.runner is not None:
             raise LocalProtocolError(
                 f"{self.topic}: this subscriber has a callback, which gets every message"
             )
@@ -80,7 +80,7 @@ class Subscriber:
 
     def __iter__(self) -> Iterator[Any]:
         """Every message from now on, until the subscriber or the node is closed."""
-        if self._recipient.runner is not None:
+        if self._queue.runner is not None:
             raise LocalProtocolError(
                 f"{self.topic}: this subscriber has a callback, which gets every message"
             )
@@ -125,11 +125,11 @@ class Subscriber:
     @property
     def queue_size(self) -> int:
         """Most messages that wait for the program; may be changed."""
-        return self._recipient.queue_size
+        return self._queue.queue_size
 
     @queue_size.setter
     def queue_size(self, size: int) -> None:
-        self._recipient.queue_size = size
+        self._queue.queue_size = size
 
     @property
     def tcp_nodelay(self) -> bool:
@@ -148,7 +148,7 @@ class Subscriber:
 
     @property
     def publishers(self) -> list[str]:
-        """Caller ids of the publishers connected now."""
+        """CallerIdentity ids of the publishers connected now."""
         return [link.caller_id for link in list(self._subscription.links.values()) if link.connected]
 
     @property
@@ -185,7 +185,7 @@ class Subscriber:
     @property
     def keeps(self) -> int | None:
         """How many of the messages received at once are delivered; None for all (to a quick callback)."""
-        return self._recipient.keeps
+        return self._queue.keeps
 
     def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
         """Wait until a publisher is connected.
@@ -213,7 +213,7 @@ class Subscriber:
     def close(self) -> None:
         """Stop receiving: iteration ends, no callback begins any more. Twice, or in the callback, is fine."""
         if not self._inbox.closed:
-            self._recipient.end()
+            self._queue.end()
             self._on_close()
 
     def __enter__(self) -> Subscriber:

@@ -353,7 +353,7 @@ class InlineCaller:
         _log.exception("! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback)
 
 
-class Recipient:
+class SubscriberQueue:
     """The receiving end of one `Subscriber`; links hand it messages and tell it errors.
 
     Args:

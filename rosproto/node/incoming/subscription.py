@@ -20,16 +20,21 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.context import Context
-from rosproto.node.definitions.md5sum_mismatch import RevisedType, Unfit, note_differences, revised_type
+from rosproto.node.definitions.md5sum_mismatch import (
+    RevisedType,
+    UnconvertibleMessage,
+    note_differences,
+    revised_type,
+)
 from rosproto.node.definitions.topic_type import ANY, TopicType
 from rosproto.node.definitions.unknown_type import learn_type
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registrations import Announcement
+from rosproto.node.graph.registrations import RegistrationCall
 from rosproto.node.incoming.delivery import Delivery, RevisedDelivery, encoded
 from rosproto.node.incoming.local_link import LocalLink
-from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
-from rosproto.node.incoming.subscriber_queue import Recipient
+from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
+from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 from rosproto.node.incoming.tcpros_link import TcprosLink
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import PublisherReply
@@ -38,7 +43,7 @@ from rosproto.transport.deadline import wait_for
 from rosproto.transport.uri import parse_uri
 
 
-def make_link(subscription: LinkOwner, uri: str) -> PublisherLink:
+def make_link(subscription: LinkSubscription, uri: str) -> PublisherLink:
     """A link to that publisher, inside this process, by datagrams, or over TCP; not started yet."""
     context = subscription.context
     id = context.next_link_id()
@@ -84,7 +89,7 @@ class Subscription:
         self.unfit = 0
         self._decode_type = type_
         self._condition = threading.Condition()
-        self._recipients: list[Recipient] = []
+        self._queues: list[SubscriberQueue] = []
         self._latched: dict[object, Any] = {}  # by link
         self._generation = 0
         self._closed = False
@@ -98,7 +103,7 @@ class Subscription:
                 raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
             with self._condition:
                 if "delivery" not in vars(self):
-                    self.delivery = Delivery(self, self._recipients, self._decode_type)
+                    self.delivery = Delivery(self, self._queues, self._decode_type)
                 return vars(self)["delivery"]
 
     # -- master ---------------------------------------------------------------------------------------------
@@ -107,9 +112,9 @@ class Subscription:
         generation = self._generation
         self._registered(master.register_subscriber(self.name, self.type.name, self.context.uri), generation)
 
-    def announce(self) -> Announcement:
+    def registration_call(self) -> RegistrationCall:
         generation = self._generation
-        return Announcement(
+        return RegistrationCall(
             "registerSubscriber",
             (self.name, self.type.name, self.context.uri),
             lambda answer: self._registered(api_client.as_str_list(answer), generation),
@@ -173,17 +178,17 @@ class Subscription:
         rest = [key for key in wanted if key not in first]
         return {key: wanted[key] for key in [*first, *rest][:most]}
 
-    # -- recipients -----------------------------------------------------------------------------------------
+    # -- queues -----------------------------------------------------------------------------------------
 
-    def add_recipient(self, recipient: Recipient) -> None:
+    def add_queue(self, queue: SubscriberQueue) -> None:
         """One more subscriber; it gets the latched messages that the others have had already."""
         with self._condition:
-            if not recipient.type.is_wildcard and self._decode_type.is_wildcard:
-                self._adopt(recipient.type)
-            latched = [self._as_wanted(message, recipient.raw) for message in self._latched.values()]
+            if not queue.type.is_wildcard and self._decode_type.is_wildcard:
+                self._adopt(queue.type)
+            latched = [self._as_wanted(message, queue.raw) for message in self._latched.values()]
             if latched:  # before anything that comes from now on
-                recipient.hand_over(latched, time.time())
-            self._recipients.append(recipient)
+                queue.hand_over(latched, time.time())
+            self._queues.append(queue)
             self.renew_delivery()
 
     def _as_wanted(self, message: Any, raw: bool) -> Any:
@@ -196,13 +201,13 @@ class Subscription:
         wanted._connection_header = message._connection_header
         return wanted
 
-    def remove_recipient(self, recipient: Recipient) -> bool:
+    def remove_queue(self, queue: SubscriberQueue) -> bool:
         """True when that was the last one."""
         with self._condition:
-            if recipient in self._recipients:
-                self._recipients.remove(recipient)
+            if queue in self._queues:
+                self._queues.remove(queue)
             self.renew_delivery()
-            return not self._recipients
+            return not self._queues
 
     def _adopt(self, type_: TopicType) -> None:
         """A definite type beside wildcards: from now on it is what is asked for."""
@@ -219,7 +224,7 @@ class Subscription:
         delivery = self._revised_deliveries.get(revised)
         if delivery is None:
             with self._condition:
-                delivery = RevisedDelivery(self, self._recipients, revised)
+                delivery = RevisedDelivery(self, self._queues, revised)
                 self._revised_deliveries[revised] = delivery
         return delivery
 
@@ -229,9 +234,9 @@ class Subscription:
             self._revised_deliveries.pop(revised, None)
 
     @property
-    def recipients(self) -> list[Recipient]:
+    def queues(self) -> list[SubscriberQueue]:
         """The subscribers of this node."""
-        return list(self._recipients)
+        return list(self._queues)
 
     # -- called by links ------------------------------------------------------------------------------------
 
@@ -248,7 +253,7 @@ class Subscription:
         """
         with self._condition:
             known = self._decode_type
-            if known.is_wildcard and all(recipient.raw for recipient in self._recipients):
+            if known.is_wildcard and all(queue.raw for queue in self._queues):
                 return None
         if reply.md5sum == ANY and known.is_wildcard:
             raise self._untold_type(reply, peer)
@@ -321,7 +326,7 @@ class Subscription:
         delivery.deliver(batch, header)
 
     def _keep_latched(self, link: object, batch: Sequence[Any], header: dict[str, str]) -> None:
-        fitting = [message for message in batch if type(message) is not Unfit]
+        fitting = [message for message in batch if type(message) is not UnconvertibleMessage]
         if fitting and link in self.links.values():
             fitting[-1]._connection_header = header
             self._latched[link] = fitting[-1]
@@ -329,8 +334,8 @@ class Subscription:
     def report(self, error: Exception) -> None:
         """A link failed: note it and tell who asked to be told."""
         self.errors.append(error)
-        for recipient in self.recipients:
-            recipient.report(error)
+        for queue in self.queues:
+            queue.report(error)
 
     def link_changed(self) -> None:
         """A link was made or lost."""

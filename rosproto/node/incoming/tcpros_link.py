@@ -19,7 +19,7 @@ from typing import Any, Protocol
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
 from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
+from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
 from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.protocol.framing import Decode, FrameDecoder
 from rosproto.protocol.handshake import (
@@ -47,7 +47,7 @@ _length = struct.Struct("<I").unpack_from
 _WAIT_ALL = getattr(socket, "MSG_WAITALL", 0) if sys.platform != "win32" else 0
 
 
-class HasSink(Protocol):
+class HasDelivery(Protocol):
     """A subscription, as far as reading goes."""
 
     delivery: Any
@@ -122,7 +122,7 @@ class FrameReader:
         owns: bool,
         take: Callable[[Any], object],
         header: dict[str, str],
-        holder: HasSink,
+        holder: HasDelivery,
     ) -> None:
         """Wait for messages that come alone, and hand each to `take`; return when anything else came.
 
@@ -205,7 +205,7 @@ TRY_SECONDS = 5.0
 class TcprosLink(PublisherLink):
     """See `PublisherLink`."""
 
-    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._sock: socket.socket | None = None
         self._reader: FrameReader | None = None

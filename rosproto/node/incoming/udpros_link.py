@@ -17,7 +17,7 @@ from time import monotonic
 from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
 from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.node.incoming.publisher_link import LinkOwner
+from rosproto.node.incoming.publisher_link import LinkSubscription
 from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.node.incoming.tcpros_link import TRY_SECONDS, TcprosLink
 from rosproto.node.stats import LinkStats
@@ -35,7 +35,7 @@ MOST_BYTES = 1 << 16  # of a datagram, by UDP
 class UdprosLink(TcprosLink):
     """See `PublisherLink`; a session is one of datagrams or of TCP, as the publisher chooses."""
 
-    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._datagrams: Reassembly | None = None
         self._bytes = 0

@@ -28,7 +28,7 @@ _log = get_logger("rosproto.node")
 PREFIX = 4  # bytes of the length before a message
 
 
-class RevisedOutput:
+class ConvertedOutput:
     """One revision and the links that get it: a message is encoded once for all of them.
 
     Attributes:
@@ -73,7 +73,7 @@ class RevisedOutput:
             link.send(frame)
 
 
-class Answers:
+class HandshakeReplies:
     """The publisher's side of the handshake, for one topic.
 
     Args:
@@ -84,14 +84,14 @@ class Answers:
     """
 
     def __init__(
-        self, context: Context, topic: str, type: TopicType, revised: Mapping[str, RevisedOutput]
+        self, context: Context, topic: str, type: TopicType, revised: Mapping[str, ConvertedOutput]
     ) -> None:
         self._context = context
         self._topic = topic
         self._type = type
         self._revised = revised
 
-    def output_for(self, fields: dict[str, str], address: str) -> RevisedOutput | None:
+    def output_for(self, fields: dict[str, str], address: str) -> ConvertedOutput | None:
         """The revision that a subscriber's header asks for; None for our own definition.
 
         Raises:
@@ -118,7 +118,7 @@ class Answers:
         """Whether subscribers may ask for one more definition."""
         return len(self._revised) < self._context.limits.revisions
 
-    def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
+    def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> ConvertedOutput:
         definition = fields.get("message_definition", "")
         ours, revisions = self._type.message_class, self._context.revisions
         theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetched.fetch(
@@ -127,7 +127,7 @@ class Answers:
         if theirs is None:
             raise explained(mismatch, ours, definition) from None
         try:
-            output = RevisedOutput(self._type, theirs)
+            output = ConvertedOutput(self._type, theirs)
         except ConversionError as error:
             raise explained(mismatch, ours, definition, str(error)) from error
         who = fields.get("callerid", "a subscriber")
@@ -147,7 +147,7 @@ class Answers:
 
     def header(
         self,
-        output: RevisedOutput | None,
+        output: ConvertedOutput | None,
         *,
         latching: bool,
         more: Iterable[Callable[[], Mapping[str, str]]] = (),

@@ -24,7 +24,7 @@ from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind, is_interrupt
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registrations import Announcement
+from rosproto.node.graph.registrations import RegistrationCall
 from rosproto.node.outgoing.frames import (
     Frame,
     FrameEncoder,
@@ -34,8 +34,8 @@ from rosproto.node.outgoing.frames import (
     send_frame,
     small_frame,
 )
-from rosproto.node.outgoing.handshake_replies import Answers, RevisedOutput
-from rosproto.node.outgoing.reconnect import LostSubscriber
+from rosproto.node.outgoing.handshake_replies import ConvertedOutput, HandshakeReplies
+from rosproto.node.outgoing.reconnect import SubscriberReconnect
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.header import encode_header
@@ -50,7 +50,7 @@ BURST_GAP = 4e-6
 BURST_LENGTH = 8  # messages in a row before a burst is believed
 
 
-class Handle(Protocol):
+class PublisherHandle(Protocol):
     """What a program holds to publish the topic, as the topic sees it (`publisher.Publisher`)."""
 
     latch: bool
@@ -88,15 +88,15 @@ class Publication:
         self.type = type_
         self.links: tuple[OutgoingLink, ...] = ()
         self._lock = threading.Condition()
-        self._handles: list[Handle] = []
-        self._latched: dict[Handle, Frame] = {}
+        self._handles: list[PublisherHandle] = []
+        self._latched: dict[PublisherHandle, Frame] = {}
         self._encoder = FrameEncoder(name, type_)
         self._burst = 0
         self._returned = 0.0
         self._plain_class = type_.message_class if self._encoder.is_plain else None
         self._plain_encode: Callable[[Any], bytes] = self._encode_first
-        self._revised: dict[str, RevisedOutput] = {}
-        self._answers = Answers(context, name, type_, self._revised)
+        self._revised: dict[str, ConvertedOutput] = {}
+        self._replies = HandshakeReplies(context, name, type_, self._revised)
         self._closed = False
         self._gone_bytes = 0
 
@@ -110,16 +110,16 @@ class Publication:
     def register(self, master: MasterClient) -> None:
         master.register_publisher(self.name, self.type.name, self.context.uri)
 
-    def announce(self) -> Announcement:
+    def registration_call(self) -> RegistrationCall:
         parameters = (self.name, self.type.name, self.context.uri)
-        return Announcement("registerPublisher", parameters, api_client.as_str_list)
+        return RegistrationCall("registerPublisher", parameters, api_client.as_str_list)
 
     def unregister(self, master: MasterClient) -> None:
         master.unregister_publisher(self.name, self.context.uri)
 
     # -- handles --------------------------------------------------------------------------------------------
 
-    def add_handle(self, handle: Handle) -> None:
+    def add_handle(self, handle: PublisherHandle) -> None:
         """One more `Publisher` of this topic; the longest queue asked for holds for every subscriber."""
         with self._lock:
             self._handles.append(handle)
@@ -128,7 +128,7 @@ class Publication:
                 link.queue_size = size
                 link.set_linger(linger)
 
-    def remove_handle(self, handle: Handle) -> bool:
+    def remove_handle(self, handle: PublisherHandle) -> bool:
         """True when that was the last one; its latched message goes with it."""
         with self._lock:
             if handle in self._handles:
@@ -147,7 +147,7 @@ class Publication:
         return all(handle.linger for handle in self._handles)
 
     @property
-    def handles(self) -> list[Handle]:
+    def handles(self) -> list[PublisherHandle]:
         return list(self._handles)
 
     @property
@@ -180,7 +180,7 @@ class Publication:
             output = self.output_for(fields, address)
             greeting = encode_header(self.header(output))
         except RosError as error:
-            self._answers.refused(sock, fields, address, error)
+            self._replies.refused(sock, fields, address, error)
             return
         self.prepare(output)  # before anybody sees the subscriber and publishes
         # The header goes out when the link is among the others: one that has read it believes that it is
@@ -200,20 +200,20 @@ class Publication:
             link.set_linger(False)
         self.attach(link, address, output)
 
-    def prepare(self, output: RevisedOutput | None = None) -> None:
+    def prepare(self, output: ConvertedOutput | None = None) -> None:
         """Generate the encoder, so that no `publish` waits for it; without a subscriber nobody needs it."""
         (output or self._encoder).prepare()
 
-    def output_for(self, fields: dict[str, str], address: str) -> RevisedOutput | None:
-        """See `Answers.output_for`."""
-        return self._answers.output_for(fields, address)
+    def output_for(self, fields: dict[str, str], address: str) -> ConvertedOutput | None:
+        """See `HandshakeReplies.output_for`."""
+        return self._replies.output_for(fields, address)
 
-    def header(self, output: RevisedOutput | None = None) -> dict[str, str]:
+    def header(self, output: ConvertedOutput | None = None) -> dict[str, str]:
         """What we answer a subscriber."""
         more = [handle.header for handle in self.handles if handle.header is not None]
-        return self._answers.header(output, latching=self.latching, more=more)
+        return self._replies.header(output, latching=self.latching, more=more)
 
-    def attach(self, link: OutgoingLink, address: str, output: RevisedOutput | None = None) -> None:
+    def attach(self, link: OutgoingLink, address: str, output: ConvertedOutput | None = None) -> None:
         """Add a subscriber: first the latched messages, then everything published from now on."""
         with self._lock:
             closed = self._closed or not self._has_room(output)
@@ -239,16 +239,16 @@ class Publication:
         for callback in callbacks:
             self._call(callback, link.caller_id)
 
-    def _has_room(self, output: RevisedOutput | None) -> bool:
+    def _has_room(self, output: ConvertedOutput | None) -> bool:
         """Asked again: several handshakes may have been let through at once."""
-        return output is None or output.type.md5sum in self._revised or self._answers.has_room()
+        return output is None or output.type.md5sum in self._revised or self._replies.has_room()
 
-    def _present(self, output: RevisedOutput) -> RevisedOutput:
+    def _present(self, output: ConvertedOutput) -> ConvertedOutput:
         """The one output of that revision, from now until its last link goes (`detach`)."""
         self.publish = self._publish_revised  # type: ignore[method-assign]
         return self._revised.setdefault(output.type.md5sum, output)
 
-    def _send_latched(self, link: OutgoingLink, frame: Frame, output: RevisedOutput | None) -> None:
+    def _send_latched(self, link: OutgoingLink, frame: Frame, output: ConvertedOutput | None) -> None:
         if output is not None:
             try:
                 frame = output.convert_frame(frame)
@@ -285,12 +285,12 @@ class Publication:
             later = [other for other in self.all_links if other.id > link.id]
             return self._closed or any(other.caller_id == link.caller_id for other in later)
 
-        LostSubscriber(
+        SubscriberReconnect(
             self.context.lifecycle.closing,
             link.caller_id,
             bind=lambda sock: self.context.listening.endpoints.tcpros.bind_beside(sock, local),
             remote=remote,
-            announce=lambda: self.context.registrations.say_again(self),
+            announce=lambda: self.context.registrations.register_again(self),
             is_back=is_back,
         ).start()
 
@@ -322,7 +322,7 @@ class Publication:
 
     # -- messages -------------------------------------------------------------------------------------------
 
-    def publish(self, handle: Handle, message: Any) -> None:
+    def publish(self, handle: PublisherHandle, message: Any) -> None:
         """Encode and hand to every subscriber; see `Publisher.publish`.
 
         While a subscriber wants another revision, `_publish_revised` takes this method's place: otherwise
@@ -358,7 +358,7 @@ class Publication:
                 link.send_large(frame)
         self._returned = perf_counter()
 
-    def _publish_revised(self, handle: Handle, message: Any) -> None:
+    def _publish_revised(self, handle: PublisherHandle, message: Any) -> None:
         """With subscribers of other revisions: everybody is served before a value's misfit is told."""
         self._encoder.check_class(message)
         Publication.publish(self, handle, message)
@@ -372,7 +372,7 @@ class Publication:
         if problem is not None:
             raise problem
 
-    def _latch(self, handle: Handle, frame: Frame) -> tuple[OutgoingLink, ...]:
+    def _latch(self, handle: PublisherHandle, frame: Frame) -> tuple[OutgoingLink, ...]:
         """Remember the frame; the links that are to get it now (those that come later get it as latched)."""
         if isinstance(frame, LargeFrame):
             frame.owned()

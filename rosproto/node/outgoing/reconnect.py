@@ -32,7 +32,7 @@ MOST = 32  # threads at a time in this process; who is not among them comes back
 _places = threading.BoundedSemaphore(MOST)
 
 
-class LostSubscriber:
+class SubscriberReconnect:
     """The thread that brings one subscriber back.
 
     Args:

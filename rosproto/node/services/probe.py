@@ -18,7 +18,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import parse_uri
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import Caller
+    from rosproto.node.graph.caller_identity import CallerIdentity
 
 # A provider usually appears within a second of being waited for; afterwards twice a second does not hurt a
 # master that a whole fleet of clients may be asking.
@@ -27,7 +27,7 @@ LONGEST_PAUSE = 0.5
 LONGEST_PROBE = 5.0  # seconds: a provider that is silent may be replaced by another one meanwhile
 
 
-def lookup(caller: Caller, service: str, deadline: Deadline) -> tuple[str, int]:
+def lookup(caller: CallerIdentity, service: str, deadline: Deadline) -> tuple[str, int]:
     """Address of the current provider, by the master's word.
 
     Raises:
@@ -60,7 +60,7 @@ def _step(deadline: Deadline, what: str) -> float | None:
 
 
 def probe(
-    caller: Caller, service: str, deadline: Deadline, *, address: tuple[str, int] | None = None
+    caller: CallerIdentity, service: str, deadline: Deadline, *, address: tuple[str, int] | None = None
 ) -> dict[str, str]:
     """The provider's connection header: `type`, `md5sum`, `callerid` and what else it sends.
 
@@ -81,7 +81,9 @@ def probe(
     return link.header
 
 
-def wait(caller: Caller, service: str, timeout: float | None, *, stop: threading.Event | None = None) -> None:
+def wait(
+    caller: CallerIdentity, service: str, timeout: float | None, *, stop: threading.Event | None = None
+) -> None:
     """Return as soon as a provider of `service` answers a probe.
 
     Args:

@@ -16,10 +16,10 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.type_argument import ServiceTypeGiven, resolve_service_type
-from rosproto.node.graph.caller_identity import Caller
+from rosproto.node.graph.caller_identity import CallerIdentity
 from rosproto.node.graph.listening import refuse
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registrations import Announcement
+from rosproto.node.graph.registrations import RegistrationCall
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
@@ -29,7 +29,7 @@ from rosproto.transport.uri import format_address
 PROBE_SECONDS = 10.0
 
 
-def ask_type(caller: Caller, revisions: KnownDefinitions, service: str) -> Any:
+def ask_type(caller: CallerIdentity, revisions: KnownDefinitions, service: str) -> Any:
     """The class of what the present provider says it provides.
 
     Raises:
@@ -62,9 +62,9 @@ class ServiceRegistration:
         master.register_service(self.name, uri, self._context.uri)
         self._registered_as = uri
 
-    def announce(self) -> Announcement:
+    def registration_call(self) -> RegistrationCall:
         uri = self._context.listening.endpoints.rosrpc_uri
-        return Announcement(
+        return RegistrationCall(
             "registerService",
             (self.name, uri, self._context.uri),
             lambda _: setattr(self, "_registered_as", uri),
@@ -141,7 +141,7 @@ class Services:
                 )
             self._servers[name] = (server, registration)
         try:
-            self._context.registrations.add_together(registration, undo=server.close)
+            self._context.registrations.register_in_batch(registration, undo=server.close)
         except BaseException:
             with self._lock:
                 self._servers.pop(name, None)

@@ -234,7 +234,7 @@ def test_queue_size_one_is_the_newest_message(nodes: tuple[Node, Node]) -> None:
     subscriber = b.subscriber("/newest", "std_msgs/UInt32", callback, queue_size=1)
     publisher.wait_for_connection()
     publisher.publish(data=1)
-    runner: Any = subscriber._recipient.runner
+    runner: Any = subscriber._queue.runner
     eventually(lambda: runner is not None and runner.has_thread)
     publisher.publish(data=2)
     eventually(lambda: 2 in seen)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canonical_key, same_value
+from rosproto.node.parameter_cache import ABSENT, ParameterCache, ParameterChange, canonical_key, same_value
 
 
 def subscribed(key: str, value: object) -> ParameterCache:
@@ -17,44 +17,44 @@ def subscribed(key: str, value: object) -> ParameterCache:
 def test_the_answer_of_the_subscription_is_the_first_value():
     cache = ParameterCache()
     cache.begin("/a")
-    assert cache.start("/a", 1) == [Change("/a", "/a", 1)]
+    assert cache.start("/a", 1) == [ParameterChange("/a", "/a", 1)]
     assert cache.get("/a") == 1
 
 
 @pytest.mark.promise("`paramUpdate` carries a trailing slash, an empty dict")
 def test_an_update_with_a_trailing_slash_is_an_update_of_the_key():
     cache = subscribed("/a", 1)
-    assert cache.apply("/a/", 2) == [Change("/a", "/a", 2)]
+    assert cache.apply("/a/", 2) == [ParameterChange("/a", "/a", 2)]
     assert cache.get("/a") == 2
 
 
 def test_an_update_below_a_subscribed_namespace_changes_that_leaf_only():
     cache = subscribed("/ns", {"a": 1, "b": {"c": 2}})
-    assert cache.apply("/ns/b/c/", 3) == [Change("/ns", "/ns/b/c", 3)]
+    assert cache.apply("/ns/b/c/", 3) == [ParameterChange("/ns", "/ns/b/c", 3)]
     assert cache.get("/ns") == {"a": 1, "b": {"c": 3}}
     assert cache.get("/ns/b/c") == 3
 
 
 def test_an_update_of_a_namespace_above_reaches_the_subscribed_key():
     cache = subscribed("/ns/a", 1)
-    assert cache.apply("/ns", {"a": 2, "z": 0}) == [Change("/ns/a", "/ns/a", 2)]
-    assert cache.apply("/ns", {"z": 0}) == [Change("/ns/a", "/ns/a", ABSENT)]
+    assert cache.apply("/ns", {"a": 2, "z": 0}) == [ParameterChange("/ns/a", "/ns/a", 2)]
+    assert cache.apply("/ns", {"z": 0}) == [ParameterChange("/ns/a", "/ns/a", ABSENT)]
 
 
 @pytest.mark.promise("`paramUpdate` carries a trailing slash, an empty dict")
 def test_an_empty_dict_is_a_deletion():
     cache = subscribed("/ns", {"a": 1, "b": 2})
-    assert cache.apply("/ns/a/", {}) == [Change("/ns", "/ns/a", ABSENT)]
+    assert cache.apply("/ns/a/", {}) == [ParameterChange("/ns", "/ns/a", ABSENT)]
     assert cache.get("/ns") == {"b": 2}
-    assert cache.apply("/ns/b", {}) == [Change("/ns", "/ns/b", ABSENT)]
+    assert cache.apply("/ns/b", {}) == [ParameterChange("/ns", "/ns/b", ABSENT)]
     assert cache.get("/ns") is ABSENT
 
 
 def test_a_value_that_is_the_same_is_no_change_but_true_is_not_one():
     cache = subscribed("/a", 1)
     assert cache.apply("/a", 1) == []
-    assert cache.apply("/a", True) == [Change("/a", "/a", True)]
-    assert cache.apply("/a", 1.0) == [Change("/a", "/a", 1.0)]
+    assert cache.apply("/a", True) == [ParameterChange("/a", "/a", True)]
+    assert cache.apply("/a", 1.0) == [ParameterChange("/a", "/a", 1.0)]
 
 
 def test_an_update_that_overtakes_the_answer_is_not_undone_by_it():

@@ -129,11 +129,11 @@ def test_what_stands_is_said_again_and_nothing_else(table: Registrations) -> Non
     log: list[str] = []
     thing, other = Thing("publisher", "/a", log), Thing("publisher", "/b", log)
     table.add(thing)
-    table.say_again(thing)
-    table.say_again(other)
+    table.register_again(thing)
+    table.register_again(other)
     assert log == ["+/a", "+/a"]
     thing.during = lambda: table.remove(thing)
-    table.say_again(thing)
+    table.register_again(thing)
     assert log[-1] == "-/a"
     assert len(table) == 0
 

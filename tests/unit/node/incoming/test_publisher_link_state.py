@@ -14,8 +14,8 @@ import pytest
 from rosproto.errors import ConnectionLost, Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node.incoming import publisher_link
-from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
-from rosproto.node.incoming.publisher_link_state import LinkEvent, LinkState, Pauses, next_state
+from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
+from rosproto.node.incoming.publisher_link_state import LinkEvent, LinkState, RetryPauses, next_state
 
 WAITING, REQUESTING, CONNECTING, RECEIVING, REFUSED, CLOSED = LinkState
 DUE, ADDRESS, ACCEPTED, FAILED, NOT_FITTING, NUDGED, WITHDRAWN = LinkEvent
@@ -82,7 +82,7 @@ def test_an_event_that_cannot_happen_is_a_bug() -> None:
 
 def test_waits_are_bounded() -> None:
     """A publisher that can be reached again is connected within a second; refusals are tried slowly."""
-    pauses = Pauses()
+    pauses = RetryPauses()
     assert max(pauses.after(None) for _ in range(50)) < 0.8
     assert 4.0 <= [pauses.after(None, refused=True) for _ in range(10)][-1] <= 6.0
 
@@ -90,7 +90,7 @@ def test_waits_are_bounded() -> None:
 @pytest.mark.promise("tried every few seconds")
 def test_sessions_that_end_at_once_are_no_success() -> None:
     """A publisher that agrees and breaks off is tried every few seconds at last; one that stayed, at once."""
-    pauses = Pauses()
+    pauses = RetryPauses()
     assert pauses.after(0.0) < 0.1
     brief = [pauses.after(0.01) for _ in range(50)]
     assert 4.0 <= brief[-1] <= 6.0
@@ -101,7 +101,7 @@ def test_sessions_that_end_at_once_are_no_success() -> None:
 @pytest.mark.promise("every few minutes")
 def test_another_definition_is_not_asked_again_and_again() -> None:
     """Each try is a warning in the publisher's log: one in the first 20 seconds, as with rospy."""
-    pauses = Pauses()
+    pauses = RetryPauses()
     assert pauses.after(None, mismatch=True) > 20
     assert max(pauses.after(0.1, mismatch=True) for _ in range(20)) <= 360
     assert pauses.after(60.0, mismatch=True) < 40
@@ -162,7 +162,7 @@ class Scripted(PublisherLink):
         self.owner = Owner()
         self.steps: queue.Queue[tuple[LinkEvent, LinkState]] = queue.Queue()
         self.tries: queue.Queue[Callable[[], object]] = queue.Queue()
-        super().__init__(cast("LinkOwner", self.owner), "http://127.0.0.1:1/", 1)
+        super().__init__(cast("LinkSubscription", self.owner), "http://127.0.0.1:1/", 1)
 
     def _step(self, event: LinkEvent) -> LinkState:
         with self._condition:  # so that two threads tell in the order in which they stepped

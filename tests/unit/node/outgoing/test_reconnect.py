@@ -11,7 +11,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost
 from rosproto.node.outgoing import reconnect
-from rosproto.node.outgoing.reconnect import LostSubscriber
+from rosproto.node.outgoing.reconnect import SubscriberReconnect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import bind_beside, listen
 
@@ -32,8 +32,8 @@ class Topic:
         if self.announced == 1 < self.enough:
             raise ConnectionLost("the master is away", peer="")
 
-    def lost(self, remote: tuple[str, int]) -> LostSubscriber:
-        return LostSubscriber(
+    def lost(self, remote: tuple[str, int]) -> SubscriberReconnect:
+        return SubscriberReconnect(
             self.closing,
             "/s",
             bind=lambda sock: bind_beside(sock, self.listener, self.listener.getsockname()),
