@@ -159,8 +159,8 @@ def test_axe_finds_nothing(
 
 _SYMBOL = """
 async () => {
-  const { drawRobot, paintOf } = await import(new URL("js/layers.js", location.href).href);
-  const { View } = await import(new URL("js/view.js", location.href).href);
+  const { drawRobot, paintOf } = await import(new URL("js/map_layers.js", location.href).href);
+  const { View } = await import(new URL("js/map_viewport.js", location.href).href);
   const paint = paintOf(document.body);
   const style = getComputedStyle(document.documentElement);
   const part = (value) => (value <= 10.31 ? value / 255 / 12.92 : ((value / 255 + 0.055) / 1.055) ** 2.4);

@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { decode, Parts } from "../../../woosh_pure/web/page/js/frames.js";
+import { decode, Parts } from "../../../woosh_pure/web/page/js/binary_frames.js";
 import { Ages, ageWords, isOld, lost, SILENT_SECONDS } from "../../../woosh_pure/web/page/js/freshness.js";
-import { take, takeBinary } from "../../../woosh_pure/web/page/js/messages.js";
-import { Series, Trail } from "../../../woosh_pure/web/page/js/series.js";
+import { take, takeBinary } from "../../../woosh_pure/web/page/js/server_messages.js";
+import { Series, Trail } from "../../../woosh_pure/web/page/js/time_series.js";
 import { Store } from "../../../woosh_pure/web/page/js/store.js";
 import { fromGamepad, fromKeys, fromStick } from "../../../woosh_pure/web/page/js/steering.js";
 

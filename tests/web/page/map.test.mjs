@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Gestures, headingOf, nearest } from "../../../woosh_pure/web/page/js/gestures.js";
-import { MAX_SCALE, MIN_SCALE, scaleBar, View } from "../../../woosh_pure/web/page/js/view.js";
+import { Gestures, headingOf, nearest } from "../../../woosh_pure/web/page/js/map_gestures.js";
+import { MAX_SCALE, MIN_SCALE, scaleBar, View } from "../../../woosh_pure/web/page/js/map_viewport.js";
 
 const near = (a, b) => assert.ok(Math.hypot(a[0] - b[0], a[1] - b[1]) < 1e-6, `${a} is not ${b}`);
 

@@ -3,7 +3,7 @@ import { readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { bytes, choose, degrees, number, t, use, word } from "../../../woosh_pure/web/page/js/i18n.js";
-import { whatText, whoText } from "../../../woosh_pure/web/page/js/what.js";
+import { whatText, whoText } from "../../../woosh_pure/web/page/js/command_words.js";
 import { en } from "../../../woosh_pure/web/page/js/words_en.js";
 import { zh } from "../../../woosh_pure/web/page/js/words_zh.js";
 

@@ -1,5 +1,5 @@
 // STOP before the rest of the page has come: over a slow link that takes seconds, and the button can be seen already.
-// Loaded first and alone, so it imports nothing. When the page is there, stop.js takes over, asks once more and shows
+// Loaded first and alone, so it imports nothing. When the page is there, stop_button.js takes over, asks once more and shows
 // the answer: to stop twice does no harm.
 
 const button = document.getElementById("stop");
@@ -13,7 +13,7 @@ const WORDS = language.startsWith("zh")
   : ["Stopping…", "The robot stands still.", "No answer yet. Use the red button on the robot."];
 
 function say(number, kind) {
-  if (!button.dataset.early) return; // stop.js says it now
+  if (!button.dataset.early) return; // stop_button.js says it now
   const box = document.getElementById("stop-answer");
   box.textContent = WORDS[number];
   box.className = `answer ${kind}`;

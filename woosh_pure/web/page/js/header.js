@@ -3,7 +3,7 @@
 import { byId, el, fill, icon, say, show } from "./dom.js";
 import { ageWords, isOld, lost } from "./freshness.js";
 import { current, onLanguage, relabel, t, use, word } from "./i18n.js";
-import { seconds } from "./link.js";
+import { seconds } from "./live_connection.js";
 
 export class Header {
   constructor({ store, ages, link, tabs }) {

@@ -5,9 +5,9 @@ import { ask } from "./confirm.js";
 import { button, el, fill } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 import { Refused } from "./rest.js";
-import { seconds } from "./link.js";
+import { seconds } from "./live_connection.js";
 import { attempt } from "./toast.js";
-import { whoText } from "./what.js";
+import { whoText } from "./command_words.js";
 
 const WAIT = 3; // seconds for a lease that nobody holds
 

@@ -1,29 +1,29 @@
 // Puts the parts together. Addresses are relative to this page, so that it can be mounted anywhere.
 
-import { Camera } from "./camera.js";
+import { Camera } from "./camera_tab.js";
 import { el } from "./dom.js";
-import { Drive } from "./drive.js";
-import { Parts } from "./frames.js";
+import { Drive } from "./drive_tab.js";
+import { Parts } from "./binary_frames.js";
 import { Ages } from "./freshness.js";
-import { Go } from "./go.js";
+import { Go } from "./go_tab.js";
 import { Header } from "./header.js";
-import { Health } from "./health.js";
+import { Health } from "./health_tab.js";
 import { choose, t, use } from "./i18n.js";
 import { Lease } from "./lease.js";
-import { Link, seconds } from "./link.js";
-import { Log } from "./log.js";
-import { MapView } from "./mapview.js";
-import { take, takeBinary } from "./messages.js";
-import { Notices } from "./notices.js";
+import { Link, seconds } from "./live_connection.js";
+import { Log } from "./log_tab.js";
+import { MapView } from "./map_view.js";
+import { take, takeBinary } from "./server_messages.js";
+import { Notices } from "./readiness_notice.js";
 import { Plots } from "./plots.js";
 import { Rest } from "./rest.js";
-import { keepSession, keptSession } from "./session.js";
-import { Stop } from "./stop.js";
+import { keepSession, keptSession } from "./session_storage.js";
+import { Stop } from "./stop_button.js";
 import { Store } from "./store.js";
 import { Tabs } from "./tabs.js";
-import { Task } from "./task.js";
+import { Task } from "./task_card.js";
 import { toast } from "./toast.js";
-import { Token } from "./token.js";
+import { Token } from "./token_dialog.js";
 
 const base = new URL("api/v1/", location.href.split(/[?#]/)[0]).href;
 const store = new Store();

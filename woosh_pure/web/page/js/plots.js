@@ -2,8 +2,8 @@
 
 import { byId, el, fill } from "./dom.js";
 import { number, onLanguage, t } from "./i18n.js";
-import { seconds } from "./link.js";
-import { Series } from "./series.js";
+import { seconds } from "./live_connection.js";
+import { Series } from "./time_series.js";
 
 const SECONDS = 300;
 const PLOTS = [

@@ -1,8 +1,8 @@
 // Calls of the API. Every wait has an end; an error says why, in words.
 
-import { collect } from "./body.js";
+import { collect } from "./response_body.js";
 import { current, t } from "./i18n.js";
-import { refusalText } from "./why.js";
+import { refusalText } from "./reason_words.js";
 
 export class Refused extends Error {
   constructor(text, status = 0, problem = {}) {

@@ -2,9 +2,9 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { use } from "../../../woosh_pure/web/page/js/i18n.js";
-import { kindOf } from "../../../woosh_pure/web/page/js/shapes.js";
-import { verdict } from "../../../woosh_pure/web/page/js/posed.js";
-import { blocking, briefText, causeText, distinct, endText, refusalText, stopText, whyOf } from "../../../woosh_pure/web/page/js/why.js";
+import { kindOf } from "../../../woosh_pure/web/page/js/server_values.js";
+import { verdict } from "../../../woosh_pure/web/page/js/pose_confirmation.js";
+import { blocking, briefText, causeText, distinct, endText, refusalText, stopText, whyOf } from "../../../woosh_pure/web/page/js/reason_words.js";
 
 const EMERGENCY = { key: "emergency_stop", text: "emergency stop button (110201000013)", values: {}, blocking: true, doubt: false };
 const WORDS = { english: "motor overheated", chinese: "电机过热" };

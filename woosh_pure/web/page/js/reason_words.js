@@ -2,7 +2,7 @@
 // is said as it came: a robot's own words, or a sentence of the library.
 
 import { current, has, t } from "./i18n.js";
-import { whoText } from "./what.js";
+import { whoText } from "./command_words.js";
 
 const UNSURE = new Set(["unknown", "not_localised", "link_lost", "no_chassis", "silent", "unreachable"]);
 

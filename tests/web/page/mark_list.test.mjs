@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { placeLabels } from "../../../woosh_pure/web/page/js/labels.js";
-import { found } from "../../../woosh_pure/web/page/js/marks.js";
+import { placeLabels } from "../../../woosh_pure/web/page/js/mark_labels.js";
+import { found } from "../../../woosh_pure/web/page/js/mark_list.js";
 
 const width = (text) => 8 * text.length;
 const boxes = (labels) => labels.map(({ text, x, y }) => {

@@ -2,7 +2,7 @@
 
 import { button, byId, el, fill, say, show } from "./dom.js";
 import { number, onLanguage, t } from "./i18n.js";
-import { seconds } from "./link.js";
+import { seconds } from "./live_connection.js";
 
 const SOURCES = ["color", "depth", null];
 

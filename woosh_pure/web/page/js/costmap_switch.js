@@ -2,7 +2,7 @@
 // would be a riddle.
 
 import { byId } from "./dom.js";
-import { hint } from "./hints.js";
+import { hint } from "./map_hint.js";
 import { onLanguage, t } from "./i18n.js";
 
 const PATIENCE = 5; // seconds until it is said that none comes

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { collect } from "../../../woosh_pure/web/page/js/body.js";
+import { collect } from "../../../woosh_pure/web/page/js/response_body.js";
 
 const stalled = () => new Error("stalled");
 

@@ -1,6 +1,6 @@
 // What is drawn above the map's picture. Each function draws one thing; `paint` holds the colours of the theme.
 
-import { placeLabels } from "./labels.js";
+import { placeLabels } from "./mark_labels.js";
 
 const LEAST = 24; // pixels: the robot's symbol is found at a glance, however small the scale
 const PI2 = 2 * Math.PI;

@@ -1,7 +1,7 @@
 // What the server says, put into the store. Pure but for the store; `now` is seconds of this page's clock.
 
-import { decode } from "./frames.js";
-import * as shapes from "./shapes.js";
+import { decode } from "./binary_frames.js";
+import * as shapes from "./server_values.js";
 
 // Part of the state -> its name here, and how it is read.
 const PARTS = {

@@ -2,15 +2,15 @@
 // something is held; every way of not being there lets go. Nothing ever resumes: what ended needs a new press.
 
 import { button, byId, el, fill, say } from "./dom.js";
-import { BEAT_SECONDS, Heart } from "./heart.js";
+import { BEAT_SECONDS, Heart } from "./heartbeat.js";
 import { number, onLanguage, t } from "./i18n.js";
-import { fromKeys, Gamepad, Keys } from "./inputs.js";
-import { seconds } from "./link.js";
-import { Pad } from "./pad.js";
+import { fromKeys, Gamepad, Keys } from "./keys_and_gamepad.js";
+import { seconds } from "./live_connection.js";
+import { Pad } from "./drive_pad.js";
 import { fromStick } from "./steering.js";
 import { toast } from "./toast.js";
-import { warning } from "./warning.js";
-import { causeText, kindText } from "./why.js";
+import { warning } from "./driving_warning.js";
+import { causeText, kindText } from "./reason_words.js";
 
 // The server's reasons that this page has words of its own for.
 const REASONS = {

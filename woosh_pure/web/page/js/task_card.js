@@ -2,10 +2,10 @@
 
 import { button, byId, el, fill, icon, say, show } from "./dom.js";
 import { number, onLanguage, t, word } from "./i18n.js";
-import { ICONS } from "./log.js";
+import { ICONS } from "./log_tab.js";
 import { attempt } from "./toast.js";
-import { whatText, whoText } from "./what.js";
-import { endText } from "./why.js";
+import { whatText, whoText } from "./command_words.js";
+import { endText } from "./reason_words.js";
 
 const KEPT = 20; // seconds for which an end that needs nobody is shown
 

@@ -1,6 +1,6 @@
 // What the robot says to a pose that it was told: nothing counts but what it tells after that.
 
-import { seconds } from "./link.js";
+import { seconds } from "./live_connection.js";
 
 const NEAR = 0.3; // m
 const NEAR_ANGLE = 0.35; // rad

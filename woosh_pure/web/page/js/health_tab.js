@@ -4,8 +4,8 @@ import { byId, el, fill, icon, say } from "./dom.js";
 import { isOld } from "./freshness.js";
 import { ageText } from "./header.js";
 import { current, degrees, number, onLanguage, t, word } from "./i18n.js";
-import { seconds } from "./link.js";
-import { distinct, todoOf, whyOf } from "./why.js";
+import { seconds } from "./live_connection.js";
+import { distinct, todoOf, whyOf } from "./reason_words.js";
 
 const ROWS = ["state", "mode", "battery", "velocity", "position", "scan", "odometer", "task", "map"];
 const FEED = { state: "status", mode: "status", position: "pose", task: "status", odometer: "odometer" };

@@ -4,7 +4,7 @@
 
 import { button, byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
-import { stopText } from "./why.js";
+import { stopText } from "./reason_words.js";
 
 const SECOND_WAY = 0.1; // seconds without a confirmation: then a call follows
 const ALL_WAYS = 0.3; // then all that is left

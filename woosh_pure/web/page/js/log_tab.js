@@ -4,8 +4,8 @@ import { button, byId, el, fill, icon } from "./dom.js";
 import { Download, LARGEST } from "./download.js";
 import { bytes, clock, current, number, onLanguage, t, word } from "./i18n.js";
 import { attempt } from "./toast.js";
-import { whatText, whoText } from "./what.js";
-import { briefText } from "./why.js";
+import { whatText, whoText } from "./command_words.js";
+import { briefText } from "./reason_words.js";
 
 export const ICONS = { running: "wait", ok: "ok", bad: "no", ended: "stop" };
 

@@ -2,10 +2,10 @@
 
 import { ask, dismiss } from "./confirm.js";
 import { button, byId, el, fill, show } from "./dom.js";
-import { hint } from "./hints.js";
+import { hint } from "./map_hint.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
-import { Marks } from "./marks.js";
-import { answerOf, isLost } from "./posed.js";
+import { Marks } from "./mark_list.js";
+import { answerOf, isLost } from "./pose_confirmation.js";
 import { attempt, toast } from "./toast.js";
 
 const KNOWN = "woosh-has-driven";

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { BUFFER_LIMIT, GAP_SECONDS, Heart } from "../../../woosh_pure/web/page/js/heart.js";
+import { BUFFER_LIMIT, GAP_SECONDS, Heart } from "../../../woosh_pure/web/page/js/heartbeat.js";
 
 function heart() {
   const world = { now: 100, sent: [], waiting: 0 };

@@ -1,16 +1,16 @@
 // The map: one canvas, drawn when something changed and at most once a frame.
 
-import { CostmapSwitch } from "./costmap.js";
+import { CostmapSwitch } from "./costmap_switch.js";
 import { byId, el, fill, say } from "./dom.js";
 import { isOld, lost } from "./freshness.js";
-import { Gestures, headingOf, nearest } from "./gestures.js";
-import { Ground } from "./ground.js";
-import { hint } from "./hints.js";
+import { Gestures, headingOf, nearest } from "./map_gestures.js";
+import { Ground } from "./map_background.js";
+import { hint } from "./map_hint.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
-import * as layers from "./layers.js";
-import { seconds } from "./link.js";
-import { Trail } from "./series.js";
-import { scaleBar, View } from "./view.js";
+import * as layers from "./map_layers.js";
+import { seconds } from "./live_connection.js";
+import { Trail } from "./time_series.js";
+import { scaleBar, View } from "./map_viewport.js";
 
 const KEYS = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };
 

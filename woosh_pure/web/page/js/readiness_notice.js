@@ -2,8 +2,8 @@
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
-import { whoText } from "./what.js";
-import { blocking, todoOf, whyOf } from "./why.js";
+import { whoText } from "./command_words.js";
+import { blocking, todoOf, whyOf } from "./reason_words.js";
 
 export class Notices {
   constructor({ store, lease }) {
