@@ -160,7 +160,7 @@ def test_axe_finds_nothing(
 _SYMBOL = """
 async () => {
   const { drawRobot, paintOf } = await import(new URL("js/map_layers.js", location.href).href);
-  const { View } = await import(new URL("js/map_viewport.js", location.href).href);
+  const { MapViewport } = await import(new URL("js/map_viewport.js", location.href).href);
   const paint = paintOf(document.body);
   const style = getComputedStyle(document.documentElement);
   const part = (value) => (value <= 10.31 ? value / 255 / 12.92 : ((value / 255 + 0.055) / 1.055) ** 2.4);
@@ -175,7 +175,7 @@ async () => {
     context.fillRect(0, 0, 120, 120);
     const [r, g, b] = context.getImageData(0, 0, 1, 1).data;
     const below = light(r, g, b);
-    const view = new View();
+    const view = new MapViewport();
     view.resize(120, 120);
     view.scale = 2;
     drawRobot(context, view, paint, { x: 0, y: 0, yaw: 0.4 }, footprint, old);

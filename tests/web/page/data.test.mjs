@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { decode, Parts } from "../../../woosh_pure/web/page/js/binary_frames.js";
+import { decode, CostmapParts } from "../../../woosh_pure/web/page/js/binary_frames.js";
 import { Ages, ageWords, isOld, lost, SILENT_SECONDS } from "../../../woosh_pure/web/page/js/freshness.js";
 import { take, takeBinary } from "../../../woosh_pure/web/page/js/server_messages.js";
-import { Series, Trail } from "../../../woosh_pure/web/page/js/time_series.js";
+import { TimeSeries, Trail } from "../../../woosh_pure/web/page/js/time_series.js";
 import { Store } from "../../../woosh_pure/web/page/js/store.js";
 import { fromGamepad, fromKeys, fromStick } from "../../../woosh_pure/web/page/js/steering.js";
 
@@ -52,7 +52,7 @@ test("a camera frame and a costmap", () => {
 
 test("a costmap is whole when its last part has come, and only in order", () => {
   const part = (row, rows, value, width = 2, height = 3) => ({ kind: "costmap", width, height, row, rows, cells: new Uint8Array(width * rows).fill(value) });
-  const parts = new Parts();
+  const parts = new CostmapParts();
   assert.equal(parts.take(part(0, 2, 7)), null);
   assert.deepEqual([...parts.take(part(2, 1, 9)).cells], [7, 7, 7, 7, 9, 9]);
   assert.equal(parts.take(part(2, 1, 9)), null, "its beginning was lost");
@@ -118,7 +118,7 @@ test("what is old is old, what was never heard is old, what is sent on change is
 });
 
 test("series and trail are bounded; a gap is no value; a jump begins a new line", () => {
-  const series = new Series(10, 5);
+  const series = new TimeSeries(10, 5);
   for (let i = 0; i < 100; i += 1) series.add(i, i % 2 ? NaN : i);
   assert.ok(series.points.length <= 5);
   assert.deepEqual(series.range(), [96, 98]);

@@ -1,13 +1,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Gestures, headingOf, nearest } from "../../../woosh_pure/web/page/js/map_gestures.js";
-import { MAX_SCALE, MIN_SCALE, scaleBar, View } from "../../../woosh_pure/web/page/js/map_viewport.js";
+import { MapGestures, headingOf, nearest } from "../../../woosh_pure/web/page/js/map_gestures.js";
+import { MAX_SCALE, MIN_SCALE, scaleBar, MapViewport } from "../../../woosh_pure/web/page/js/map_viewport.js";
 
 const near = (a, b) => assert.ok(Math.hypot(a[0] - b[0], a[1] - b[1]) < 1e-6, `${a} is not ${b}`);
 
 function view() {
-  const one = new View();
+  const one = new MapViewport();
   one.resize(400, 300);
   return one;
 }
@@ -60,7 +60,7 @@ function gestures(placing = false) {
   const note = (name) => (...values) => told.push([name, ...values]);
   const actions = { placing: () => placing };
   for (const name of ["pan", "pinch", "tap", "begin", "drag", "drop", "undo"]) actions[name] = note(name);
-  return { g: new Gestures(actions), told, names: () => told.map(([name]) => name) };
+  return { g: new MapGestures(actions), told, names: () => told.map(([name]) => name) };
 }
 
 test("a short press is a tap, a drag is a move", () => {

@@ -69,7 +69,7 @@ function costmap(view, buffer) {
 }
 
 // A costmap comes in parts, one after the other; the whole one when the last has come, else null.
-export class Parts {
+export class CostmapParts {
   constructor() {
     this.whole = null;
   }

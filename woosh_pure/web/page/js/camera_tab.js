@@ -6,7 +6,7 @@ import { seconds } from "./live_connection.js";
 
 const SOURCES = ["color", "depth", null];
 
-export class Camera {
+export class CameraTab {
   constructor({ store, link }) {
     this.store = store;
     this.link = link;

@@ -7,7 +7,7 @@ import { el } from "./dom.js";
 
 const STILL = 0.5; // pixels, or percent of zoom
 
-export class Pad {
+export class DrivePad {
   // told: press(x, y), steer(x, y), release(), taken(), moved()
   constructor(told) {
     this.told = told;

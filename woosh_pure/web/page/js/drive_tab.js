@@ -1,12 +1,12 @@
-// Driving by hand: off unless the server allows it and the warning was confirmed here. The heart beats only while
+// Driving by hand: off unless the server allows it and the warning was confirmed here. A heartbeat is sent only while
 // something is held; every way of not being there lets go. Nothing ever resumes: what ended needs a new press.
 
 import { button, byId, el, fill, say } from "./dom.js";
-import { BEAT_SECONDS, Heart } from "./heartbeat.js";
+import { BEAT_SECONDS, Heartbeat } from "./heartbeat.js";
 import { number, onLanguage, t } from "./i18n.js";
 import { fromKeys, Gamepad, Keys } from "./keys_and_gamepad.js";
 import { seconds } from "./live_connection.js";
-import { Pad } from "./drive_pad.js";
+import { DrivePad } from "./drive_pad.js";
 import { fromStick } from "./steering.js";
 import { toast } from "./toast.js";
 import { warning } from "./driving_warning.js";
@@ -21,14 +21,14 @@ const REASONS = {
 const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved"]);
 const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why).replace(/[.。]$/, "");
 
-export class Drive {
+export class DriveTab {
   constructor({ store, link, lease, leaseBox }) {
     Object.assign(this, { store, link, lease, leaseBox });
     this.on = false;
     this.speed = 0.5;
-    this.heart = new Heart({ send: (message) => link.send(message), now: seconds, buffered: () => link.buffered });
+    this.heartbeat = new Heartbeat({ send: (message) => link.send(message), now: seconds, buffered: () => link.buffered });
     this.note = ""; // why it ended last, until the next press
-    this.heart.onchange = (state, reason) => {
+    this.heartbeat.onchange = (state, reason) => {
       if (state !== "idle") this.note = reason;
       this.show();
     };
@@ -52,10 +52,10 @@ export class Drive {
   }
 
   build() {
-    this.pad = new Pad({
+    this.pad = new DrivePad({
       press: (x, y) => this.press(fromStick(x, y, this.limits)),
       steer: (x, y) => this.steer(fromStick(x, y, this.limits)),
-      release: () => this.heart.release(),
+      release: () => this.heartbeat.release(),
       taken: () => this.taken(),
       moved: () => this.end("moved"),
     });
@@ -72,12 +72,12 @@ export class Drive {
     this.keys = new Keys(() => this.on && this.store.get("tab") === "drive", {
       press: (codes) => this.press(fromKeys(codes, this.limits)),
       steer: (codes) => this.steer(fromKeys(codes, this.limits)),
-      release: () => this.heart.release(),
+      release: () => this.heartbeat.release(),
     });
     this.gamepad = new Gamepad({
       press: (command) => this.press(command),
       steer: (command) => this.steer(command),
-      release: () => this.heart.release(),
+      release: () => this.heartbeat.release(),
     });
   }
 
@@ -95,7 +95,7 @@ export class Drive {
 
   letGo() {
     this.keys.clear();
-    if (this.pad.pointer === null && !this.gamepad.held) this.heart.release();
+    if (this.pad.pointer === null && !this.gamepad.held) this.heartbeat.release();
   }
 
   press(command) {
@@ -104,34 +104,34 @@ export class Drive {
       toast(t("drive.needlease"), "bad");
       return;
     }
-    this.heart.press(command.vx, command.wz);
+    this.heartbeat.press(command.vx, command.wz);
     this.show();
   }
 
   steer(command) {
-    this.heart.steer(command.vx, command.wz);
+    this.heartbeat.steer(command.vx, command.wz);
     this.show();
   }
 
   taken() {
     this.end("taken");
-    this.heart.release(); // the finger is off the pad: the next touch is a new press
+    this.heartbeat.release(); // the finger is off the pad: the next touch is a new press
   }
 
   end(reason) {
-    this.heart.end(reason);
+    this.heartbeat.end(reason);
   }
 
   beat() {
     if (this.on && this.store.get("tab") === "drive" && !document.hidden) this.gamepad.poll(this.limits);
     this.pad.stays();
-    this.heart.tick();
+    this.heartbeat.tick();
   }
 
   told(message) {
     if (message.state === "driving" || message.state === "opening") return;
     const why = causeText(message.reasons) || REASONS[message.reason] || kindText(message.kind) || "ended";
-    this.heart.ended(why);
+    this.heartbeat.ended(why);
     if (message.state === "refused") toast(whyText(why), "bad");
   }
 
@@ -181,7 +181,7 @@ export class Drive {
   }
 
   show() {
-    const { state, command } = this.heart;
+    const { state, command } = this.heartbeat;
     let text = t("drive.idle");
     if (state === "held") text = t("drive.driving", { vx: number(command.vx, 2), wz: number((command.wz * 180) / Math.PI, 0) });
     else if (this.note) text = t("drive.over", { why: whyText(this.note) });

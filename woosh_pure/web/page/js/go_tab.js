@@ -4,7 +4,7 @@ import { ask, dismiss } from "./confirm.js";
 import { button, byId, el, fill, show } from "./dom.js";
 import { hint } from "./map_hint.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
-import { Marks } from "./mark_list.js";
+import { MarkList } from "./mark_list.js";
 import { answerOf, isLost } from "./pose_confirmation.js";
 import { attempt, toast } from "./toast.js";
 
@@ -26,11 +26,11 @@ function remember() {
 
 const radians = (value) => (value * Math.PI) / 180;
 
-export class Go {
+export class GoTab {
   constructor({ store, rest, map, lease }) {
     Object.assign(this, { store, rest, map, lease });
     this.root = byId("tab-go");
-    this.marks = new Marks({ store, rest, go: this });
+    this.marks = new MarkList({ store, rest, go: this });
     this.known = remembered(); // whoever has sent it somewhere needs no hint how
     map.onmark = (mark) => this.askMark(mark);
     store.on("marks", (marks) => show(this.first, marks.length > 0 && !this.known));

@@ -11,7 +11,7 @@ const ROWS = ["state", "mode", "battery", "velocity", "position", "scan", "odome
 const FEED = { state: "status", mode: "status", position: "pose", task: "status", odometer: "odometer" };
 const LEVEL = { severe: "severe", error: "severe", fault: "severe", warning: "warning", warn: "warning" };
 
-export class Health {
+export class HealthTab {
   constructor({ store, ages }) {
     this.store = store;
     this.ages = ages;

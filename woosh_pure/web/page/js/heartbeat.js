@@ -8,7 +8,7 @@ export const BEAT_SECONDS = 0.1;
 export const GAP_SECONDS = 0.35; // this page did not run for so long: frozen, asleep, busy
 export const BUFFER_LIMIT = 2048; // bytes that wait to be sent: a beat behind them would come too late
 
-export class Heart {
+export class Heartbeat {
   constructor({ send, now, buffered }) {
     this.send = send;
     this.now = now;

@@ -3,7 +3,7 @@
 const AGAIN = [0.3, 0.6, 1, 2, 3]; // seconds between attempts
 const SILENT = 6; // seconds without a word: the other side is gone, though nobody said so
 
-export class Link {
+export class LiveConnection {
   // handlers: text(message), binary(buffer), state("open" | "closed", code)
   constructor(address, handlers) {
     this.address = address;

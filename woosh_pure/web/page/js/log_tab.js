@@ -9,7 +9,7 @@ import { briefText } from "./reason_words.js";
 
 export const ICONS = { running: "wait", ok: "ok", bad: "no", ended: "stop" };
 
-export class Log {
+export class LogTab {
   constructor({ store, rest }) {
     this.store = store;
     this.rest = rest;

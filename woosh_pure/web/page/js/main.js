@@ -1,36 +1,36 @@
 // Puts the parts together. Addresses are relative to this page, so that it can be mounted anywhere.
 
-import { Camera } from "./camera_tab.js";
+import { CameraTab } from "./camera_tab.js";
 import { el } from "./dom.js";
-import { Drive } from "./drive_tab.js";
-import { Parts } from "./binary_frames.js";
+import { DriveTab } from "./drive_tab.js";
+import { CostmapParts } from "./binary_frames.js";
 import { Ages } from "./freshness.js";
-import { Go } from "./go_tab.js";
+import { GoTab } from "./go_tab.js";
 import { Header } from "./header.js";
-import { Health } from "./health_tab.js";
+import { HealthTab } from "./health_tab.js";
 import { choose, t, use } from "./i18n.js";
 import { Lease } from "./lease.js";
-import { Link, seconds } from "./live_connection.js";
-import { Log } from "./log_tab.js";
+import { LiveConnection, seconds } from "./live_connection.js";
+import { LogTab } from "./log_tab.js";
 import { MapView } from "./map_view.js";
 import { take, takeBinary } from "./server_messages.js";
-import { Notices } from "./readiness_notice.js";
+import { ReadinessNotice } from "./readiness_notice.js";
 import { Plots } from "./plots.js";
 import { Rest } from "./rest.js";
 import { keepSession, keptSession } from "./session_storage.js";
-import { Stop } from "./stop_button.js";
+import { StopButton } from "./stop_button.js";
 import { Store } from "./store.js";
 import { Tabs } from "./tabs.js";
-import { Task } from "./task_card.js";
+import { TaskCard } from "./task_card.js";
 import { toast } from "./toast.js";
-import { Token } from "./token_dialog.js";
+import { TokenDialog } from "./token_dialog.js";
 
 const base = new URL("api/v1/", location.href.split(/[?#]/)[0]).href;
 const store = new Store();
 const ages = new Ages();
-const parts = new Parts();
+const parts = new CostmapParts();
 const rest = new Rest(base, { onToken: () => token.ask() });
-const token = new Token(rest, () => link.hurry());
+const token = new TokenDialog(rest, () => link.hurry());
 rest.session = keptSession();
 addEventListener("pagehide", () => keepSession(rest.session));
 addEventListener("pageshow", () => keptSession()); // it comes back as it was left
@@ -38,7 +38,7 @@ let before = false; // was connected before
 
 // The session of before keeps name and lease through a break.
 const address = () => `${base.replace(/^http/, "ws")}live${rest.session ? `?session=${encodeURIComponent(rest.session)}` : ""}`;
-const link = new Link(address, {
+const link = new LiveConnection(address, {
   text: (message) => take(store, ages, message, seconds()),
   binary: (buffer) => takeBinary(store, ages, buffer, seconds(), parts),
   state: (state, code) => {
@@ -67,15 +67,15 @@ const lease = new Lease({ store, link, rest, boxes: [leaseBox] });
 const tabs = new Tabs(store);
 const map = new MapView({ store, ages, rest, link });
 new Header({ store, ages, link, tabs });
-new Stop({ store, rest, link });
-new Go({ store, rest, map, lease });
-new Task({ store, rest });
-new Notices({ store, lease });
-new Health({ store, ages });
+new StopButton({ store, rest, link });
+new GoTab({ store, rest, map, lease });
+new TaskCard({ store, rest });
+new ReadinessNotice({ store, lease });
+new HealthTab({ store, ages });
 new Plots({ store });
-new Camera({ store, link });
-new Log({ store, rest });
-new Drive({ store, link, lease, leaseBox });
+new CameraTab({ store, link });
+new LogTab({ store, rest });
+new DriveTab({ store, link, lease, leaseBox });
 
 let kept = null;
 try {

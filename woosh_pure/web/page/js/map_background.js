@@ -15,7 +15,7 @@ function surface(width, height) {
   return canvas;
 }
 
-export class Ground {
+export class MapBackground {
   constructor(store, rest, changed, progress) {
     this.store = store;
     this.rest = rest;

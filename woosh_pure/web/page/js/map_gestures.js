@@ -4,7 +4,7 @@
 const TAP_PIXELS = 8;
 const TAP_SECONDS = 0.6;
 
-export class Gestures {
+export class MapGestures {
   // actions: pan(dx, dy) pinch(a, b, c, d) tap(p) placing() -> bool; begin(p) drag(p) drop(p) undo()
   constructor(actions) {
     this.actions = actions;

@@ -3,14 +3,14 @@
 import { CostmapSwitch } from "./costmap_switch.js";
 import { byId, el, fill, say } from "./dom.js";
 import { isOld, lost } from "./freshness.js";
-import { Gestures, headingOf, nearest } from "./map_gestures.js";
-import { Ground } from "./map_background.js";
+import { MapGestures, headingOf, nearest } from "./map_gestures.js";
+import { MapBackground } from "./map_background.js";
 import { hint } from "./map_hint.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
 import * as layers from "./map_layers.js";
 import { seconds } from "./live_connection.js";
 import { Trail } from "./time_series.js";
-import { scaleBar, View } from "./map_viewport.js";
+import { scaleBar, MapViewport } from "./map_viewport.js";
 
 const KEYS = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };
 
@@ -19,7 +19,7 @@ export class MapView {
     Object.assign(this, { store, ages, link });
     this.canvas = byId("canvas");
     this.context = this.canvas.getContext("2d");
-    this.view = new View();
+    this.view = new MapViewport();
     this.trail = new Trail();
     this.following = true;
     this.fitted = false;
@@ -29,7 +29,7 @@ export class MapView {
     this.place = null; // {x, y, yaw} while something is being placed
     this.placing = null; // told of each change of `place`
     this.onmark = () => {};
-    this.ground = new Ground(store, rest, () => this.change(), (part) => this.progress(part));
+    this.ground = new MapBackground(store, rest, () => this.change(), (part) => this.progress(part));
     this.paint = layers.paintOf(document.body);
     this.listen();
     new ResizeObserver(() => this.resize()).observe(this.canvas);
@@ -57,7 +57,7 @@ export class MapView {
 
   pointers() {
     const point = (event) => [event.offsetX, event.offsetY];
-    const gestures = new Gestures({
+    const gestures = new MapGestures({
       pan: (dx, dy) => this.moved(() => this.view.panBy(dx, dy)),
       pinch: (...points) => this.moved(() => this.view.pinch(...points)),
       tap: (at) => this.tap(at),

@@ -5,7 +5,7 @@ export const MAX_SCALE = 400; // pixels for a metre
 
 const bounded = (scale) => Math.min(MAX_SCALE, Math.max(MIN_SCALE, scale));
 
-export class View {
+export class MapViewport {
   constructor() {
     this.x = 0; // the metre in the middle of the canvas
     this.y = 0;

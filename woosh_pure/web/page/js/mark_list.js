@@ -12,7 +12,7 @@ export function found(marks, typed) {
   return marks.filter((mark) => `${mark.name}\n${mark.note ?? ""}`.toLowerCase().includes(wanted));
 }
 
-export class Marks {
+export class MarkList {
   // go: askMark(mark) and placing(hint, question), endPlacing()
   constructor({ store, rest, go }) {
     Object.assign(this, { store, rest, go });

@@ -3,7 +3,7 @@
 import { byId, el, fill } from "./dom.js";
 import { number, onLanguage, t } from "./i18n.js";
 import { seconds } from "./live_connection.js";
-import { Series } from "./time_series.js";
+import { TimeSeries } from "./time_series.js";
 
 const SECONDS = 300;
 const PLOTS = [
@@ -16,7 +16,7 @@ const PLOTS = [
 export class Plots {
   constructor({ store }) {
     this.store = store;
-    this.series = new Map(PLOTS.map(({ key }) => [key, new Series(SECONDS, 700)]));
+    this.series = new Map(PLOTS.map(({ key }) => [key, new TimeSeries(SECONDS, 700)]));
     this.root = byId("plots");
     onLanguage(() => this.build());
     setInterval(() => this.sample(), 500);

@@ -5,7 +5,7 @@ import { onLanguage, t } from "./i18n.js";
 import { whoText } from "./command_words.js";
 import { blocking, todoOf, whyOf } from "./reason_words.js";
 
-export class Notices {
+export class ReadinessNotice {
   constructor({ store, lease }) {
     this.store = store;
     this.lease = lease;

@@ -21,7 +21,7 @@ export function verdict(answer) {
 
 const NO_ANSWER = { key: "stop.slow", kind: "bad", icon: "warn" };
 
-export class Stop {
+export class StopButton {
   constructor({ store, rest, link }) {
     Object.assign(this, { store, rest, link });
     this.number = 0;

@@ -9,7 +9,7 @@ import { endText } from "./reason_words.js";
 
 const KEPT = 20; // seconds for which an end that needs nobody is shown
 
-export class Task {
+export class TaskCard {
   constructor({ store, rest }) {
     this.store = store;
     this.rest = rest;

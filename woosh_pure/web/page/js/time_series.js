@@ -1,6 +1,6 @@
 // Values over the last minutes, bounded in time and number.
 
-export class Series {
+export class TimeSeries {
   constructor(seconds = 300, limit = 1200) {
     this.seconds = seconds;
     this.limit = limit;

@@ -3,7 +3,7 @@
 import { byId, el, fill, say } from "./dom.js";
 import { t } from "./i18n.js";
 
-export class Token {
+export class TokenDialog {
   // told() when a token was taken
   constructor(rest, told) {
     this.rest = rest;
