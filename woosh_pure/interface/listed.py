@@ -29,8 +29,15 @@ class ListedName(NamedTuple):
 
 
 LISTED = (
-    ListedName("/IO_module_control", "woosh_msgs/IOModuleControl", "screenshot", "sets lines of a module"),
-    ListedName("/IO_output", "woosh_msgs/IOs", "screenshot", "digital outputs"),
+    ListedName(
+        "/IO_module_control",
+        "woosh_msgs/IOModuleControl",
+        "screenshot",
+        "sets lines of a module; its `mode` is not documented",
+    ),
+    ListedName(
+        "/IO_output", "woosh_msgs/IOs", "screenshot", "digital outputs; set or shown by it: not known"
+    ),
     ListedName("/alley_adjust", "", "screenshot", "not known"),
     ListedName("/altenative_plan", "", "screenshot", "another path, by its name; its type is not known"),
     ListedName("/ar_tag_list", "woosh_msgs/ArTags", "screenshot", "visual tags in view"),
