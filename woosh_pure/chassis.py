@@ -18,14 +18,14 @@ from rosproto.sentence import led, say
 from rosproto.transport import Deadline, HostNames
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
-from woosh_pure.components import Core
+from woosh_pure.components import Components
 from woosh_pure.connection.arguments import LONGEST, master_uri_of, require_timeout
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.errors import MotionRefused
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion.action_goal import ActionHandle, start_action
 from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
-from woosh_pure.motion.verbs import Moving
+from woosh_pure.motion.verbs import MotionVerbs
 from woosh_pure.peripherals import Peripherals
 from woosh_pure.readings import Readings
 from woosh_pure.reasons import Readiness
@@ -39,7 +39,7 @@ from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLim
 if TYPE_CHECKING:
     from woosh_pure import aio, values
 
-__all__ = ["Chassis", "core_of"]
+__all__ = ["Chassis", "components_of"]
 
 _log = get_logger("woosh_pure.chassis")
 
@@ -50,7 +50,7 @@ _CLOSE_SECONDS, _LEAVE_SECONDS = 30.0, 10.0
 _CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for what it finds then
 
 
-class Chassis(Readings, Moving, Peripherals):
+class Chassis(Readings, MotionVerbs, Peripherals):
     """One chassis. Use it in a `with` block: leaving it cancels what this program started and still runs.
 
     Nothing happens on the network before the first verb or feed is used. The node's name is made unique, so
@@ -105,7 +105,7 @@ class Chassis(Readings, Moving, Peripherals):
                 say("timeout={timeout}: expected more than 0 s, and not for ever", timeout=timeout)
             )
         timeout = min(timeout, LONGEST)
-        self._core = Core(
+        self._components = Components(
             self.master_uri,
             name=name,
             host=host,
@@ -117,9 +117,9 @@ class Chassis(Readings, Moving, Peripherals):
         )
 
     def __enter__(self) -> Chassis:
-        self._core.connection.open_node()  # an unreachable master is told here, not at the first verb
-        self._core.in_block = True
-        self._core.start_watchdog()
+        self._components.connection.open_node()  # an unreachable master is told here, not at the first verb
+        self._components.in_block = True
+        self._components.start_watchdog()
         return self
 
     def __exit__(
@@ -139,11 +139,11 @@ class Chassis(Readings, Moving, Peripherals):
         Raises:
             ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
         """
-        running = self._core.running
-        running.note_end("this Chassis is closed")
-        problems = running.keeper.do(self._end, _CLOSE_SECONDS) if running.moved else []
+        motions = self._components.motions
+        motions.note_end("this Chassis is closed")
+        problems = motions.executor.do(self._end, _CLOSE_SECONDS) if motions.moved else []
         try:
-            running.keeper.do(self._core.close, _LEAVE_SECONDS)
+            motions.executor.do(self._components.close, _LEAVE_SECONDS)
         except RosTimeout as late:
             # What a signal handler has interrupted may hold what this needs: it goes on afterwards.
             _log.debug("! leaving the graph: %s", late)
@@ -157,26 +157,26 @@ class Chassis(Readings, Moving, Peripherals):
             )
 
     def _end(self) -> list[str]:
-        running = self._core.running
-        problems = running.end_all("the Chassis was closed", _CANCEL_SECONDS)
-        if running.drives or (running.goals and not running.leave):
-            problems = running.end_all("the Chassis was closed", _LATE_SECONDS)
+        motions = self._components.motions
+        problems = motions.end_all("the Chassis was closed", _CANCEL_SECONDS)
+        if motions.drives or (motions.goals and not motions.leave):
+            problems = motions.end_all("the Chassis was closed", _LATE_SECONDS)
         return problems
 
     def __repr__(self) -> str:
-        goals = ", ".join(goal.description for goal in self._core.running.goals) or "nothing"
-        return f"<Chassis {self.master_uri}, {self._core.connection.state}: {goals} under way>"
+        goals = ", ".join(goal.description for goal in self._components.motions.goals) or "nothing"
+        return f"<Chassis {self.master_uri}, {self._components.connection.state}: {goals} under way>"
 
     @property
     def moved(self) -> bool:
         """True when a verb of this object has started a motion, whether it is over or not."""
-        return self._core.running.moved
+        return self._components.motions.moved
 
     @property
     def under_way(self) -> bool:
         """True while something that this object has started may move the robot."""
-        running = self._core.running
-        return bool(running.goals) or any(not drive.finished for drive in running.drives)
+        motions = self._components.motions
+        return bool(motions.goals) or any(not drive.finished for drive in motions.drives)
 
     @property
     def lease(self) -> ChassisLease:
@@ -190,7 +190,7 @@ class Chassis(Readings, Moving, Peripherals):
     @property
     def node(self) -> rosproto.Node:
         """The node underneath, for everything this class does not offer."""
-        return self._core.connection.open_node()
+        return self._components.connection.open_node()
 
     @property
     def aio(self) -> aio.Chassis:
@@ -216,7 +216,7 @@ class Chassis(Readings, Moving, Peripherals):
         What the chassis has refused to this object is remembered until it is shown to be over. Nothing is
         moved or interrupted to find out; see `woosh_pure.readiness`.
         """
-        return self._core.knowledge.readiness()
+        return self._components.readiness_state.readiness()
 
     def wait_until_ready(self, timeout: float | None = 60.0, *, known: bool = False) -> Readiness:
         """Wait until nothing known blocks a motion, for example after the emergency stop was released.
@@ -314,10 +314,10 @@ class Chassis(Readings, Moving, Peripherals):
                 "a velocity bypasses the chassis's obstacle avoidance and limits; "
                 "acknowledge it with bypasses_protection=True"
             )
-        self._core.knowledge.require_ready("velocity", check)
+        self._components.readiness_state.require_ready("velocity", check)
         limits = self._drive_limits(max_linear, max_angular)
         topic = VELOCITY_TOPICS["direct" if direct else "smooth"]
-        return Drive(self._core, topic, limits, feedback_timeout, check=check, share=share)
+        return Drive(self._components, topic, limits, feedback_timeout, check=check, share=share)
 
     def _drive_limits(self, max_linear: float | None, max_angular: float | None) -> DriveLimits:
         try:
@@ -356,7 +356,7 @@ class Chassis(Readings, Moving, Peripherals):
             work: the report says it.
         """
         return _stop(
-            self._core, everything=everything, end_drivers=end_drivers, timeout=stop_seconds(timeout)
+            self._components, everything=everything, end_drivers=end_drivers, timeout=stop_seconds(timeout)
         )
 
     # -- everything else -------------------------------------------------------------------------------------
@@ -392,7 +392,7 @@ class Chassis(Readings, Moving, Peripherals):
         found = interface.row(name)
         if found.kind != "action":
             raise ValueError(say("{name} is a {kind}, not an action", name=found.name, kind=found.kind))
-        return start_action(self._core, found, goal, timeout=timeout, check=check, replace=replace)
+        return start_action(self._components, found, goal, timeout=timeout, check=check, replace=replace)
 
     def send(self, topic: str, message: Any, *, timeout: float | None = None) -> None:
         """Send a message to any topic the chassis listens to, once it is connected; velocities apart.
@@ -432,12 +432,12 @@ class Chassis(Readings, Moving, Peripherals):
                 say("{name} takes {type}, got {given}", name=found.name, type=found.type, given=given)
             )
         require_finite(message, found.type)
-        self._core.clients.send(found.name, message, require_timeout(timeout))
+        self._components.clients.send(found.name, message, require_timeout(timeout))
 
 
-def core_of(chassis: Chassis) -> Core:
+def components_of(chassis: Chassis) -> Components:
     """The parts of a Chassis, for what is built beside it: the face for asyncio, and the commands."""
-    return chassis._core
+    return chassis._components
 
 
 def _lower(name: str, known: float, asked: float | None) -> float:

@@ -13,24 +13,24 @@ from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection, say_elsewhere
 from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.feed.feeds import Feeds
-from woosh_pure.readiness.readiness_state import Knowledge
-from woosh_pure.stopping.active_motions import Running
-from woosh_pure.stopping.watchdog_client import Watched
+from woosh_pure.readiness.readiness_state import ReadinessState
+from woosh_pure.stopping.active_motions import ActiveMotions
+from woosh_pure.stopping.watchdog_client import WatchdogClient
 
 logger = get_logger("woosh_pure.components")
 
 
-class Core:
+class Components:
     """What one `Chassis` is made of.
 
     Attributes:
         connection: Our node, made on first use.
         clients: What is sent and called.
         feeds: What is heard.
-        knowledge: What is known about whether it may move.
-        running: What was started and still runs.
+        readiness_state: What is known about whether it may move.
+        motions: What was started and still runs.
         velocity: The velocity topics.
-        watched: What the watchdog ends when this program is gone.
+        watchdog_client: What the watchdog ends when this program is gone.
         in_block: Whether the Chassis is in its own `with` block, which will close it.
     """
 
@@ -59,20 +59,20 @@ class Core:
         self.clients = Clients(self.connection)
         self.feeds = Feeds(self.connection)
         self._watchdog, self._own_watchdog = _watchdog(watchdog), watchdog is True
-        self.watched = Watched(self.connection, self._watchdog, leave=leave_running)
-        self.velocity = VelocityTopics(self.connection, self._heard_since, unused=self.watched.over)
+        self.watchdog_client = WatchdogClient(self.connection, self._watchdog, leave=leave_running)
+        self.velocity = VelocityTopics(self.connection, self._heard_since, unused=self.watchdog_client.over)
         if self._watchdog is not None:
             self._watchdog.on_sent(self._stopped_by_watchdog)
-        self.running = Running(
+        self.motions = ActiveMotions(
             leave=leave_running,
             zeros_due=lambda: self.velocity.zeros_due,
             send_zeros=self.velocity.send_due_zeros,
         )
-        self.knowledge = Knowledge(
+        self.readiness_state = ReadinessState(
             self.connection,
             self.feeds,
-            own_tasks=self.running.own_tasks,
-            require_not_over=self.running.require_not_over,
+            own_tasks=self.motions.own_tasks,
+            require_not_over=self.motions.require_not_over,
         )
 
     def start_watchdog(self) -> None:
@@ -82,13 +82,13 @@ class Core:
 
     def _stopped_by_watchdog(self, why: str) -> None:
         """Whatever it has stopped is over for us, too. In a thread: the watchdog's own has more to hear."""
-        threading.Thread(target=partial(self.running.end_all, why), name="woosh:stop", daemon=True).start()
+        threading.Thread(target=partial(self.motions.end_all, why), name="woosh:stop", daemon=True).start()
 
     def _before_close(self, reason: str) -> None:
-        words = self.velocity.last_words
-        goals = [] if self.running.leave else self.running.goals
-        self.running.end_with_node(reason)
-        words += [goal.last_word for goal in goals if goal.last_word is not None and not goal.gone]
+        words = self.velocity.final_messages
+        goals = [] if self.motions.leave else self.motions.goals
+        self.motions.end_with_node(reason)
+        words += [goal.final_message for goal in goals if goal.final_message is not None and not goal.gone]
         if reason and words:
             for problem in say_elsewhere(self.connection, words):
                 logger.warning("! %s: the robot may still be driving: %s", reason, problem)
@@ -104,7 +104,7 @@ class Core:
         May be called again, to finish a close that Ctrl-C interrupted.
         """
         self.connection.note_close()
-        self.running.close()
+        self.motions.close()
         self.feeds.close()
         self.connection.close()
         if self._own_watchdog and self._watchdog is not None:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from rosproto.coercion import as_float, whole
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
-from woosh_pure.components import Core
+from woosh_pure.components import Components
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.firmware_limits import require_message
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
@@ -30,7 +30,7 @@ _FOOTPRINTS = {
 class Peripherals:
     """The part of `Chassis` that needs no permission to move: what is on the robot, and where it is."""
 
-    _core: Core
+    _components: Components
 
     # -- light and voice -------------------------------------------------------------------------------------
 
@@ -73,17 +73,17 @@ class Peripherals:
 
     def _send_to_any(self, topics: Sequence[str], type_name: str, message: Any) -> None:
         """Send on those spellings of a topic that have a subscriber."""
-        publishers = [self._core.clients.publisher(topic, type_name) for topic in topics]
+        publishers = [self._components.clients.publisher(topic, type_name) for topic in topics]
         heard = [p for p in publishers if p.connections]
         if not heard:
-            self._core.clients.wait_any(publishers, self._core.connection.timeout)
+            self._components.clients.wait_any(publishers, self._components.connection.timeout)
             heard = [p for p in publishers if p.connections]
         for publisher in heard:
             require_message(publisher.topic, publisher, message)
             if (scope := current()) is not None:
                 scope.require_wanted(publisher.topic)
             publisher.publish(message)
-            publisher.flush(self._core.connection.timeout)
+            publisher.flush(self._components.connection.timeout)
 
     def say(self, text: str) -> None:
         """Let the chassis speak (`/voice_synthesis`; not every chassis has it).
@@ -96,7 +96,7 @@ class Peripherals:
             CodecError: `text` is not a string.
         """
         message = message_type("std_msgs/String")(data=text)
-        self._core.clients.send("/voice_synthesis", message)
+        self._components.clients.send("/voice_synthesis", message)
 
     # -- footprint -------------------------------------------------------------------------------------------
 
@@ -134,9 +134,9 @@ class Peripherals:
         if not topics:
             raise ValueError("neither the local nor the global costmap is chosen: nothing would be sent")
         for topic in topics:  # both or none: the two must agree
-            self._core.clients.connect(topic, type(message))
+            self._components.clients.connect(topic, type(message))
         for topic in topics:
-            self._core.clients.send(topic, message)
+            self._components.clients.send(topic, message)
         return outline
 
     # -- costmaps and maps -----------------------------------------------------------------------------------
@@ -151,7 +151,9 @@ class Peripherals:
             ChassisError: The chassis refused.
             ServiceError, RosTimeout: There is no such service, or no answer in time.
         """
-        _require_success(self._core.clients.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
+        _require_success(
+            self._components.clients.call("/move_base/enable_costmaps", data=on), "enable_costmaps"
+        )
 
     def clear_costmaps(self) -> None:
         """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in view come back.
@@ -159,7 +161,7 @@ class Peripherals:
         Raises:
             ServiceError, RosTimeout: There is no such service, or no answer in time.
         """
-        self._core.clients.call("/move_base/clear_costmaps")
+        self._components.clients.call("/move_base/clear_costmaps")
 
     def get_map(self) -> GridMap:
         """The current map (`/aic_map_server/get_map`) as numpy; `.save("x.yaml")` writes map_server's files.
@@ -171,7 +173,7 @@ class Peripherals:
             ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
             ValueError: The reply is not a map.
         """
-        return grid_from_message(self._core.clients.call("/aic_map_server/get_map", timeout=30.0).map)
+        return grid_from_message(self._components.clients.call("/aic_map_server/get_map", timeout=30.0).map)
 
     def set_map(self, grid: GridMap, initial_pose: Pose2D | None = None) -> None:
         """Replace the map (`/set_map`).
@@ -196,7 +198,9 @@ class Peripherals:
         pose = pose_with_covariance(
             initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
         )
-        reply = self._core.clients.call("/set_map", timeout=30.0, map=grid_message(grid), initial_pose=pose)
+        reply = self._components.clients.call(
+            "/set_map", timeout=30.0, map=grid_message(grid), initial_pose=pose
+        )
         _require_success(reply, "set_map")
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None, *, tolerance: float = 0.0) -> list[Pose2D]:
@@ -224,7 +228,7 @@ class Peripherals:
                 )
             )
         begin = start or self._current_pose()
-        reply = self._core.clients.call(
+        reply = self._components.clients.call(
             "/move_base/make_plan",
             timeout=30.0,
             start=stamped_pose(begin),
@@ -237,9 +241,9 @@ class Peripherals:
         ]
 
     def _current_pose(self) -> Pose2D:
-        feed = self._core.feeds.get("pose")
+        feed = self._components.feeds.get("pose")
         try:
-            pose: Pose2D = feed.wait(self._core.connection.timeout, new=False)
+            pose: Pose2D = feed.wait(self._components.connection.timeout, new=False)
         except RosTimeout as error:
             raise StaleState(
                 say("the pose is not known ({topic} is silent); give start=", topic=feed.topic),
@@ -314,7 +318,7 @@ class Peripherals:
     def _run_action(self, name: str, goal: Any, text: str, timeout: float) -> Any:
         from woosh_pure.motion.action_goal import ActionHandle
 
-        handle = ActionHandle(self._core, name, text, timeout)
+        handle = ActionHandle(self._components, name, text, timeout)
         handle.send(goal)
         handle.wait(timeout)
         return handle.result
@@ -358,7 +362,7 @@ class Peripherals:
             pose, position_deviation=position_deviation, yaw_deviation=yaw_deviation
         )
         if via == "topic":
-            self._core.clients.send("/initialpose", message)
+            self._components.clients.send("/initialpose", message)
         else:
             self._call_by_type("/init_pose", service=service, initial_pose=message)
 
@@ -390,13 +394,13 @@ class Peripherals:
             ServiceError: This chassis has no such service.
             RosTimeout: No answer in time.
         """
-        _require_success(self._core.clients.call("/start_localization", data=on), "start_localization")
+        _require_success(self._components.clients.call("/start_localization", data=on), "start_localization")
 
     def _call_by_type(
         self, name: str, timeout: float | None = None, service: str | None = None, **fields: Any
     ) -> None:
         type_name = row(name).type
-        found = self._core.clients.services_of_type(type_name) if service is None else [service]
+        found = self._components.clients.services_of_type(type_name) if service is None else [service]
         if not found:
             raise ChassisError(
                 say(
@@ -414,7 +418,7 @@ class Peripherals:
                     names=", ".join(found),
                 )
             )
-        reply = self._core.clients.call_found(found[0], type_name, timeout=timeout, **fields)
+        reply = self._components.clients.call_found(found[0], type_name, timeout=timeout, **fields)
         _require_success(reply, f"{found[0]} ({type_name})")
 
 

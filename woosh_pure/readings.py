@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure import interface, values
-from woosh_pure.components import Core
+from woosh_pure.components import Components
 from woosh_pure.faults import Faults, StatusCode
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.geometry import Pose2D, Velocity
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class Readings:
     """The part of `Chassis` that only listens."""
 
-    _core: Core
+    _components: Components
 
     def feed(self, name: str) -> Feed[Any]:
         """A feed by its name in the interface table or by its topic; works for every topic of the chassis.
@@ -46,97 +46,97 @@ class Readings:
                     flow=found.flow,
                 )
             )
-        return self._core.feeds.get(found.feed or found.name)
+        return self._components.feeds.get(found.feed or found.name)
 
     @property
     def status(self) -> Feed[values.RobotStatus]:
         """`/robot_status`, published on change only."""
-        return self._core.feeds.get("status")
+        return self._components.feeds.get("status")
 
     @property
     def pose(self) -> Feed[Pose2D]:
         """`/movebase_pose2d`: map_T_base, m and rad."""
-        return self._core.feeds.get("pose")
+        return self._components.feeds.get("pose")
 
     @property
     def odometer(self) -> Feed[float]:
         """`/odometer`: metres travelled."""
-        return self._core.feeds.get("odometer")
+        return self._components.feeds.get("odometer")
 
     @property
     def battery(self) -> Feed[values.Battery]:
         """`/battery`: charge in %, voltage, current, temperatures, capacities; V, A, °C, Ah."""
-        return self._core.feeds.get("battery")
+        return self._components.feeds.get("battery")
 
     @property
     def localization(self) -> Feed[values.PoseEstimate]:
         """`/amcl_pose`: the pose found by the localisation, with its covariance; m and rad in the map."""
-        return self._core.feeds.get("localization")
+        return self._components.feeds.get("localization")
 
     @property
     def information(self) -> Feed[values.Information]:
         """`/information`: versions of the controller, type of the base, parameters."""
-        return self._core.feeds.get("information")
+        return self._components.feeds.get("information")
 
     @property
     def bms(self) -> Feed[values.Bms]:
         """`/driver_base/bms`: what the battery management system measures; V, A, °C, Ah."""
-        return self._core.feeds.get("bms")
+        return self._components.feeds.get("bms")
 
     @property
     def parameters(self) -> Feed[values.Parameters]:
         """`/driver_base/parameter`: wheel geometry, reduction ratios, speed limits; m, m/s, rad/s."""
-        return self._core.feeds.get("parameters")
+        return self._components.feeds.get("parameters")
 
     @property
     def measured_velocity(self) -> Feed[Velocity]:
         """`/odom_twist`: how the base actually moves, m/s and rad/s."""
-        return self._core.feeds.get("velocity")
+        return self._components.feeds.get("velocity")
 
     @property
     def status_code(self) -> Feed[StatusCode]:
         """`/status_code`, decoded; `faults` is the set that is active."""
-        return self._core.feeds.get("status_code")
+        return self._components.feeds.get("status_code")
 
     @property
     def scan(self) -> Feed[values.LaserScan]:
         """`/scan`: the fused lidar scan; m and rad in the scan's own frame."""
-        return self._core.feeds.get("scan")
+        return self._components.feeds.get("scan")
 
     @property
     def imu(self) -> Feed[values.Imu]:
         """`/imu/data_raw`: raw inertial measurements; rad/s and m/s² in the IMU's frame."""
-        return self._core.feeds.get("imu")
+        return self._components.feeds.get("imu")
 
     @property
     def odometry_raw(self) -> Feed[values.Odometry]:
         """`/odom_raw`: from the wheels alone."""
-        return self._core.feeds.get("odometry_raw")
+        return self._components.feeds.get("odometry_raw")
 
     @property
     def odometry(self) -> Feed[values.Odometry]:
         """`/odom`: from wheels and IMU."""
-        return self._core.feeds.get("odometry")
+        return self._components.feeds.get("odometry")
 
     @property
     def camera(self) -> Feed[values.Image]:
         """`/camera_1/color/image_raw`: the colour image, as an array of pixels."""
-        return self._core.feeds.get("camera")
+        return self._components.feeds.get("camera")
 
     @property
     def depth(self) -> Feed[values.Image]:
         """`/camera_1/depth/image_raw`: the depth image, as an array; m or mm, by its encoding."""
-        return self._core.feeds.get("depth")
+        return self._components.feeds.get("depth")
 
     @property
     def points(self) -> Feed[values.PointCloud]:
         """`/camera_1/depth/points`: the depth image as a point cloud; m in the camera's frame."""
-        return self._core.feeds.get("points")
+        return self._components.feeds.get("points")
 
     @property
     def obstacle_points(self) -> Feed[values.PointCloud]:
         """`/camera_1/depth/cloud_without_planes`: points of obstacles, no ground; m, camera frame."""
-        return self._core.feeds.get("obstacle_points")
+        return self._components.feeds.get("obstacle_points")
 
     @property
     def faults(self) -> Faults:
@@ -145,7 +145,7 @@ class Readings:
         An empty tuple does not mean that there are none: `known` says whether the robot itself reports that
         there is nothing else, and `sentence()` says all of it in words.
         """
-        return self._core.knowledge.active_faults()
+        return self._components.readiness_state.active_faults()
 
     def snapshot(self, timeout: float = 0.0) -> dict[str, Reading[Any] | None]:
         """The newest reading of every feed on the vendor's page, None where nothing was heard.
@@ -155,13 +155,13 @@ class Readings:
                 were opened before, because their messages are large.
         """
         heavy = {"camera", "depth", "points", "obstacle_points"}
-        opened = self._core.feeds.opened
+        opened = self._components.feeds.opened
         names = [
             r.feed
             for r in interface.feeds()
             if r.source == "page" and (r.feed not in heavy or r.feed in opened)
         ]
-        feeds = {name: self._core.feeds.get(name).open() for name in names}
+        feeds = {name: self._components.feeds.get(name).open() for name in names}
         deadline = Deadline(timeout)
         while not deadline.expired and not all(f.heard or f.row.on_change for f in feeds.values()):
             time.sleep(0.02)

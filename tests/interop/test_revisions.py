@@ -20,7 +20,7 @@ from rosproto.msg import bundled
 from tests.support import ros
 from woosh_pure import Chassis, FirmwareLimit
 from woosh_pure.enums import NavDirection, NavigationMode
-from woosh_pure.firmware.learn import KnownDefinitions, judge
+from woosh_pure.firmware.learn import KnownDefinitions, compare
 from woosh_pure.firmware.survey import survey
 
 Packages = Callable[[str], str]
@@ -93,7 +93,7 @@ def test_topics_with_rospy_of_another_revision(any_master: str, revised_packages
 
 def surveyed(node: Node, *names: str) -> list[tuple[str, str]]:
     """What `woosh learn` finds out about topics and services: verdict and revision."""
-    findings = {answer.name: judge(answer, KnownDefinitions()) for answer in survey(node, timeout=60)}
+    findings = {answer.name: compare(answer, KnownDefinitions()) for answer in survey(node, timeout=60)}
     return [(findings[name].verdict, findings[name].source) for name in names]
 
 

@@ -86,7 +86,7 @@ async def test_the_block_of_a_chassis_that_exists_closes_it(sim):
     chassis = Chassis(sim.master_uri)
     async with chassis.aio as robot:
         assert (await robot.battery).percent == chassis.battery.latest.percent
-    made = chassis._core.connection._node
+    made = chassis._components.connection._node
     assert chassis.node.closed if made is None else made.closed
 
 
@@ -339,7 +339,7 @@ async def test_a_request_that_was_cancelled_before_it_was_sent_is_not_sent(sim):
     """Else it would overtake what the program asks for next."""
     async with aio.Chassis(sim.master_uri) as robot:
         gate, asked = threading.Event(), threading.Event()
-        threaded = robot.chassis._core.clients
+        threaded = robot.chassis._components.clients
         original = threaded.service
 
         def service(name: str) -> Any:

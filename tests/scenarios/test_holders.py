@@ -61,7 +61,7 @@ def test_what_was_prepared_when_a_chassis_was_closed_does_not_begin(sim, until, 
     """It has passed the first door, and comes to the second one too late."""
     chassis = Chassis(sim.master_uri)
     chassis.readiness()
-    running = chassis._core.running
+    running = chassis._components.motions
     door = "add_drive" if verb == "velocity" else "add_goal"
     with held(monkeypatch, type(running), door) as (came, go_on):
         worker, errors = in_thread(lambda: begin(chassis, verb))

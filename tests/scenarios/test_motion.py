@@ -329,7 +329,7 @@ def test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour(sim, real
     drive.set(0.2, valid_for=5.0)
     until(lambda: sim.world.body.velocity.vx > 0.1)
     # A killed process sends nothing any more: take its sockets away without any of our own clean-up.
-    publisher_side._core.velocity.write_zero = lambda topic: None  # type: ignore[method-assign]
+    publisher_side._components.velocity.write_zero = lambda topic: None  # type: ignore[method-assign]
     publisher_side.node.close()
     time.sleep(0.5)
     assert sim.world.body.velocity.vx > 0.1

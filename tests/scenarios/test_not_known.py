@@ -70,7 +70,7 @@ def test_what_was_refused_is_remembered_until_it_is_over(pressed, until):
 def test_a_goal_that_was_refused_is_remembered_without_any_code_heard(pressed, until):
     """The action server's own words name the code."""
     with Chassis(pressed.master_uri) as chassis:
-        chassis._core.feeds.get("status_code")._receive = lambda message: None
+        chassis._components.feeds.get("status_code")._receive = lambda message: None
         with pytest.raises((MotionRefused, GoalFailed)):
             chassis.move(0.1).wait(10.0)
         readiness = chassis.readiness()

@@ -40,18 +40,18 @@ def test_a_stop_also_stops_the_goal_that_another_thread_is_just_about_to_send(
         stopping, _ = in_thread(lambda: chassis.stop(timeout=2.0))
         until_noted(chassis)
         if door == "send_goal":
-            assert wait_for(lambda: all(goal.asked for goal in chassis._core.running.goals))
+            assert wait_for(lambda: all(goal.asked for goal in chassis._components.motions.goals))
         go_on.set()
         thread.join(10.0)
         stopping.join(10.0)
     assert door == "send_goal" or isinstance(errors[0], MotionRefused)
-    assert wait_for(lambda: not chassis._core.running.goals)
+    assert wait_for(lambda: not chassis._components.motions.goals)
     assert wait_for(lambda: sim.world.motion is None)
     assert abs(sim.pose.x) < 0.3
 
 
 def until_noted(chassis: Chassis) -> None:
-    assert wait_for(lambda: chassis._core.running.stops == 1)
+    assert wait_for(lambda: chassis._components.motions.stops == 1)
 
 
 def wait_for(condition: Any, timeout: float = 10.0) -> bool:
@@ -113,7 +113,7 @@ def test_ctrl_c_while_a_goal_is_being_sent_cancels_it_without_leaving_a_block(
     monkeypatch.setattr(threading.Thread, "is_alive", interrupted)
     with pytest.raises(KeyboardInterrupt):
         chassis.go_to(2.5, 0.0)
-    until(lambda: not chassis._core.running.goals)
+    until(lambda: not chassis._components.motions.goals)
     until(lambda: sim.world.motion is None and sim.world.body.velocity.is_standing())
     assert sim.pose.x < 2.0
 
@@ -390,7 +390,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                     drive.set(0.1, valid_for=5.0)
                 else:
                     handle = chassis.go_to(2.5, 0.0) if what == "goal" else chassis.go_to_mark("B1")
-                    chassis._core.clients.action("/move_base")._goals._status_timeout = 0.5
+                    chassis._components.clients.action("/move_base")._goals._status_timeout = 0.5
                 chassis.measured_velocity.wait_for(lambda v: not v.is_standing(), 10.0)
                 robot.kill()
                 if what == "velocity":
@@ -398,7 +398,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                         drive.hold(0.1, seconds=20.0)
                 else:
                     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
-            monkeypatch.setattr(chassis._core.connection, "timeout", 0.2)
+            monkeypatch.setattr(chassis._components.connection, "timeout", 0.2)
             with contextlib.suppress(ConnectionLost):
                 chassis.close()
         finally:
@@ -443,7 +443,7 @@ def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
         until(lambda: not sim.world.body.velocity.is_standing())
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(type(handle._goal), "cancel", lambda _: True)  # the message is lost on its way
-            patch.setattr(chassis._core.feeds, "wait_standing", lambda timeout: False)
+            patch.setattr(chassis._components.feeds, "wait_standing", lambda timeout: False)
             outcome = handle.cancel(0.2)
         assert outcome.kind is OutcomeKind.CANCELLED
         assert "not confirmed" in outcome.text
@@ -451,7 +451,7 @@ def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
         assert "cancelled" in repr(handle)
         assert sim.world.motion is not None
         assert chassis.stop(timeout=2.0).problems == []
-        assert chassis._core.running.goals == []
+        assert chassis._components.motions.goals == []
         until(lambda: sim.world.motion is None)
 
 
@@ -493,5 +493,5 @@ def test_a_task_of_asyncio_that_awaits_a_goal_takes_it_along_when_it_is_cancelle
         await chassis.go_to(2.8, 0.0)
 
     asyncio.run(main())
-    until(lambda: sim.world.motion is None and not chassis._core.running.goals)
+    until(lambda: sim.world.motion is None and not chassis._components.motions.goals)
     assert sim.pose.x < 2.5

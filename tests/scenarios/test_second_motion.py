@@ -31,7 +31,7 @@ def test_a_second_motion_is_refused_and_the_first_goes_on(sim, real_time, chassi
         SECOND[second](chassis)
     assert handle.description in str(caught.value)
     assert not handle.done
-    assert chassis._core.running.goals == [handle._motion]
+    assert chassis._components.motions.goals == [handle._motion]
 
 
 @pytest.mark.promise("a second motion while one of ours is under way")

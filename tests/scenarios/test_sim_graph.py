@@ -174,13 +174,13 @@ def test_a_cancel_that_nobody_confirms_is_not_taken_for_done(sim, real_time, unt
     """A cancel is a message; on a dead link it is sent, and arrives nowhere. A goal that may still arrive is not done."""
     chassis = Chassis(sim.master_uri)
     chassis.measured_velocity.wait(5.0)
-    chassis._core.clients.action("/move_base")
+    chassis._components.clients.action("/move_base")
     if not arrived:
         sim.drop_link(60.0)
     handle = chassis.go_to(2.5, 0.0)
     if arrived:
         until(lambda: not sim.world.body.velocity.is_standing())
-    chassis._core.clients.action("/move_base")._goals._status_timeout = 0.5
+    chassis._components.clients.action("/move_base")._goals._status_timeout = 0.5
     sim.drop_link(60.0)
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
     with pytest.raises(ConnectionLost, match="cannot be heard"):

@@ -142,7 +142,7 @@ def test_a_refused_task_says_why(sim, chassis, until, spoil, key):
 def test_a_refusal_of_the_chassis_is_an_error_too(sim, chassis):
     with pytest.raises(MotionRefused, match="not known"):
         chassis.go_to_mark("nowhere")
-    assert chassis._core.running.goals == []
+    assert chassis._components.motions.goals == []
 
 
 def test_an_emergency_stop_ends_the_running_task_as_failed(sim, real_time, chassis, until):

@@ -822,7 +822,7 @@ def test_it_is_mounted_in_somebody_elses_application_and_starts_nothing_by_itsel
     before = {thread.name for thread in threading.enumerate()}
     with Chassis(chassis.master_uri) as mine:
         inner = web.app(mine)
-        assert not mine._core.feeds.opened
+        assert not mine._components.feeds.opened
         assert {t.name for t in threading.enumerate() if t.name.startswith("woosh:web")} <= before
 
         def hello(request: Any) -> PlainTextResponse:

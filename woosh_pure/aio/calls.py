@@ -23,7 +23,7 @@ T = TypeVar("T")
 _THREADS = 64
 
 
-class Calls:
+class ThreadCalls:
     """The calls of one Chassis. Made for any number of loops, one after the other.
 
     Attributes:
@@ -82,7 +82,7 @@ class Calls:
         self._pool.close()
 
 
-class Later(Awaitable[T], Generic[T]):
+class AwaitableProperty(Awaitable[T], Generic[T]):
     """A property that is awaited: `await robot.faults`. Asked for each time it is awaited."""
 
     def __init__(self, ask: Callable[[], Coroutine[Any, Any, T]]) -> None:

@@ -12,12 +12,12 @@ from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 from rosproto import aio as ros
 from rosproto.logs import get_logger
 from woosh_pure import values
-from woosh_pure.aio.calls import Calls, Later
+from woosh_pure.aio.calls import AwaitableProperty, ThreadCalls
 from woosh_pure.aio.drive import VelocityBlock
 from woosh_pure.aio.feed import Readings
 from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
 from woosh_pure.chassis import Chassis as Threaded
-from woosh_pure.chassis import core_of
+from woosh_pure.chassis import components_of
 from woosh_pure.faults import Faults
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion import goal_handle as threaded
@@ -35,14 +35,14 @@ R = TypeVar("R")
 H = TypeVar("H", bound=GoalHandle[Any])
 
 
-class Face(Protocol):
+class AwaitedChassis(Protocol):
     """What a verb finds in the awaited `Chassis`."""
 
     @property
     def chassis(self) -> object: ...
 
     @property
-    def _calls(self) -> Calls: ...
+    def _calls(self) -> ThreadCalls: ...
 
 
 def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
@@ -58,10 +58,10 @@ def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
 
 def verb(
     method: Callable[Concatenate[Any, P], R],
-) -> Callable[Concatenate[Face, P], Coroutine[Any, Any, R]]:
+) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
     """A verb that is awaited. Cancelled, what has not been sent is not sent any more."""
 
-    async def call(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> R:
+    async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
         return await self._calls.call(lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, call)
@@ -69,10 +69,10 @@ def verb(
 
 def stopping(
     method: Callable[Concatenate[Any, P], R],
-) -> Callable[Concatenate[Face, P], Coroutine[Any, Any, R]]:
+) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
     """A verb that ends something: it completes, and a cancelled task waits for that."""
 
-    async def call(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> R:
+    async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
         return await self._calls.finish(lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, call)
@@ -80,10 +80,10 @@ def stopping(
 
 def goal(
     method: Callable[Concatenate[Any, P], threaded.GoalHandle[Any]], handle: type[H]
-) -> Callable[Concatenate[Face, P], Goal[H]]:
+) -> Callable[Concatenate[AwaitedChassis, P], Goal[H]]:
     """A verb that begins a goal: see `Goal`."""
 
-    def begin(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
+    def begin(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
         def send() -> threaded.GoalHandle[Any]:
             return method(self.chassis, *args, **kwargs)
 
@@ -92,10 +92,12 @@ def goal(
     return like(method, begin, f"Goal[{handle.__name__}]")
 
 
-def block(method: Callable[Concatenate[Any, P], Drive]) -> Callable[Concatenate[Face, P], VelocityBlock]:
+def block(
+    method: Callable[Concatenate[Any, P], Drive],
+) -> Callable[Concatenate[AwaitedChassis, P], VelocityBlock]:
     """The verb that opens a velocity block."""
 
-    def begin(self: Face, /, *args: P.args, **kwargs: P.kwargs) -> VelocityBlock:
+    def begin(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> VelocityBlock:
         return VelocityBlock(self._calls, lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, begin, "VelocityBlock")
@@ -144,7 +146,7 @@ class Chassis(Readings):
 
     def _attach(self, chassis: Threaded) -> None:
         self.chassis: Threaded = chassis
-        self._calls = Calls()
+        self._calls = ThreadCalls()
         self._depth = 0
         self._shared = False
 
@@ -159,7 +161,7 @@ class Chassis(Readings):
 
     async def _connect(self) -> Chassis:
         chassis = self.chassis
-        if core_of(chassis).in_block:
+        if components_of(chassis).in_block:
             await self._calls.call(lambda: chassis.node)
         else:
             await self._calls.opened(lambda: chassis.node, lambda _: chassis.close())
@@ -167,7 +169,7 @@ class Chassis(Readings):
 
     async def __aenter__(self) -> Chassis:
         if not self._depth:
-            self._shared = core_of(self.chassis).in_block
+            self._shared = components_of(self.chassis).in_block
         await self._connect()
         self._depth += 1
         return self
@@ -188,13 +190,13 @@ class Chassis(Readings):
             self._calls.close()
 
     def _end_begun(self) -> None:
-        running = core_of(self.chassis).running
-        for drive in running.drives:
+        motions = components_of(self.chassis).motions
+        for drive in motions.drives:
             if drive in self._calls.begun:
                 drive.abandon()
-        for under_way in [] if running.leave else running.goals:
+        for under_way in [] if motions.leave else motions.goals:
             if under_way in self._calls.begun:
-                running.end(under_way, 3.0)
+                motions.end(under_way, 3.0)
 
     async def close(self) -> None:
         """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
@@ -235,11 +237,11 @@ class Chassis(Readings):
         return self.chassis.under_way
 
     @property
-    def node(self) -> Later[ros.Node]:
+    def node(self) -> AwaitableProperty[ros.Node]:
         """`await robot.node` is the node underneath, for everything this class does not offer: a view by
         `rosproto.aio`.
         """
-        return Later(self._node)
+        return AwaitableProperty(self._node)
 
     async def _node(self) -> ros.Node:
         from rosproto import aio as ros
@@ -247,11 +249,11 @@ class Chassis(Readings):
         return ros.view(await self._calls.call(lambda: self.chassis.node))
 
     @property
-    def faults(self) -> Later[Faults]:
+    def faults(self) -> AwaitableProperty[Faults]:
         """`await robot.faults` are the faults active now, the worst first; only what was heard since this was
         first asked.
         """
-        return Later(lambda: self._calls.call(lambda: self.chassis.faults))
+        return AwaitableProperty(lambda: self._calls.call(lambda: self.chassis.faults))
 
     async def wait_until(
         self, accept: Callable[[values.RobotStatus], bool], timeout: float | None = 60.0

@@ -10,7 +10,7 @@ from types import TracebackType
 from rosproto.coercion import as_float
 from rosproto.sentence import say
 from rosproto.transport import Deadline
-from woosh_pure.aio.calls import Calls
+from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.geometry import Velocity
 from woosh_pure.velocity import drive as velocity
 from woosh_pure.velocity.shaper import DriveLimits
@@ -130,7 +130,7 @@ class Drive:
 class VelocityBlock:
     """What `velocity` gives: `async with robot.velocity(bypasses_protection=True) as drive:`."""
 
-    def __init__(self, calls: Calls, make: Callable[[], velocity.Drive]) -> None:
+    def __init__(self, calls: ThreadCalls, make: Callable[[], velocity.Drive]) -> None:
         self._calls = calls
         self._make = make
         self._drive: velocity.Drive | None = None

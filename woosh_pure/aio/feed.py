@@ -11,7 +11,7 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline
 from woosh_pure import readings, values
-from woosh_pure.aio.calls import Calls
+from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.faults import StatusCode
 from woosh_pure.feed import feed
@@ -40,7 +40,7 @@ class Feed(Generic[T]):
         feed: The threaded one underneath.
     """
 
-    def __init__(self, feed: feed.Feed[T], calls: Calls) -> None:
+    def __init__(self, feed: feed.Feed[T], calls: ThreadCalls) -> None:
         self.feed = feed
         self._calls = calls
 
@@ -216,7 +216,7 @@ class Feed(Generic[T]):
 class _Values(Generic[T]):
     """Values of a feed from now on, in a mailbox of this loop; ends with its block."""
 
-    def __init__(self, feed: feed.Feed[T], calls: Calls, size: int, *, known: bool) -> None:
+    def __init__(self, feed: feed.Feed[T], calls: ThreadCalls, size: int, *, known: bool) -> None:
         self._feed = feed
         self._calls = calls
         self._known = known
@@ -255,7 +255,7 @@ class Readings:
     """The part of the awaited `Chassis` that only listens; see there."""
 
     chassis: readings.Readings
-    _calls: Calls
+    _calls: ThreadCalls
 
     def feed(self, name: str) -> Feed[Any]:
         """A feed by its name in the interface table or by its topic; works for every topic of the chassis.

@@ -12,10 +12,10 @@ from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from woosh_pure.aio.calls import Calls
+from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.enums import TaskState
 from woosh_pure.motion import action_goal, goal_handle, task
-from woosh_pure.motion.goal_handle import OWN_DEFAULT, Default
+from woosh_pure.motion.goal_handle import OWN_DEFAULT, DefaultTimeout
 from woosh_pure.motion.steps import Step
 from woosh_pure.outcome import Outcome
 from woosh_pure.values.state import RobotStatus
@@ -38,7 +38,7 @@ class GoalHandle(Generic[P]):
         handle: The threaded one underneath.
     """
 
-    def __init__(self, handle: goal_handle.GoalHandle[P], calls: Calls) -> None:
+    def __init__(self, handle: goal_handle.GoalHandle[P], calls: ThreadCalls) -> None:
         self.handle = handle
         self._calls = calls
 
@@ -120,7 +120,9 @@ class GoalHandle(Generic[P]):
         finally:
             newest.close()
 
-    async def wait(self, timeout: float | Default | None = OWN_DEFAULT, *, raises: bool = True) -> Outcome:
+    async def wait(
+        self, timeout: float | DefaultTimeout | None = OWN_DEFAULT, *, raises: bool = True
+    ) -> Outcome:
         """Wait for the end. Cancelling the task that waits cancels the goal, and waits for the chassis to
         confirm it.
 
@@ -267,7 +269,7 @@ class Goal(Coroutine[Any, Any, Outcome], Generic[H]):
     prepared or sent, and waits for the chassis to confirm that.
     """
 
-    def __init__(self, name: str, calls: Calls, begin: Callable[[], Any], handle: type[H]) -> None:
+    def __init__(self, name: str, calls: ThreadCalls, begin: Callable[[], Any], handle: type[H]) -> None:
         self.__name__ = self.__qualname__ = name
         self._calls = calls
         self._begin = begin

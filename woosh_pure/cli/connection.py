@@ -170,9 +170,9 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
     """Whether something of ours may still move the robot. Motions of others are left alone: our stop would
     send zeros into them.
     """
-    from woosh_pure.chassis import core_of
+    from woosh_pure.chassis import components_of
 
-    if chassis.under_way or core_of(chassis).running.just_let_go:
+    if chassis.under_way or components_of(chassis).motions.just_let_go:
         return True
 
     outcome = getattr(error, "outcome", None)

@@ -129,7 +129,7 @@ _FLUSH = _ARRIVE = 0.5  # seconds
 
 
 @dataclass(frozen=True)
-class LastWord:
+class FinalMessage:
     """What is to be said on one topic.
 
     Attributes:
@@ -143,7 +143,7 @@ class LastWord:
     times: int = 1
 
 
-def say_elsewhere(connection: Connection, words: Iterable[LastWord]) -> list[str]:
+def say_elsewhere(connection: Connection, words: Iterable[FinalMessage]) -> list[str]:
     """Say it from another node, for a moment; never raises. For zeros and cancels when our own is shut down.
 
     When another node takes our name, a master tells those who listen to us that we are gone; they have then

@@ -15,7 +15,7 @@ import rosproto
 from rosproto.codec import encode
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from woosh_pure.connection.connection import Connection, LastWord
+from woosh_pure.connection.connection import Connection, FinalMessage
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
 from woosh_pure.values.messages import message_type, twist
@@ -182,11 +182,11 @@ class VelocityTopics:
             logger.debug("! %s: zero not sent: %s", topic, error)
 
     @property
-    def last_words(self) -> list[LastWord]:
+    def final_messages(self) -> list[FinalMessage]:
         """Zeros for the topics that somebody drives on, or that a zero is due on."""
         with self._lock:
             topics = self._zero_due | {topic for topic, users in self._users.items() if users}
-        return [LastWord(topic, twist(Velocity()), _ZEROS) for topic in sorted(topics)]
+        return [FinalMessage(topic, twist(Velocity()), _ZEROS) for topic in sorted(topics)]
 
     def end(self, topic: str) -> None:
         """A drive has sent its zeros: wait a moment until they are on the robot, or have them sent until they

@@ -131,9 +131,9 @@ class Feed(Generic[T]):
         try:
             return node.subscriber(name, ours, callback=self._receive, queue_size=size)
         except LocalProtocolError:  # the program has opened it with a definition of its own
-            from woosh_pure.feed.type_adapter import ReadAs
+            from woosh_pure.feed.type_adapter import TypeAdapter
 
-            reading = ReadAs(ours, node, self._receive)
+            reading = TypeAdapter(ours, node, self._receive)
             return node.subscriber(name, None, callback=reading, queue_size=size, raw=True)
 
     def wait_connected(self, timeout: float = FIRST_USE) -> bool:

@@ -16,7 +16,7 @@ from rosproto.node import Node, TopicType, UnconvertibleMessage, revised_type
 _log = get_logger("woosh_pure")
 
 
-class ReadAs:
+class TypeAdapter:
     """A callback for raw messages that passes them on as messages of our class.
 
     Args:

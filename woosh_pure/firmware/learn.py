@@ -21,7 +21,7 @@ from rosproto.sentence import say
 from woosh_pure.firmware.survey import Answer
 
 
-class Judgement(NamedTuple):
+class Comparison(NamedTuple):
     """What was found out about one answer.
 
     Attributes:
@@ -68,27 +68,27 @@ class KnownDefinitions:
         return None
 
 
-def judge(answer: Answer, knowledge: KnownDefinitions) -> Judgement:
+def compare(answer: Answer, knowledge: KnownDefinitions) -> Comparison:
     """Compare an answer with what is known."""
     if answer.error:
-        return Judgement(answer, "silent", note=answer.error)
+        return Comparison(answer, "silent", note=answer.error)
     kind = "msg" if answer.kind == "topic" else "srv"
     known = knowledge.find(kind, answer.type, answer.md5sum)
     if known is not None:
         verdict, source, note, library = known
         lines = () if verdict == "bundled" else _compare(answer.type, kind, library)
-        return Judgement(answer, verdict, source, note, lines, library)
+        return Comparison(answer, verdict, source, note, lines, library)
     if kind == "srv":
-        return Judgement(answer, "unknown", note=_service_advice(answer))
+        return Comparison(answer, "unknown", note=_service_advice(answer))
     try:
         library = library_from_full_text(answer.type, answer.definition)
         md5sum = library.md5sum(answer.type)
     except (DefinitionError, ValueError) as error:
-        return Judgement(answer, "unusable", note=f"the definition it sent cannot be used: {error}")
+        return Comparison(answer, "unusable", note=f"the definition it sent cannot be used: {error}")
     if md5sum != answer.md5sum:
         note = f"it announces md5sum {answer.md5sum}, but the definition it sent has {md5sum}"
-        return Judgement(answer, "unusable", note=note)
-    return Judgement(answer, "new", "", "", _compare(answer.type, kind, library), library)
+        return Comparison(answer, "unusable", note=note)
+    return Comparison(answer, "new", "", "", _compare(answer.type, kind, library), library)
 
 
 def _service_advice(answer: Answer) -> str:

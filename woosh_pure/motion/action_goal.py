@@ -14,8 +14,8 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
-from woosh_pure.components import Core
-from woosh_pure.connection.connection import LastWord
+from woosh_pure.components import Components
+from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.connection.firmware_limits import require_goal
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
@@ -36,9 +36,15 @@ class ActionHandle(GoalHandle[Any]):
     """A goal of any action server; progress is the feedback message."""
 
     def __init__(
-        self, core: Core, name: str, goal_text: str, timeout: float | None, *, drives: bool = False
+        self,
+        components: Components,
+        name: str,
+        goal_text: str,
+        timeout: float | None,
+        *,
+        drives: bool = False,
     ) -> None:
-        super().__init__(core, goal_text, timeout, server=name)
+        super().__init__(components, goal_text, timeout, server=name)
         self._name = name
         self._drives = drives
         self._goal: Any = None
@@ -56,7 +62,7 @@ class ActionHandle(GoalHandle[Any]):
 
         Args:
             message: The goal message.
-            since: `Running.stops` when the verb began; None takes its present value.
+            since: `ActiveMotions.stops` when the verb began; None takes its present value.
             check: False sends it even beside an open velocity block or another motion of ours.
             replace: True ends any other motion of ours.
 
@@ -64,29 +70,29 @@ class ActionHandle(GoalHandle[Any]):
             FirmwareLimit: The chassis's definition cannot express this; nothing was sent.
             MotionRefused: `stop` was called in the meantime, or another motion of ours is under way.
         """
-        running = self._core.running
-        since = running.stops if since is None else since
-        client = self._core.clients.action(self._name)
+        motions = self._components.motions
+        since = motions.stops if since is None else since
+        client = self._components.clients.action(self._name)
         require_goal(client, message)
         motion, letting_go = self._motion, self._motion.letting_go()
-        let_go = partial(running.keeper.put, letting_go)
+        let_go = partial(motions.executor.put, letting_go)
         goal_id = self._new_goal_id(client)
         try:
-            running.add_goal(motion, since, check=check, replace=replace)
+            motions.add_goal(motion, since, check=check, replace=replace)
             motion.send(lambda: self._send_to(client, message, goal_id))
         except Exception as error:
             motion.finish(OutcomeKind.CANCELLED, say("not sent: {error}", error=error))
-            running.forget_replacing(motion)
+            motions.forget_replacing(motion)
             raise
         except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
-            let_go()  # before anything else: see `keeper`
-            running.keeper.hold(letting_go)
+            let_go()  # before anything else: see `stop_executor`
+            motions.executor.hold(letting_go)
             raise
 
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
         """What the goal will be called; the watchdog knows it before it is sent."""
         goal_id = client.new_goal_id()
-        self._core.watched.goal(self._motion, self._name, goal_id)
+        self._components.watchdog_client.goal(self._motion, self._name, goal_id)
         return goal_id
 
     def _send_to(self, client: rosproto.ActionClient, message: Any, goal_id: str) -> None:
@@ -135,11 +141,11 @@ class ActionHandle(GoalHandle[Any]):
             time.sleep(0.02)
         return True
 
-    def _last_word(self) -> LastWord | None:
+    def _final_message(self) -> FinalMessage | None:
         goal = self._goal
         if goal is None:
             return None
-        return LastWord(f"{self._name}/cancel", message_type("actionlib_msgs/GoalID")(id=goal.goal_id))
+        return FinalMessage(f"{self._name}/cancel", message_type("actionlib_msgs/GoalID")(id=goal.goal_id))
 
     def _has_ended(self) -> bool:
         """Whether the server has reported the end, or was never asked."""
@@ -153,7 +159,7 @@ class ActionHandle(GoalHandle[Any]):
 
     def _cannot_arrive(self) -> bool:
         """Whether a goal we gave up can no longer reach the chassis; known once it is heard again."""
-        beat = self._core.feeds.get("velocity").known
+        beat = self._components.feeds.get("velocity").known
         return self._given_up is None or (beat is not None and beat.received > self._given_up)
 
     def _check(self) -> None:
@@ -190,7 +196,7 @@ class ActionHandle(GoalHandle[Any]):
         self._motion.finish(OutcomeKind.ARRIVED, text)
 
     def _reason(self, text: str) -> str:
-        parts = [text, *(str(fault) for fault in self._core.knowledge.active_faults())]
+        parts = [text, *(str(fault) for fault in self._components.readiness_state.active_faults())]
         known = [part for part in parts if part]
         return both(*known) if known else ""
 
@@ -222,7 +228,7 @@ class NavigationHandle(ActionHandle):
 
 
 def start_navigation(
-    core: Core,
+    components: Components,
     path: Sequence[Pose2D],
     *,
     mode: ExecutionMode,
@@ -233,32 +239,32 @@ def start_navigation(
     """Send a goal to /move_base: the last pose is the target, the poses before it are the path."""
     for pose in path:
         pose.require_sensible()
-    since = core.running.stops
-    core.knowledge.require_ready("navigation", check)
+    since = components.motions.stops
+    components.readiness_state.require_ready("navigation", check)
     goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
     handle = NavigationHandle(
-        core, "/move_base", say("navigation to {where}", where=path[-1]), timeout, drives=True
+        components, "/move_base", say("navigation to {where}", where=path[-1]), timeout, drives=True
     )
     handle.send(goal, since, check=check, replace=replace)
     return handle
 
 
 def start_action(
-    core: Core, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
+    components: Components, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
 ) -> ActionHandle:
     """Send a goal of any kind; one that moves the base is checked as the verbs for it are."""
-    since = core.running.stops
+    since = components.motions.stops
     described = say("goal of {action}", action=row.name)
     require_finite(goal, described)
     steps = getattr(goal, "stepControl", ())
     if steps:
         check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
     if row.moves_base:
-        core.knowledge.require_ready(described, check)
-    handle = ActionHandle(core, row.name, described, timeout, drives=row.moves_base)
+        components.readiness_state.require_ready(described, check)
+    handle = ActionHandle(components, row.name, described, timeout, drives=row.moves_base)
     handle.send(goal, since, check=check, replace=replace)
     return handle
 
@@ -281,8 +287,8 @@ class StepProgress:
 class StepHandle(ActionHandle):
     """A goal of /cmd_vel_control under way."""
 
-    def __init__(self, core: Core, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
-        super().__init__(core, "/cmd_vel_control", _in_a_row(steps), timeout)
+    def __init__(self, components: Components, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
+        super().__init__(components, "/cmd_vel_control", _in_a_row(steps), timeout)
         self._steps = steps
         self._first = 0  # index of the first of `_steps` in the goal that was asked for
         self._count = len(steps)
@@ -339,7 +345,7 @@ class StepHandle(ActionHandle):
         if self.done:
             raise MotionRefused(ended)
         self._paused = True
-        pause = self._core.clients.action(self._name).send_goal(
+        pause = self._components.clients.action(self._name).send_goal(
             step_goal(StepControlMode.PAUSE, (), self._avoid)
         )
         try:
@@ -368,14 +374,14 @@ class StepHandle(ActionHandle):
         """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
         if not self._paused:
             raise MotionRefused(say("{goal}: it is not paused", goal=self.description))
-        self._core.running.require_alone(self._motion)
+        self._components.motions.require_alone(self._motion)
         # Nothing reports here: the goal has been preempted, and the next one is not sent yet.
         self._done_before = self._overall()
         self._first += self._place[0]
         self._steps = self.remaining()
         self._place = (0, 0.0)
         goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
-        client = self._core.clients.action(self._name)
+        client = self._components.clients.action(self._name)
         goal_id = self._new_goal_id(client)
         self._motion.send(lambda: self._send_to(client, goal, goal_id))
         self._paused = False
@@ -385,7 +391,7 @@ class StepHandle(ActionHandle):
         # with a chassis that has fallen silent there is nothing left to resume.
         if not self._paused:
             super()._check()
-        elif not self._motion.over.is_set and (lost := self._core.feeds.lost("velocity")):
+        elif not self._motion.over.is_set and (lost := self._components.feeds.lost("velocity")):
             self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _request_cancel(self, timeout: float) -> None:
@@ -421,13 +427,19 @@ def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:
 
 
 def start_steps(
-    core: Core, steps: Sequence[Step], *, avoid: bool, timeout: float | None, check: bool, replace: bool
+    components: Components,
+    steps: Sequence[Step],
+    *,
+    avoid: bool,
+    timeout: float | None,
+    check: bool,
+    replace: bool,
 ) -> StepHandle:
     """Send steps to /cmd_vel_control as one goal."""
     checked = check_steps(steps)
-    since = core.running.stops
-    core.knowledge.require_ready("step move", check)
+    since = components.motions.stops
+    components.readiness_state.require_ready("step move", check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
-    handle = StepHandle(core, checked, avoid, expected if timeout is None else timeout)
+    handle = StepHandle(components, checked, avoid, expected if timeout is None else timeout)
     handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check, replace=replace)
     return handle

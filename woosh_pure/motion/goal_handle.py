@@ -14,11 +14,11 @@ from typing import Any, Generic, TypeVar
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from woosh_pure.components import Core
+from woosh_pure.components import Components
 from woosh_pure.connection.arguments import require_limit, require_timeout
-from woosh_pure.connection.connection import LastWord
+from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.errors import GoalFailed
-from woosh_pure.motion.motion import Kind, Motion
+from woosh_pure.motion.motion import Motion, MotionKind
 from woosh_pure.outcome import Outcome
 
 P = TypeVar("P")
@@ -28,14 +28,14 @@ _LOOK = 0.02  # seconds
 _TIME_OUT_SECONDS = 15.0  # for what Ctrl-C does not interrupt
 
 
-class Default:
+class DefaultTimeout:
     """Stands for "not given" where None means "for ever"."""
 
     def __repr__(self) -> str:
         return "default_timeout"
 
 
-OWN_DEFAULT = Default()
+OWN_DEFAULT = DefaultTimeout()
 """The default of `wait`'s `timeout`."""
 
 
@@ -49,17 +49,17 @@ class GoalHandle(Generic[P]):
 
     def __init__(
         self,
-        core: Core,
+        components: Components,
         description: str,
         default_timeout: float | None,
         *,
         task_id: int = 0,
         server: str = "",
     ) -> None:
-        self._core = core
+        self._components = components
         self.description = description
         self.default_timeout = require_timeout(default_timeout)
-        kind = Kind(
+        kind = MotionKind(
             drives=lambda: self.drives,
             write_cancel=lambda: self._write_cancel(),
             repeat_cancel=lambda: self._repeat_cancel(),
@@ -67,11 +67,11 @@ class GoalHandle(Generic[P]):
             cancel_confirmed=lambda timeout: self._cancel_confirmed(timeout),
             check=lambda: self._check(),
             in_own_callback=lambda: self._in_own_callback(),
-            last_word=lambda: self._last_word(),
+            final_message=lambda: self._final_message(),
             task_id=task_id,
             server=server,
         )
-        self._motion = Motion(core, description, kind)
+        self._motion = Motion(components, description, kind)
         self._newest: P | None = None
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
@@ -104,26 +104,26 @@ class GoalHandle(Generic[P]):
     # -- for subclasses --------------------------------------------------------------------------------------
 
     def _write_cancel(self) -> None:
-        """See `Kind.write_cancel`."""
+        """See `MotionKind.write_cancel`."""
         raise NotImplementedError
 
     def _repeat_cancel(self) -> None:
-        """See `Kind.repeat_cancel`."""
+        """See `MotionKind.repeat_cancel`."""
         self._write_cancel()
 
     def _request_cancel(self, timeout: float) -> None:
-        """See `Kind.request_cancel`."""
+        """See `MotionKind.request_cancel`."""
         raise NotImplementedError
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        """See `Kind.cancel_confirmed`."""
+        """See `MotionKind.cancel_confirmed`."""
         return True
 
     def _check(self) -> None:
-        """See `Kind.check`."""
+        """See `MotionKind.check`."""
 
-    def _last_word(self) -> LastWord | None:
-        """See `Kind.last_word`."""
+    def _final_message(self) -> FinalMessage | None:
+        """See `MotionKind.final_message`."""
         return None
 
     def _advance(self, progress: P) -> None:
@@ -191,7 +191,7 @@ class GoalHandle(Generic[P]):
 
     def wait(
         self,
-        timeout: float | Default | None = OWN_DEFAULT,
+        timeout: float | DefaultTimeout | None = OWN_DEFAULT,
         *,
         raises: bool = True,
         meanwhile: Callable[[], object] | None = None,
@@ -214,7 +214,7 @@ class GoalHandle(Generic[P]):
             ValueError: `timeout` is negative or NaN.
             LocalProtocolError: Called in a callback that must return before the end can be heard.
         """
-        seconds = self.default_timeout if isinstance(timeout, Default) else require_timeout(timeout)
+        seconds = self.default_timeout if isinstance(timeout, DefaultTimeout) else require_timeout(timeout)
         if not self.done and self._in_own_callback():
             raise LocalProtocolError(
                 say(
@@ -224,15 +224,15 @@ class GoalHandle(Generic[P]):
                     goal=self.description,
                 )
             )
-        keeper, letting_go = self._core.running.keeper, self._motion.letting_go(waited_for=True)
-        let_go = partial(keeper.put, letting_go)
+        executor, letting_go = self._components.motions.executor, self._motion.letting_go(waited_for=True)
+        let_go = partial(executor.put, letting_go)
         try:
             if not self._motion.wait(seconds, meanwhile):
-                keeper.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
+                executor.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
             outcome = self._motion.confirmed()
         except BaseException:
-            let_go()  # before anything else: see `keeper`
-            keeper.hold(letting_go)
+            let_go()  # before anything else: see `stop_executor`
+            executor.hold(letting_go)
             raise
         if raises and not outcome.arrived:
             raise GoalFailed(outcome)
@@ -261,4 +261,4 @@ class GoalHandle(Generic[P]):
             RosError: The cancellation could not be sent, or was not confirmed in time.
             ValueError: `timeout` is negative or NaN.
         """
-        return self._core.running.end(self._motion, require_limit(timeout))
+        return self._components.motions.end(self._motion, require_limit(timeout))

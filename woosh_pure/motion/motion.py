@@ -20,8 +20,8 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
-from woosh_pure.components import Core
-from woosh_pure.connection.connection import LastWord
+from woosh_pure.components import Components
+from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.motion.motion_states import Event, State, state_after
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.stop_executor import SLICE, Flag, Job
@@ -36,7 +36,7 @@ _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
 
 
 @dataclass(frozen=True)
-class Kind:
+class MotionKind:
     """What a kind of motion does in its own way.
 
     Attributes:
@@ -48,7 +48,7 @@ class Kind:
             the end, as with a service's reply.
         check: Look for an end that no event reports, such as a lost link.
         in_own_callback: Whether more about it can be heard only after this thread has returned.
-        last_word: What cancels it when our own node cannot; None where there is nothing to say.
+        final_message: What cancels it when our own node cannot; None where there is nothing to say.
         task_id: The id of a task; 0 for another kind.
         server: Which of the chassis's action servers has it: a second goal replaces it there; "" for a task.
     """
@@ -60,7 +60,7 @@ class Kind:
     cancel_confirmed: Callable[[float], bool]
     check: Callable[[], None]
     in_own_callback: Callable[[], bool]
-    last_word: Callable[[], LastWord | None]
+    final_message: Callable[[], FinalMessage | None]
     task_id: int = 0
     server: str = ""
 
@@ -69,7 +69,7 @@ class Motion:
     """The owner. Safe from any thread, and over any frame: it has no lock.
 
     Args:
-        core: The chassis.
+        components: The chassis.
         description: What is asked, in words.
         kind: What is special about it.
 
@@ -83,8 +83,8 @@ class Motion:
             it was not, or a stop has told of it since.
     """
 
-    def __init__(self, core: Core, description: str, kind: Kind) -> None:
-        self._core = core
+    def __init__(self, components: Components, description: str, kind: MotionKind) -> None:
+        self._components = components
         self.description = description
         self.kind = kind
         self.over = Flag()
@@ -177,9 +177,9 @@ class Motion:
             self.kind.repeat_cancel()
 
     @property
-    def last_word(self) -> LastWord | None:
+    def final_message(self) -> FinalMessage | None:
         """What cancels it when our own node cannot; None where there is nothing to say."""
-        return self.kind.last_word()
+        return self.kind.final_message()
 
     # -- sending ---------------------------------------------------------------------------------------------
 
@@ -249,15 +249,17 @@ class Motion:
         self.told = outcome = Outcome(kind, self.description, text, code, stopped, self.seconds, ours)
         self.over.set()
         if not may_go_on:
-            self._core.watched.over(self)
-        self._core.knowledge.note_outcome(outcome, drives=self.kind.drives(), told=bool(self.kind.task_id))
+            self._components.watchdog_client.over(self)
+        self._components.readiness_state.note_outcome(
+            outcome, drives=self.kind.drives(), told=bool(self.kind.task_id)
+        )
 
     def see_end(self) -> None:
         """The robot was seen to have ended it, after its outcome had to be told without that."""
         if not self.may_go_on:
             return
         self._note(Event.END)
-        self._core.watched.over(self)
+        self._components.watchdog_client.over(self)
         if self.told is not None and self.told.text == NOT_CONFIRMED:
             self.told = replace(self.told, text="")
 
@@ -281,7 +283,7 @@ class Motion:
             self.kind.request_cancel(3.0)
         except RosError as error:
             text, sent = both(text, say("cancelling failed: {error}", error=error)), False
-        standing = self._core.feeds.wait_standing(5.0)
+        standing = self._components.feeds.wait_standing(5.0)
         confirmed = sent and (self.gone or self.kind.cancel_confirmed(0.0))
         if sent and not confirmed:
             text = both(text, NOT_CONFIRMED)
@@ -295,7 +297,7 @@ class Motion:
         assert outcome is not None, "a goal that is waited for has ended"
         unknown = not outcome.arrived and outcome.stopped is None
         if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
-            self.told = outcome = replace(outcome, stopped=self._core.feeds.wait_standing(2.0))
+            self.told = outcome = replace(outcome, stopped=self._components.feeds.wait_standing(2.0))
         return outcome
 
     def end(self, timeout: float, why: str) -> Outcome:
@@ -315,7 +317,7 @@ class Motion:
                     seconds=self.seconds,
                 )
             if not self.wait(timeout):
-                standing = self._core.feeds.wait_standing(2.0)
+                standing = self._components.feeds.wait_standing(2.0)
                 sure = self.kind.cancel_confirmed(0.0)
                 self.finish(OutcomeKind.CANCELLED, NOT_CONFIRMED, None, standing, may_go_on=not sure)
         elif self.may_go_on:
@@ -333,10 +335,10 @@ class Motion:
         told = self.told is not None and self.told.text == NOT_CONFIRMED
         self.see_end()
         if told and self.told is not None:
-            self.told = replace(self.told, stopped=self._core.feeds.wait_standing(2.0))
+            self.told = replace(self.told, stopped=self._components.feeds.wait_standing(2.0))
 
     def letting_go(self, *, waited_for: bool = False) -> Job[None]:
-        """The keeper's job for a goal that nobody waits for, or whose handle nobody has: cancel it.
+        """The executor's job for a goal that nobody waits for, or whose handle nobody has: cancel it.
 
         Args:
             waited_for: Somebody has the handle, so `leave_running` leaves the goal running.
@@ -344,7 +346,7 @@ class Motion:
         return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
 
     def _let_go(self, waited_for: bool) -> None:
-        if self.gone or (waited_for and self._core.running.leave):
+        if self.gone or (waited_for and self._components.motions.leave):
             return
         self.let_go = time.monotonic()
         try:
@@ -355,4 +357,4 @@ class Motion:
     def abandon(self) -> None:
         """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
         self.ask_end("its wait was interrupted")
-        self._core.running.keeper.put(self.letting_go())
+        self._components.motions.executor.put(self.letting_go())

@@ -14,7 +14,7 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import PreparedCall
 from rosproto.sentence import both, say
-from woosh_pure.components import Core
+from woosh_pure.components import Components
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
@@ -43,9 +43,9 @@ class TaskHandle(GoalHandle[RobotStatus]):
         task_id: The random id it was given.
     """
 
-    def __init__(self, core: Core, order: TaskOrder, timeout: float | None) -> None:
+    def __init__(self, components: Components, order: TaskOrder, timeout: float | None) -> None:
         tracker = TaskTracker(new_task_id())
-        super().__init__(core, order.sentence(), timeout, task_id=tracker.task_id)
+        super().__init__(components, order.sentence(), timeout, task_id=tracker.task_id)
         self._order = order
         self._tracker = tracker
         # Two threads tell it something: the one that sends, and the one that receives. No verb holds this.
@@ -53,8 +53,8 @@ class TaskHandle(GoalHandle[RobotStatus]):
         self._prepared: PreparedCall | None = None
         self._asked_for = False  # whether the chassis may know of it
         self._repeating: Job[None] | None = None
-        self._sources = core.feeds.get("status").sources
-        self._off = core.feeds.get("status").on(self._on_status)
+        self._sources = components.feeds.get("status").sources
+        self._off = components.feeds.get("status").on(self._on_status)
 
     @property
     def state(self) -> TaskState:
@@ -70,7 +70,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         """Send it. It is registered first, so that `stop` in another thread finds it.
 
         Args:
-            since: `Running.stops` when the verb began.
+            since: `ActiveMotions.stops` when the verb began.
             check: False sends it even beside an open velocity block or another motion of ours.
             replace: True ends any other motion of ours.
 
@@ -78,27 +78,27 @@ class TaskHandle(GoalHandle[RobotStatus]):
             MotionRefused: `stop` was called meanwhile, another motion is under way, or the chassis refused.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
-        running, motion = self._core.running, self._motion
+        motions, motion = self._components.motions, self._motion
         letting_go = motion.letting_go()
-        let_go = partial(running.keeper.put, letting_go)
+        let_go = partial(motions.executor.put, letting_go)
         try:
             # What would cancel it is ready, on a connection of its own, before it is sent.
-            self._prepared = self._core.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
-            self._core.watched.task(motion, self.task_id)
-            running.add_goal(motion, since, check=check, replace=replace)
+            self._prepared = self._components.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
+            self._components.watchdog_client.task(motion, self.task_id)
+            motions.add_goal(motion, since, check=check, replace=replace)
             reply = motion.send(self._execute)
         except Exception as error:
             self._note_not_sent(error)
             raise
         except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
-            let_go()  # before anything else: see `keeper`
-            running.keeper.hold(letting_go)
+            let_go()  # before anything else: see `stop_executor`
+            motions.executor.hold(letting_go)
             raise
         if not reply.success:
             self._refuse(reply)
 
     def _execute(self) -> Any:
-        motion, ask = self._motion, self._core.clients.exec_task
+        motion, ask = self._motion, self._components.clients.exec_task
         if motion.asked:
             raise MotionRefused(
                 say("{goal}: it was stopped before it was sent; nothing was sent", goal=self.description)
@@ -125,7 +125,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._drop_prepared()
 
     def _refuse(self, reply: Any) -> None:
-        knowledge, why = self._core.knowledge, say(reply.message or "no reason given")
+        knowledge, why = self._components.readiness_state, say(reply.message or "no reason given")
         state = RobotState(reply.statusCode)
         told = say("the last motion was refused ({what}: {why})", what=self.description, why=why)
         knowledge.refusals.note(told, time.monotonic(), state)
@@ -154,7 +154,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         Raises:
             MotionRefused: The chassis refused, or another motion of ours is under way.
         """
-        self._core.running.require_alone(self._motion)
+        self._components.motions.require_alone(self._motion)
         self._command(TaskCommand.RESUME)
 
     def interrupt_wait(self) -> None:
@@ -162,7 +162,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         self._command(TaskCommand.INTERRUPT_WAIT)
 
     def _command(self, command: TaskCommand, timeout: float = _REPLY_SECONDS) -> None:
-        self._require_yes(self._core.clients.exec_task(command, self.task_id, timeout=timeout), command)
+        self._require_yes(self._components.clients.exec_task(command, self.task_id, timeout=timeout), command)
 
     def _require_yes(self, reply: Any, command: TaskCommand) -> None:
         if not reply.success:
@@ -173,15 +173,15 @@ class TaskHandle(GoalHandle[RobotStatus]):
                     command=command,
                     why=say(reply.message or "no reason given"),
                 ),
-                readiness=self._core.knowledge.readiness(),
+                readiness=self._components.readiness_state.readiness(),
                 said=str(reply.message or ""),
             )
 
     def _in_own_callback(self) -> bool:
-        return super()._in_own_callback() or self._core.feeds.get("status").in_callback
+        return super()._in_own_callback() or self._components.feeds.get("status").in_callback
 
     def _describe(self, progress: RobotStatus) -> str:
-        pose = self._core.feeds.get("pose").latest
+        pose = self._components.feeds.get("pose").latest
         text = say("{state}, {action}", state=progress.task_state, action=progress.action_type)
         return both(text, say("at {where}", where=pose)) if pose else text
 
@@ -194,19 +194,19 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def _repeat_cancel(self) -> None:
         if self._repeating is None or self._repeating.over:
             self._repeating = Job(self._cancel_once_more, _ONCE_MORE)
-            self._core.running.keeper.put(self._repeating)
+            self._components.motions.executor.put(self._repeating)
 
     def _cancel_once_more(self) -> None:
         """What was written may have been lost with the link: ask again, on a new one."""
         try:
-            reply = self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
+            reply = self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
         except RosError as error:
             logger.debug("! %s: its cancel is repeated in a second: %s", self.description, error)
             return
         if self._motion.may_go_on:
             ended = reply.success or not self._status_shows_it()
         else:  # the status tells how it ended; unless that was said while the link was away
-            ended = not reply.success and self._core.feeds.get("status").outdated
+            ended = not reply.success and self._components.feeds.get("status").outdated
         if ended:
             self._off()
             self._motion.finish(OutcomeKind.CONNECTION_LOST, _MISSED)  # if nothing has been told yet
@@ -230,18 +230,18 @@ class TaskHandle(GoalHandle[RobotStatus]):
                 return prepared.answer(min(timeout, 1.0))
             except RosError as error:
                 logger.debug("! %s: its cancel is sent again: %s", self.description, error)
-        return self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)
+        return self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)
 
     def _status_shows_it(self) -> bool:
         """True when the last status says that it is under way, and no later one can have been missed."""
-        feed = self._core.feeds.get("status")
+        feed = self._components.feeds.get("status")
         status = feed.latest
         shows = status is not None and status.task_id == self.task_id and not status.task_state.is_final
         return shows and not feed.outdated
 
     def _status_shows_end(self) -> bool:
         """True when the last status says that this task is over."""
-        status = self._core.feeds.get("status").latest
+        status = self._components.feeds.get("status").latest
         return status is not None and status.task_id == self.task_id and status.task_state.is_final
 
     def _on_status(self, status: RobotStatus) -> None:
@@ -260,7 +260,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._motion.see_end()
         self._motion.finish(ending.kind, ending.text, ending.code)
         if ending.under_way:
-            self._core.running.keeper.put(Job(self._end_on_robot, _REPLY_SECONDS))
+            self._components.motions.executor.put(Job(self._end_on_robot, _REPLY_SECONDS))
         else:
             self._drop_prepared()
 
@@ -272,20 +272,20 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def _end_on_robot(self) -> None:
         """Cancel a task that the robot could continue after its fault; in a thread: callbacks call this."""
         try:
-            self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
+            self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
         except RosError as error:
             logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.description, error)
         finally:
             self._drop_prepared()
 
     def _check(self) -> None:
-        lost = self._core.feeds.lost("status") or self._restarted()
+        lost = self._components.feeds.lost("status") or self._restarted()
         if lost and not self._motion.over.is_set:  # listened to all the same: its end may be heard later
             self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _restarted(self) -> str:
         """In words, that another process now reports the state, which knows nothing of this task; else ""."""
-        feed = self._core.feeds.get("status")
+        feed = self._components.feeds.get("status")
         now = feed.sources
         if not now or not self._sources or now & self._sources:
             return ""
@@ -370,16 +370,16 @@ class TaskOrder:
 
 
 def start_task(
-    core: Core, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
+    components: Components, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
 ) -> TaskHandle:
     """Listen first, then call the service, so that nothing is missed in whatever order it comes."""
     order.check()
-    since = core.running.stops
-    core.knowledge.require_ready("task", check)
+    since = components.motions.stops
+    components.readiness_state.require_ready("task", check)
     if check:
-        core.running.require_free_base("task")
-    status = core.feeds.get("status")
-    core.feeds.require_publisher(status)
-    handle = TaskHandle(core, order, timeout)
+        components.motions.require_free_base("task")
+    status = components.feeds.get("status")
+    components.feeds.require_publisher(status)
+    handle = TaskHandle(components, order, timeout)
     handle.send(since, check=check, replace=replace)
     return handle

@@ -35,7 +35,7 @@ def new_task_id() -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class TaskEnd:
     """How the task ended, in the chassis's words.
 
     Attributes:
@@ -66,14 +66,14 @@ class TaskTracker:
         self.accepted: bool | None = None
         self.seen = False
         self.state = TaskState.UNDEFINED
-        self.ending: Ending | None = None
+        self.ending: TaskEnd | None = None
 
     def reply(self, success: bool, message: str, code: int) -> None:
         """Take in the reply of the service."""
         self.accepted = success
         if not success:
             # A refusal outranks whatever a status said before: nothing was started for us.
-            self.ending = Ending(OutcomeKind.REJECTED, code, message or "the chassis refused the task")
+            self.ending = TaskEnd(OutcomeKind.REJECTED, code, message or "the chassis refused the task")
 
     def status(self, status: RobotStatus) -> None:
         """Take in a status."""
@@ -83,9 +83,11 @@ class TaskTracker:
             self._own(status)
         elif self.seen and status.task_state in _UNDER_WAY:
             text = say("task {id} took over", id=status.task_id)
-            self.ending = Ending(OutcomeKind.REPLACED, int(status.task_state), text)
+            self.ending = TaskEnd(OutcomeKind.REPLACED, int(status.task_state), text)
         elif self.seen and status.task_id == 0 and status.task_state is TaskState.UNDEFINED:
-            self.ending = Ending(OutcomeKind.FAILED, 0, "the chassis has no task any more; was it restarted?")
+            self.ending = TaskEnd(
+                OutcomeKind.FAILED, 0, "the chassis has no task any more; was it restarted?"
+            )
 
     def _own(self, status: RobotStatus) -> None:
         self.seen = True
@@ -98,7 +100,7 @@ class TaskTracker:
             self._end(OutcomeKind.FAILED, status, told)
         elif status.robot_state is RobotState.FAULT:
             text = status.message or "the robot is in fault"
-            self.ending = Ending(OutcomeKind.FAILED, int(status.robot_state), text, under_way=True)
+            self.ending = TaskEnd(OutcomeKind.FAILED, int(status.robot_state), text, under_way=True)
 
     def _end(self, kind: OutcomeKind, status: RobotStatus, text: str = "") -> None:
-        self.ending = Ending(kind, int(status.task_state), status.message or text)
+        self.ending = TaskEnd(kind, int(status.task_state), status.message or text)

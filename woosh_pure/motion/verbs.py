@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.coercion import as_float
 from rosproto.sentence import say
-from woosh_pure.components import Core
+from woosh_pure.components import Components
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-class Moving:
+class MotionVerbs:
     """The part of `Chassis` that moves the robot under the chassis's own protection."""
 
-    _core: Core
+    _components: Components
 
     # -- tasks -----------------------------------------------------------------------------------------------
 
@@ -172,7 +172,7 @@ class Moving:
     ) -> TaskHandle:
         way = [pose.require_sensible() for pose in poses]
         order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
-        return start_task(self._core, order, timeout=timeout, check=check, replace=replace)
+        return start_task(self._components, order, timeout=timeout, check=check, replace=replace)
 
     # -- navigation ------------------------------------------------------------------------------------------
 
@@ -236,7 +236,9 @@ class Moving:
             if not isinstance(pose, Pose2D):
                 raise TypeError(say("the path has {pose!r} in it; expected Pose2D(x, y, yaw)", pose=pose))
         mode = ExecutionMode.POINT_BY_POINT if point_by_point else ExecutionMode.FREE
-        return start_navigation(self._core, path, mode=mode, timeout=timeout, check=check, replace=replace)
+        return start_navigation(
+            self._components, path, mode=mode, timeout=timeout, check=check, replace=replace
+        )
 
     # -- precise moves ---------------------------------------------------------------------------------------
 
@@ -418,5 +420,5 @@ class Moving:
                 )
             )
         return start_steps(
-            self._core, tuple(steps), avoid=avoid, timeout=timeout, check=check, replace=replace
+            self._components, tuple(steps), avoid=avoid, timeout=timeout, check=check, replace=replace
         )

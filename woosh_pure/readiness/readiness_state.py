@@ -85,7 +85,7 @@ def _client_of(goal_id: str) -> str:
 _STALE = 30.0  # seconds: what /battery said before that may be over
 
 
-class Knowledge:
+class ReadinessState:
     """Everything one `Chassis` has heard, as a `Readiness`.
 
     Args:

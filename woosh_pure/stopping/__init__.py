@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from woosh_pure.stopping.active_motions import Running
+from woosh_pure.stopping.active_motions import ActiveMotions
 from woosh_pure.stopping.report import StopReport
 
-__all__ = ["Running", "StopReport"]
+__all__ = ["ActiveMotions", "StopReport"]

@@ -22,12 +22,12 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
-from woosh_pure.connection.connection import LastWord
+from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.errors import MotionRefused
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
-from woosh_pure.stopping.immediate_stop import Ending, StopLine, Stoppable
+from woosh_pure.stopping.immediate_stop import ImmediateStop, Stoppable, StopRequest
 from woosh_pure.stopping.report import StopReport
-from woosh_pure.stopping.stop_executor import Job, Keeper, begin
+from woosh_pure.stopping.stop_executor import Job, StopExecutor, begin
 
 logger = get_logger("woosh_pure.components")
 _JUST = 5.0  # seconds
@@ -37,8 +37,8 @@ _EXIT_CALLS = 32
 """How often `_at_exit` is registered: when an interrupt ends one call, the next one goes on waiting."""
 
 
-class KindOfMotion(Protocol):
-    """What kind of motion one is, as far as stopping looks at it; see `woosh_pure.motion.motion.Kind`."""
+class StoppableKind(Protocol):
+    """What kind of motion one is, as stopping needs it; see `MotionKind` of `motion`."""
 
     @property
     def drives(self) -> Callable[[], bool]: ...
@@ -58,7 +58,7 @@ class OwnMotion(Stoppable, Protocol):
     replaced_by: str
 
     @property
-    def kind(self) -> KindOfMotion: ...
+    def kind(self) -> StoppableKind: ...
 
     @property
     def holds_the_base(self) -> bool: ...
@@ -70,7 +70,7 @@ class OwnMotion(Stoppable, Protocol):
     def done(self) -> bool: ...
 
     @property
-    def last_word(self) -> LastWord | None: ...
+    def final_message(self) -> FinalMessage | None: ...
 
     def end(self, timeout: float, why: str) -> Outcome: ...
 
@@ -92,7 +92,7 @@ class OwnDrive(Stoppable, Protocol):
         """Both, for a caller who has gone."""
 
 
-class Running:
+class ActiveMotions:
     """Goals and drives of one `Chassis`. Safe from any thread.
 
     Attributes:
@@ -100,7 +100,7 @@ class Running:
         moved: Whether a motion was ever started.
         stops: How often `stop` was called: what was being prepared then must not begin afterwards.
         over: Why nothing begins any more; "" while something may.
-        keeper: Where motion is stopped, out of reach of Ctrl-C.
+        executor: Where motion is stopped, out of reach of Ctrl-C.
 
     Args:
         leave: See the attribute.
@@ -119,8 +119,8 @@ class Running:
         self.moved = False
         self.stops = 0
         self.over = ""
-        self.keeper = Keeper()
-        self._line = StopLine(self._under_way, self._chores)
+        self.executor = StopExecutor()
+        self._line = ImmediateStop(self._under_way, self._chores)
         self._zeros_due, self._send_zeros = zeros_due, send_zeros
         self._sending_zeros: Job[None] | None = None
         self._count = itertools.count(1)
@@ -153,18 +153,18 @@ class Running:
             return False
         if self._sending_zeros is None or self._sending_zeros.over:
             self._sending_zeros = Job(self._send_zeros, _CHORE_SECONDS)
-            self.keeper.put(self._sending_zeros)
+            self.executor.put(self._sending_zeros)
         return True
 
-    def note_stop(self) -> Ending:
+    def note_stop(self) -> StopRequest:
         """From now on nothing begins that is being prepared now, and what is under way is asked to end.
 
         Returns at once, over any frame: see `line`.
         """
         self.stops = next(self._count)
-        return self._line.ask(Ending("stop() was called"))
+        return self._line.ask(StopRequest("stop() was called"))
 
-    def note_end(self, why: str) -> Ending:
+    def note_end(self, why: str) -> StopRequest:
         """From now on nothing begins, and what is under way is asked to end (`leave` leaves goals).
 
         Args:
@@ -172,7 +172,7 @@ class Running:
         """
         self.over = self.over or why
         self.stops = next(self._count)
-        return self._line.ask(Ending(why, goals=not self.leave))
+        return self._line.ask(StopRequest(why, goals=not self.leave))
 
     def require_not_over(self) -> None:
         """Refuse to prepare a motion that could not begin.
@@ -198,7 +198,7 @@ class Running:
             What could not be done, in words.
         """
         drives, report = self.drives, StopReport()
-        self._line.ask(Ending(why, goals=not self.leave)).written.wait(_WRITTEN)
+        self._line.ask(StopRequest(why, goals=not self.leave)).written.wait(_WRITTEN)
         for drive in drives:
             drive.halt(why)
         for drive in drives:
@@ -296,11 +296,11 @@ class Running:
         Raises:
             RosError: The cancellation could not be sent, or was not confirmed in time.
         """
-        return self.keeper.do(lambda: goal.end(timeout, why), _CANCEL_SECONDS + 2.0 * timeout)
+        return self.executor.do(lambda: goal.end(timeout, why), _CANCEL_SECONDS + 2.0 * timeout)
 
     def _end_replaced(self, other: OwnMotion) -> None:
         try:
-            self.keeper.do(lambda: other.end(3.0, "replaced"), 10.0)
+            self.executor.do(lambda: other.end(3.0, "replaced"), 10.0)
         except RosError as error:
             other.replaced_by = ""
             raise MotionRefused(
@@ -379,7 +379,7 @@ class Running:
         """Forget everything; it must have ended before."""
         atexit.unregister(self._at_exit)
         self._line.end()
-        self.keeper.end()
+        self.executor.end()
         self._goals = ()
 
     def _prepare(self) -> None:
@@ -388,7 +388,7 @@ class Running:
         Raises:
             RuntimeError: No thread can be started: then nothing is begun.
         """
-        self.keeper.start()
+        self.executor.start()
         self._line.start()
 
     def _require_no_stop(self, what: str, since: int) -> None:
@@ -410,7 +410,7 @@ class Running:
         Registered after the node's own end, so called before it: the node still works.
         """
         if os.getpid() == self._pid:  # in a forked child the motions are the parent's
-            self.keeper.put(self._exit)
+            self.executor.put(self._exit)
             self._exit.join()
 
     def _end_at_exit(self) -> None:

@@ -39,7 +39,7 @@ class Stoppable(Protocol):
         """Write it once more."""
 
 
-class Ending:
+class StopRequest:
     """One first round.
 
     Attributes:
@@ -56,7 +56,7 @@ class Ending:
         self.written = Flag()
 
 
-class StopLine:
+class ImmediateStop:
     """The thread.
 
     Args:
@@ -69,7 +69,7 @@ class StopLine:
     ) -> None:
         self._under_way = under_way
         self._chores = chores
-        self._asked: queue.SimpleQueue[Ending | bool] = queue.SimpleQueue()
+        self._asked: queue.SimpleQueue[StopRequest | bool] = queue.SimpleQueue()
         self._started_in = 0  # of the process: a forked child has no such thread
 
     def start(self) -> None:
@@ -88,7 +88,7 @@ class StopLine:
         """Whether the thread is there."""
         return self._started_in == os.getpid()
 
-    def ask(self, ending: Ending) -> Ending:
+    def ask(self, ending: StopRequest) -> StopRequest:
         """Have what is under way end. Returns at once."""
         if self.started:
             self._asked.put(ending)
@@ -115,11 +115,11 @@ class StopLine:
                 continue
             if asked is False:
                 return
-            if isinstance(asked, Ending):
+            if isinstance(asked, StopRequest):
                 self._first_round(asked)
                 soon = _SOON_TIMES
 
-    def _first_round(self, ending: Ending) -> None:
+    def _first_round(self, ending: StopRequest) -> None:
         for each in self._under_way(ending.goals):
             try:
                 each.end_now(ending.why)

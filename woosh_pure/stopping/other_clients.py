@@ -27,7 +27,7 @@ from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.enums import TaskCommand, TaskState
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.interface.table import actions
-from woosh_pure.stopping.active_motions import Running
+from woosh_pure.stopping.active_motions import ActiveMotions
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, begin
 from woosh_pure.values.messages import message_type
@@ -43,8 +43,8 @@ _HAD_A_GOAL = (0, 1, 2, 6, 7, 8)  # of actionlib_msgs/GoalStatus: pending, activ
 _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
-class Parts(Protocol):
-    """What a stop works with: these parts of `woosh_pure.components.Core`, which stands above."""
+class StopParts(Protocol):
+    """What a stop works with: these parts of `woosh_pure.components.Components`, which stands above."""
 
     @property
     def connection(self) -> Connection: ...
@@ -59,7 +59,7 @@ class Parts(Protocol):
     def velocity(self) -> VelocityTopics: ...
 
     @property
-    def running(self) -> Running: ...
+    def motions(self) -> ActiveMotions: ...
 
 
 class Registrations:
@@ -132,18 +132,20 @@ class Registrations:
 # -- tasks and goals -----------------------------------------------------------------------------------------
 
 
-def cancel_others(core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+def cancel_others(
+    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline
+) -> None:
     """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it.
 
     Args:
-        core: The chassis.
+        components: The chassis.
         registrations: What is not there is not waited for.
         report: Takes what was done, and what was not.
         deadline: What has not answered by then is told.
     """
     # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
     # But nobody waits long for that: the navigation is stopped anyway.
-    task = _begin(partial(_cancel_task, core, registrations, report, deadline), deadline)
+    task = _begin(partial(_cancel_task, components, registrations, report, deadline), deadline)
     registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
@@ -155,7 +157,8 @@ def cancel_others(core: Parts, registrations: Registrations, report: StopReport,
         ):
             continue
         waiting[row.name] = _begin(
-            partial(_cancel_action, core, registrations, row.name, report, cancelled, deadline), deadline
+            partial(_cancel_action, components, registrations, row.name, report, cancelled, deadline),
+            deadline,
         )
     for name, worker in waiting.items():
         worker.join(_left(deadline) + 0.5)
@@ -176,7 +179,7 @@ def _begin(work: Callable[[], None], deadline: Deadline) -> Job[None]:
 
 
 def _cancel_action(
-    core: Parts,
+    components: StopParts,
     registrations: Registrations,
     name: str,
     report: StopReport,
@@ -191,9 +194,9 @@ def _cancel_action(
         registrations.miss(name)
         return
     try:
-        told = _begin_listening(core, name)
+        told = _begin_listening(components, name)
         goal_id = message_type("actionlib_msgs/GoalID")
-        with core.connection.open_node().publisher(topic, goal_id, queue_size=1) as publisher, told:
+        with components.connection.open_node().publisher(topic, goal_id, queue_size=1) as publisher, told:
             publisher.wait_for_connection(timeout=_left(deadline))
             publisher.publish()
             publisher.flush(1.0)
@@ -203,8 +206,8 @@ def _cancel_action(
         report.problems.append(say("cancelling {goal} ({error})", goal=name, error=error))
 
 
-def _begin_listening(core: Parts, name: str) -> rosproto.Subscriber:
-    return core.connection.open_node().subscriber(
+def _begin_listening(components: StopParts, name: str) -> rosproto.Subscriber:
+    return components.connection.open_node().subscriber(
         f"{name}/status", message_type("actionlib_msgs/GoalStatusArray"), queue_size=1
     )
 
@@ -221,9 +224,11 @@ def _ran(status: rosproto.Subscriber) -> bool:
     return any(goal.status in _HAD_A_GOAL for goal in goals)
 
 
-def _cancel_task(core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+def _cancel_task(
+    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline
+) -> None:
     try:
-        status = core.feeds.get("status").latest
+        status = components.feeds.get("status").latest
     except RosError:
         status = None
     if status is not None and status.task_state not in _UNDER_WAY:
@@ -233,7 +238,7 @@ def _cancel_task(core: Parts, registrations: Registrations, report: StopReport, 
         return
     task_id = 0 if status is None else status.task_id
     try:
-        reply = core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
+        reply = components.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
         if reply.success:
             report.cancelled.append(
                 say("task {id}", id=task_id) if status is not None else say("the running task")

@@ -17,8 +17,8 @@ from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.stopping.active_motions import cancel_goals
-from woosh_pure.stopping.immediate_stop import Ending
-from woosh_pure.stopping.other_clients import OtherPrograms, Parts, Registrations, cancel_others
+from woosh_pure.stopping.immediate_stop import StopRequest
+from woosh_pure.stopping.other_clients import OtherPrograms, Registrations, StopParts, cancel_others
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, begin
 
@@ -39,16 +39,16 @@ def stop_seconds(given: float) -> float:
     return min(seconds, _LONGEST) if seconds is not None and 0.0 <= seconds < math.inf else 5.0
 
 
-def stop(core: Parts, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
+def stop(components: StopParts, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`: what can be written at once is written by `line`, the rest is done here."""
-    drives = core.running.drives
-    ending = core.running.note_stop()
+    drives = components.motions.drives
+    ending = components.motions.note_stop()
     report = StopReport(cancelled=["the velocity block"] * len(drives))
     seconds = timeout + (_LONG if everything or end_drivers else _SHORT)
     try:
-        core.running.keeper.do(
+        components.motions.executor.do(
             lambda: _stop(
-                core, ending, report, everything=everything, end_drivers=end_drivers, timeout=timeout
+                components, ending, report, everything=everything, end_drivers=end_drivers, timeout=timeout
             ),
             seconds,
         )
@@ -63,46 +63,52 @@ def stop(core: Parts, *, everything: bool, end_drivers: bool, timeout: float) ->
 
 
 def _stop(
-    core: Parts, ending: Ending, report: StopReport, *, everything: bool, end_drivers: bool, timeout: float
+    components: StopParts,
+    ending: StopRequest,
+    report: StopReport,
+    *,
+    everything: bool,
+    end_drivers: bool,
+    timeout: float,
 ) -> None:
     deadline = Deadline(timeout)
     ending.written.wait(_WRITTEN)
     report.problems += ending.problems
-    registrations = Registrations(core.connection)
+    registrations = Registrations(components.connection)
     # Zeros, cancels and the search for other drivers run at the same time: none waits for another.
-    zeros = Job(partial(_zeros, core, registrations, report, deadline), timeout + _LISTENERS)
+    zeros = Job(partial(_zeros, components, registrations, report, deadline), timeout + _LISTENERS)
     begin(zeros, "woosh:stop")
     programs = (
-        OtherPrograms(core.connection, deadline, end=end_drivers) if everything or end_drivers else None
+        OtherPrograms(components.connection, deadline, end=end_drivers) if everything or end_drivers else None
     )
-    cancel_goals(core.running.take_goals(), report, min(timeout, 3.0), ending.why)
+    cancel_goals(components.motions.take_goals(), report, min(timeout, 3.0), ending.why)
     if everything:
-        cancel_others(core, registrations, report, deadline)
+        cancel_others(components, registrations, report, deadline)
     zeros.join(max(_LISTENERS, deadline.remaining() or 0.0) + 0.5)
     if zeros.error is not None:
         report.problems.append(say("zero velocity ({error})", error=zeros.error))
     if programs is not None:
         programs.wait(report)
         if programs.ended:
-            _zeros(core, registrations, report, deadline)  # they may have ended without sending zero
+            _zeros(components, registrations, report, deadline)  # they may have ended without sending zero
     report.standing = _standing(
-        core, registrations, report, deadline, programs is not None and programs.drive_on
+        components, registrations, report, deadline, programs is not None and programs.drive_on
     )
     if missing := registrations.sentence():
         report.problems.append(missing)
-    report.pending = [goal.description for goal in core.running.goals if goal.end_due]
+    report.pending = [goal.description for goal in components.motions.goals if goal.end_due]
 
 
 def _standing(
-    core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
+    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
 ) -> bool | None:
     """Whether it stands still, and stays so where another program may drive it."""
     try:
-        feed = core.feeds.get("velocity").open()
+        feed = components.feeds.get("velocity").open()
         if not feed.publishers and registrations.lacks_publisher(feed.topic):
             registrations.miss(feed.topic)
             return None
-        standing = core.feeds.wait_standing(max(0.2, deadline.remaining() or 0.0))
+        standing = components.feeds.wait_standing(max(0.2, deadline.remaining() or 0.0))
         steady = Deadline(_STEADY)
         while standing and driven and (left := steady.remaining()):
             standing = feed.wait(left + 1.0).is_standing()
@@ -112,13 +118,15 @@ def _standing(
         return None
 
 
-def _zeros(core: Parts, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+def _zeros(
+    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline
+) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
     waiting: dict[str, rosproto.Publisher] = {}
     failed: dict[str, list[str]] = {}  # the same words for both topics are said once
     for topic in VELOCITY_TOPICS.values():
         try:
-            waiting[topic] = core.velocity.acquire(topic)
+            waiting[topic] = components.velocity.acquire(topic)
         except (RosError, OSError, RuntimeError) as error:
             failed.setdefault(str(error), []).append(topic)
     for why, topics in failed.items():
@@ -126,14 +134,14 @@ def _zeros(core: Parts, registrations: Registrations, report: StopReport, deadli
         report.problems.append(told)
     acquired = list(waiting)
     try:
-        _send_zeros(core, registrations, waiting, report, deadline)
+        _send_zeros(components, registrations, waiting, report, deadline)
     finally:
         for topic in acquired:
-            core.velocity.release(topic)
+            components.velocity.release(topic)
 
 
 def _send_zeros(
-    core: Parts,
+    components: StopParts,
     registrations: Registrations,
     waiting: dict[str, rosproto.Publisher],
     report: StopReport,
@@ -144,7 +152,7 @@ def _send_zeros(
     while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
         for topic, publisher in list(waiting.items()):
             if publisher.connections and sent.get(topic, 0) < _REPEATS:
-                core.velocity.zero(topic)
+                components.velocity.zero(topic)
                 sent[topic] = sent.get(topic, 0) + 1
             elif publisher.connections:
                 continue

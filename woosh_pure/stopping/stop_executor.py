@@ -142,7 +142,7 @@ class Job(Generic[R]):
         return self._result[0]
 
 
-class Keeper:
+class StopExecutor:
     """Does jobs in threads of its own. Safe from any thread.
 
     Attributes:
@@ -166,7 +166,7 @@ class Keeper:
         """
         if not self._started:
             for _ in range(_THREADS):
-                threading.Thread(target=_work, args=(self._jobs,), name="woosh:keeper", daemon=True).start()
+                threading.Thread(target=_work, args=(self._jobs,), name="woosh:executor", daemon=True).start()
             self._started_in = os.getpid()
 
     def end(self) -> None:

@@ -16,7 +16,7 @@ from woosh_pure.interface.table import row
 from woosh_pure.values.messages import message_type, service_type
 
 
-class Watched:
+class WatchdogClient:
     """Tells the watchdog what begins and ends. Safe from any thread; without a watchdog it does nothing.
 
     Args:

@@ -23,12 +23,12 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Deadline
-from woosh_pure.components import Core
+from woosh_pure.components import Components
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
 from woosh_pure.stopping.stop_executor import SLICE, Flag
-from woosh_pure.velocity.end_conditions import DriveWatch, Heartbeat
+from woosh_pure.velocity.end_conditions import EndConditions, Heartbeat
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
 
 logger = get_logger("woosh_pure.velocity")
@@ -48,7 +48,7 @@ class Drive:
 
     def __init__(
         self,
-        core: Core,
+        components: Components,
         topic: str,
         limits: DriveLimits,
         feedback_timeout: float | None,
@@ -64,7 +64,7 @@ class Drive:
                     feedback_timeout=feedback_timeout,
                 )
             )
-        self._core = core
+        self._components = components
         self._check, self._share = check, share
         self.topic = topic
         self.limits = limits
@@ -90,30 +90,30 @@ class Drive:
         if self._entered:
             raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")
         self._entered = True
-        core, since = self._core, self._core.running.stops
+        components, since = self._components, self._components.motions.stops
         with ExitStack() as undo:  # Ctrl-C included: a drive that did not open accepts no velocity
             undo.callback(self._over.set)
-            publisher = core.velocity.acquire(self.topic)
+            publisher = components.velocity.acquire(self.topic)
             self._held.append(self.topic)
             undo.callback(self._release)
             self._require_alone()
-            core.clients.require_connection(publisher, self.topic)
+            components.clients.require_connection(publisher, self.topic)
             if self._feedback_timeout is not None:
-                core.feeds.require_heard("velocity", 3.0)
-            core.watched.drive(self.topic)
+                components.feeds.require_heard("velocity", 3.0)
+            components.watchdog_client.drive(self.topic)
             # Readiness may have changed since `chassis.velocity(...)` was called.
-            core.knowledge.require_ready("velocity", self._check)
-            core.velocity.begin(self.topic)
-            core.running.add_drive(self, since, check=self._check)
-            undo.callback(core.running.remove_drive, self)
+            components.readiness_state.require_ready("velocity", self._check)
+            components.velocity.begin(self.topic)
+            components.motions.add_drive(self, since, check=self._check)
+            undo.callback(components.motions.remove_drive, self)
             threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
             heartbeat = None
             if self._feedback_timeout is None:
-                heartbeat = Heartbeat(core.connection.open_node(), publisher, self._over)
+                heartbeat = Heartbeat(components.connection.open_node(), publisher, self._over)
                 heartbeat.start()
-            self._watch = DriveWatch(
-                core.knowledge,
-                core.feeds.get("velocity"),
+            self._end_conditions = EndConditions(
+                components.readiness_state,
+                components.feeds.get("velocity"),
                 publisher,
                 self._feedback_timeout,
                 heartbeat,
@@ -218,11 +218,11 @@ class Drive:
     def end_now(self, why: str) -> None:
         """End it, and write the first zero here: its own thread may be held up just now."""
         self.halt(why)
-        self._core.velocity.write_zero(self.topic)
+        self._components.velocity.write_zero(self.topic)
 
     def end_again(self) -> None:
         """Write zero once more."""
-        self._core.velocity.write_zero(self.topic)
+        self._components.velocity.write_zero(self.topic)
 
     def finish(self, timeout: float = 1.0) -> None:
         """Wait, with a bound, until the zeros of a drive that is over have been sent."""
@@ -231,9 +231,9 @@ class Drive:
             while not self.finished and not deadline.expired:
                 self._sent_zeros.wait(deadline.at_most(SLICE).remaining() or 0.0)
         if not self.finished:
-            self._core.velocity.zero(self.topic)
+            self._components.velocity.zero(self.topic)
         else:
-            self._core.running.remove_drive(self)
+            self._components.motions.remove_drive(self)
 
     def abandon(self) -> None:
         """End a drive whose caller has gone (a cancelled task); waits, with a bound, for its zeros."""
@@ -260,7 +260,7 @@ class Drive:
             raise MotionRefused("a velocity exists only inside `with chassis.velocity(...) as drive:`")
 
     def _require_alone(self) -> None:
-        self._others = other_drivers(self._core.connection.open_node())
+        self._others = other_drivers(self._components.connection.open_node())
         for driver in self._others:
             if not (driver.on_robot or self._share):
                 raise MotionRefused(
@@ -277,7 +277,7 @@ class Drive:
     def _look_around(self) -> None:
         while not self._over.wait(_LOOK_AGAIN if self._others else _LOOK_AROUND):
             try:
-                found = other_drivers(self._core.connection.open_node())
+                found = other_drivers(self._components.connection.open_node())
             except RosError:
                 continue  # the drive goes on without the master: open links do not need it
             before, self._others = {driver.node: driver for driver in self._others}, found
@@ -308,15 +308,15 @@ class Drive:
     def _run(self) -> None:
         try:
             while not self._over.wait(self._seconds_to_next()):
-                problem = self._watch.problem(self.sending)
+                problem = self._end_conditions.problem(self.sending)
                 if problem is not None:
                     if isinstance(problem, ConnectionLost):
-                        self._core.velocity.zero_is_due(self.topic)
+                        self._components.velocity.zero_is_due(self.topic)
                     self._end(problem)
                     break
                 velocity = self._shaper.next(time.monotonic())
                 if not self._over.is_set:  # whatever was looked at may have taken its time
-                    self._core.velocity.publish(self.topic, velocity)
+                    self._components.velocity.publish(self.topic, velocity)
         except Exception as error:  # whatever went wrong, the drive must not end without a zero
             self._end(ConnectionLost(say("the drive is over: sending failed: {error}", error=error)))
         finally:
@@ -328,14 +328,14 @@ class Drive:
 
     def _send_zeros(self) -> None:
         for _ in range(_ZEROS):
-            self._core.velocity.zero(self.topic)
+            self._components.velocity.zero(self.topic)
             time.sleep(0.02)
-        self._core.velocity.end(self.topic)
+        self._components.velocity.end(self.topic)
         self._release()
 
     def _release(self) -> None:
         """Give the publisher back, once."""
         try:
-            self._core.velocity.release(self._held.pop())
+            self._components.velocity.release(self._held.pop())
         except IndexError:
             pass  # it was given back

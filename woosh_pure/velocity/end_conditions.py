@@ -19,7 +19,7 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.feed.feed import Feed
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import ROBOT_NODES
-from woosh_pure.readiness.readiness_state import Knowledge
+from woosh_pure.readiness.readiness_state import ReadinessState
 from woosh_pure.stopping.stop_executor import Flag
 
 
@@ -125,11 +125,11 @@ DISOBEYED = 3.0
 _TOLD_LINEAR, _TOLD_ANGULAR = 0.05, 0.1  # m/s, rad/s: commands below these may be measured as zero
 
 
-class DriveWatch:
+class EndConditions:
     """Checks one drive; only its sending thread calls `problem`.
 
     Args:
-        knowledge: Where the reasons against moving are kept.
+        readiness_state: Where the reasons against moving are kept.
         measured: `/odom_twist`.
         publisher: Of the velocity topic.
         feedback_timeout: Seconds for which `/odom_twist` may be silent; None drives without it.
@@ -139,7 +139,7 @@ class DriveWatch:
 
     def __init__(
         self,
-        knowledge: Knowledge,
+        readiness_state: ReadinessState,
         measured: Feed[Velocity],
         publisher: rosproto.Publisher,
         feedback_timeout: float | None,
@@ -147,7 +147,7 @@ class DriveWatch:
         *,
         check: bool,
     ) -> None:
-        self._knowledge = knowledge
+        self._readiness_state = readiness_state
         self._publisher = publisher
         self._feedback_timeout = feedback_timeout
         self._heartbeat = heartbeat
@@ -179,7 +179,7 @@ class DriveWatch:
 
     def _blocked(self) -> RosError | None:
         """An emergency stop and the like: releasing the button must not resume the drive."""
-        readiness = self._knowledge.known_readiness()
+        readiness = self._readiness_state.known_readiness()
         if not readiness.refuses:
             return None
         return MotionRefused(
@@ -223,10 +223,10 @@ class DriveWatch:
         if sent.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR) or not measured.is_standing():
             self._obeyed = now
             if not measured.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR):
-                self._knowledge.refusals.end()
+                self._readiness_state.refusals.end()
         if now - self._obeyed <= DISOBEYED:
             return None
-        self._knowledge.refusals.note(
+        self._readiness_state.refusals.note(
             "the last drive was not obeyed: the robot stood still", time.monotonic()
         )
         return MotionRefused(

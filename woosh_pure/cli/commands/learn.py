@@ -13,7 +13,7 @@ from woosh_pure.cli.connection import chosen, names, reaching, simulated
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
-    from woosh_pure.firmware.learn import Judgement
+    from woosh_pure.firmware.learn import Comparison
 
 HELP = "ask the robot for its message definitions and keep what is new; moves nothing"
 
@@ -43,7 +43,7 @@ def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
     from rosproto import Node
     from woosh_pure.connection.arguments import master_uri_of
-    from woosh_pure.firmware.learn import KnownDefinitions, judge
+    from woosh_pure.firmware.learn import KnownDefinitions, compare
     from woosh_pure.firmware.survey import survey
 
     folder = args.folder or revisions_folder()
@@ -63,54 +63,54 @@ def run(args: Namespace, out: Output) -> int:
             )
         answers = survey(node, timeout=args.timeout, parallel=args.parallel)
         learned = () if args.no_learned else learned_paths(folder)
-        knowledge = KnownDefinitions(
+        known_definitions = KnownDefinitions(
             [*learned, *map(Path, args.msg_path or ()), *map(Path, environment_paths())]
         )
-        judgements = [judge(answer, knowledge) for answer in answers]
-    _print(judgements, out, everything=args.all)
+        comparisons = [compare(answer, known_definitions) for answer in answers]
+    _print(comparisons, out, everything=args.all)
     skipped: list[str] = []
-    written = _keep(judgements, folder, uri, out, skipped, dry=args.dry_run)
+    written = _keep(comparisons, folder, uri, out, skipped, dry=args.dry_run)
     out.result(
         {
             "master_uri": uri,
             "folder": str(folder),
             "written": [str(path) for path in written],
             "skipped": skipped,
-            "findings": [_document(judgement) for judgement in judgements],
+            "findings": [_document(comparison) for comparison in comparisons],
         }
     )
-    return 0 if any(judgement.verdict != "silent" for judgement in judgements) else 1
+    return 0 if any(comparison.verdict != "silent" for comparison in comparisons) else 1
 
 
-def _print(judgements: list[Judgement], out: Output, *, everything: bool) -> None:
+def _print(comparisons: list[Comparison], out: Output, *, everything: bool) -> None:
     """One line for each topic and service, with what differs below it; each type's differences once."""
     shown: set[tuple[str, str]] = set()
-    for judgement in judgements:
-        answer = judgement.answer
-        if judgement.verdict == "bundled" and not everything:
+    for comparison in comparisons:
+        answer = comparison.answer
+        if comparison.verdict == "bundled" and not everything:
             continue
-        what = _WORDS[judgement.verdict] + (f" {judgement.source}" if judgement.source else "")
+        what = _WORDS[comparison.verdict] + (f" {comparison.source}" if comparison.source else "")
         out.line(f"{answer.name:38s} {answer.type:36s} {answer.md5sum[:8]:8s}  {what}")
         if (answer.type, answer.md5sum) in shown and answer.md5sum:
             continue
         shown.add((answer.type, answer.md5sum))
-        for line in (*judgement.differences, *([judgement.note] if judgement.note else [])):
+        for line in (*comparison.differences, *([comparison.note] if comparison.note else [])):
             out.line(f"    {line}")
-    counts = {word: sum(f.verdict == word for f in judgements) for word in _WORDS}
+    counts = {word: sum(f.verdict == word for f in comparisons) for word in _WORDS}
     out.line(", ".join(f"{counts[word]} {text.lower()}" for word, text in _WORDS.items() if counts[word]))
 
 
 def _keep(
-    judgements: list[Judgement], folder: Path, uri: str, out: Output, skipped: list[str], *, dry: bool
+    comparisons: list[Comparison], folder: Path, uri: str, out: Output, skipped: list[str], *, dry: bool
 ) -> list[Path]:
     """Write what is new; what no file can be named after goes to `skipped`."""
     from rosproto.transport import parse_uri
     from woosh_pure.firmware.learn import make_sets, why_not_kept, write_set
 
     new = []
-    for judgement in judgements:
-        name, library = judgement.answer.type, judgement.library
-        if judgement.verdict == "new" and library is not None:
+    for comparison in comparisons:
+        name, library = comparison.answer.type, comparison.library
+        if comparison.verdict == "new" and library is not None:
             why = why_not_kept(name, library)
             if why:
                 out.line(f"not kept: {why}")
@@ -130,16 +130,16 @@ def _keep(
     return written
 
 
-def _document(judgement: Judgement) -> dict[str, Any]:
-    answer = judgement.answer
+def _document(comparison: Comparison) -> dict[str, Any]:
+    answer = comparison.answer
     return {
         "kind": answer.kind,
         "name": answer.name,
         "type": answer.type,
         "md5sum": answer.md5sum,
         "peer": answer.peer,
-        "verdict": judgement.verdict,
-        "source": judgement.source,
-        "note": judgement.note,
-        "differences": list(judgement.differences),
+        "verdict": comparison.verdict,
+        "source": comparison.source,
+        "note": comparison.note,
+        "differences": list(comparison.differences),
     }

@@ -130,11 +130,11 @@ class _Waiting:
     """The robots that could not be reached yet: their pages are served, and each is entered when it comes."""
 
     def __init__(self, app: FastAPI, robots: dict[str, Chassis], out: Output) -> None:
-        from woosh_pure.chassis import core_of
+        from woosh_pure.chassis import components_of
 
         self._out = out
         self._served = app.state.context.robots
-        self._left = {name: one for name, one in robots.items() if not core_of(one).in_block}
+        self._left = {name: one for name, one in robots.items() if not components_of(one).in_block}
         self._due = 0.0
         for name in self._left:
             self._served[name].unreachable = str(say("it has not answered yet"))

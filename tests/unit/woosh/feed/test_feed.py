@@ -11,7 +11,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure import interface
-from woosh_pure.aio.calls import Calls
+from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.aio.feed import Feed as AwaitedFeed
 from woosh_pure.feed.feed import Feed
 
@@ -219,7 +219,7 @@ def test_an_awaited_iteration_ends_with_its_chassis_however_early_that_closes(he
         feed.open()
         node.callback(number(1.0))
 
-    class CloseFirst(Calls):
+    class CloseFirst(ThreadCalls):
         async def opened(self, function, dispose):
             feed.close()
             return await super().opened(function, dispose)
@@ -234,7 +234,7 @@ def test_an_awaited_iteration_that_begins_after_the_end_is_as_the_other_one():
     """Of what was heard there is no more; where nothing was, the program has a mistake."""
 
     async def values(feed):
-        return [value async for value in AwaitedFeed(feed, Calls())]
+        return [value async for value in AwaitedFeed(feed, ThreadCalls())]
 
     feed, node = feed_of(links=[(True, "")])
     feed.open()

@@ -137,7 +137,7 @@ def test_driving_is_what_moves_the_robot() -> None:
     assert not any(pattern.startswith("service:") for pattern in patterns)
 
 
-class Keeper:
+class StopExecutor:
     """A receiver that keeps what comes."""
 
     def __init__(self) -> None:
@@ -160,7 +160,7 @@ def test_topics_of_the_simulated_chassis() -> None:
 
         before = followed()
         assert row("/movebase_pose2d").name not in before
-        overlay, grid = Keeper(), Keeper()
+        overlay, grid = StopExecutor(), StopExecutor()
         taps = [topics.overlay.open(overlay), topics.map.open(grid)]
         assert overlay.came.wait(20)
         assert grid.came.wait(20)

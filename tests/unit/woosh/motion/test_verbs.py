@@ -12,7 +12,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.motion import verbs
 from woosh_pure.motion.steps import Step
 from woosh_pure.motion.task import TaskOptions
-from woosh_pure.motion.verbs import Moving
+from woosh_pure.motion.verbs import MotionVerbs
 
 GIVEN = {
     "timeout": 7.5,
@@ -45,12 +45,14 @@ ARGUMENTS: dict[str, tuple[Any, ...]] = {
     "move_diagonal": (0.5, 90.0),
     "steps": ([Step.turn(9.0, 0.125)],),
 }
-VERBS = sorted(name for name, _ in inspect.getmembers(Moving, inspect.isfunction) if not name.startswith("_"))
+VERBS = sorted(
+    name for name, _ in inspect.getmembers(MotionVerbs, inspect.isfunction) if not name.startswith("_")
+)
 
 
 def options(name: str) -> list[str]:
     """The options of a verb; those of `**options`, too."""
-    found = inspect.signature(getattr(Moving, name)).parameters.values()
+    found = inspect.signature(getattr(MotionVerbs, name)).parameters.values()
     own = [each.name for each in found if each.kind is inspect.Parameter.KEYWORD_ONLY]
     more = [each for each in found if each.kind is inspect.Parameter.VAR_KEYWORD]
     return own + (sorted(TaskOptions.__annotations__) if more else [])
@@ -61,8 +63,8 @@ def handed_on(monkeypatch: pytest.MonkeyPatch, name: str) -> tuple[Any, dict[str
     calls: list[tuple[Any, dict[str, Any]]] = []
     for start in ("start_task", "start_navigation", "start_steps"):
         monkeypatch.setattr(verbs, start, lambda _, what, **how: calls.append((what, how)))
-    robot = Moving()
-    robot._core = None  # type: ignore[assignment]
+    robot = MotionVerbs()
+    robot._components = None  # type: ignore[assignment]
     getattr(robot, name)(*ARGUMENTS[name], **{option: GIVEN[option] for option in options(name)})
     (call,) = calls
     return call

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from woosh_pure.stopping.immediate_stop import Ending, StopLine, Stoppable
+from woosh_pure.stopping.immediate_stop import ImmediateStop, Stoppable, StopRequest
 from woosh_pure.stopping.stop_executor import Flag
 
 MADE = ("open", "import", "socket", "subprocess", "_thread.start_new_thread", "os.fork", "logging")
@@ -49,7 +49,7 @@ class World:
     def __init__(self) -> None:
         self.things: list[Thing] = []
         self.chores = 0
-        self.line = StopLine(self._under_way, self._do)
+        self.line = ImmediateStop(self._under_way, self._do)
 
     def _under_way(self, goals: bool) -> list[Stoppable]:
         return list(self.things) if goals else []
@@ -69,7 +69,7 @@ def world() -> Iterator[World]:
 
 def test_everything_is_asked_to_end_and_one_that_cannot_be_holds_up_no_other(world: World) -> None:
     world.things = [Thing(), Broken(), Thing()]
-    ending = world.line.ask(Ending("stop() was called"))
+    ending = world.line.ask(StopRequest("stop() was called"))
     assert ending.written.wait(5.0)
     assert [thing.asked for thing in world.things] == [["stop() was called"], [], ["stop() was called"]]
     assert ending.problems == ["ending the broken one at once (no connection)"]
@@ -77,14 +77,14 @@ def test_everything_is_asked_to_end_and_one_that_cannot_be_holds_up_no_other(wor
 
 def test_goals_are_left_where_only_drives_end(world: World) -> None:
     world.things = [Thing()]
-    assert world.line.ask(Ending("closed", goals=False)).written.wait(5.0)
+    assert world.line.ask(StopRequest("closed", goals=False)).written.wait(5.0)
     assert world.things[0].asked == []
 
 
 def test_it_is_asked_again_until_the_end_is_seen(world: World) -> None:
     thing = Thing()
     world.things = [thing]
-    world.line.ask(Ending("stop() was called"))
+    world.line.ask(StopRequest("stop() was called"))
     assert thing.twice.wait(5.0)
     thing.end_due = False
     seen = thing.again
@@ -104,7 +104,7 @@ def test_what_else_is_due_is_done_while_something_is_under_way(world: World) -> 
     """A drive that is over, and still in its block, is under way; its last zero may be due all the same."""
     thing = Thing()
     world.things = [thing]
-    world.line.ask(Ending("stop() was called"))
+    world.line.ask(StopRequest("stop() was called"))
     assert thing.twice.wait(5.0)
     assert world.chores >= 2
 
@@ -112,7 +112,7 @@ def test_what_else_is_due_is_done_while_something_is_under_way(world: World) -> 
 def test_the_first_round_makes_nothing(world: World) -> None:
     """Seen by the interpreter's own audit: no file, module, socket or thread is made by anybody meanwhile."""
     world.things = [Thing(), Thing()]
-    world.line.ask(Ending("once before")).written.wait(5.0)
+    world.line.ask(StopRequest("once before")).written.wait(5.0)
     seen: list[str] = []
     looking = [True]
 
@@ -121,7 +121,7 @@ def test_the_first_round_makes_nothing(world: World) -> None:
             seen.append(event)
 
     sys.addaudithook(audit)
-    assert world.line.ask(Ending("now")).written.wait(5.0)
+    assert world.line.ask(StopRequest("now")).written.wait(5.0)
     looking[0] = False
     assert seen == []
 
@@ -129,5 +129,5 @@ def test_the_first_round_makes_nothing(world: World) -> None:
 def test_in_a_fork_it_touches_nothing(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     world.things = [Thing()]
     monkeypatch.setattr("woosh_pure.stopping.immediate_stop.os.getpid", lambda: -1)
-    assert world.line.ask(Ending("the program ended")).written.is_set
+    assert world.line.ask(StopRequest("the program ended")).written.is_set
     assert world.things[0].asked == []

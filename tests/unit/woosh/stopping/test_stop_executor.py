@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from woosh_pure.stopping.stop_executor import Job, Keeper, begin
+from woosh_pure.stopping.stop_executor import Job, StopExecutor, begin
 
 
 @pytest.fixture(autouse=True)
@@ -24,30 +24,30 @@ def no_collection():
 
 
 @pytest.fixture
-def keeper():
-    kept = Keeper()
+def executor():
+    kept = StopExecutor()
     kept.start()
     yield kept
     kept.end()
 
 
-def test_what_it_does_is_returned_and_what_it_raises_is_raised(keeper):
-    assert keeper.do(lambda: threading.current_thread().name, 5.0) == "woosh:stop"
+def test_what_it_does_is_returned_and_what_it_raises_is_raised(executor):
+    assert executor.do(lambda: threading.current_thread().name, 5.0) == "woosh:stop"
     with pytest.raises(ZeroDivisionError):
-        keeper.do(lambda: 1 // 0, 5.0)
+        executor.do(lambda: 1 // 0, 5.0)
 
 
-def test_elsewhere_than_in_the_main_thread_it_is_a_plain_call(keeper):
+def test_elsewhere_than_in_the_main_thread_it_is_a_plain_call(executor):
     seen: list[str] = []
     thread = threading.Thread(
-        target=lambda: seen.append(keeper.do(lambda: threading.current_thread().name, 1.0))
+        target=lambda: seen.append(executor.do(lambda: threading.current_thread().name, 1.0))
     )
     thread.start()
     thread.join(5.0)
     assert seen == [thread.name]
 
 
-def test_interrupts_neither_end_nor_hasten_it_and_are_raised_afterwards(keeper):
+def test_interrupts_neither_end_nor_hasten_it_and_are_raised_afterwards(executor):
     """Here from the thread itself, in place of a person who is impatient."""
     done: list[str] = []
 
@@ -58,11 +58,11 @@ def test_interrupts_neither_end_nor_hasten_it_and_are_raised_afterwards(keeper):
         done.append("all of it")
 
     with pytest.raises(KeyboardInterrupt):
-        keeper.do(work, 20.0)
+        executor.do(work, 20.0)
     assert done == ["all of it"]
 
 
-def test_an_interrupt_does_not_hide_what_went_wrong(keeper):
+def test_an_interrupt_does_not_hide_what_went_wrong(executor):
     interrupted = threading.Event()
 
     def interrupt(number, frame):
@@ -77,16 +77,16 @@ def test_an_interrupt_does_not_hide_what_went_wrong(keeper):
     before = signal.signal(signal.SIGINT, interrupt)
     try:
         with pytest.raises(KeyboardInterrupt) as caught:
-            keeper.do(work, 20.0)
+            executor.do(work, 20.0)
     finally:
         signal.signal(signal.SIGINT, before)
     assert isinstance(caught.value.__cause__, ValueError)
 
 
-def test_nobody_waits_longer_than_it_may_take(keeper):
+def test_nobody_waits_longer_than_it_may_take(executor):
     release = threading.Event()
     with pytest.raises(TimeoutError, match=r"not done within 0.05 s"):
-        keeper.do(lambda: release.wait(20.0), 0.05)
+        executor.do(lambda: release.wait(20.0), 0.05)
     release.set()
 
 
@@ -112,17 +112,17 @@ def test_where_no_thread_can_be_started_it_is_done_here(monkeypatch):
 
 
 def test_before_it_has_started_and_after_its_end_things_are_done_all_the_same():
-    keeper = Keeper()
-    assert keeper.do(lambda: "before", 5.0) == "before"
-    keeper.start()
-    keeper.end()
-    assert keeper.do(lambda: "after", 5.0) == "after"
-    keeper.hold(Job(lambda: None, 60.0))  # nobody will ever do it: not waited for
+    executor = StopExecutor()
+    assert executor.do(lambda: "before", 5.0) == "before"
+    executor.start()
+    executor.end()
+    assert executor.do(lambda: "after", 5.0) == "after"
+    executor.hold(Job(lambda: None, 60.0))  # nobody will ever do it: not waited for
 
 
-def test_a_fork_has_a_keeper_of_no_thread_and_waits_for_none(keeper, monkeypatch):
+def test_a_fork_has_a_keeper_of_no_thread_and_waits_for_none(executor, monkeypatch):
     """What its parent has started does not run there."""
     monkeypatch.setattr("woosh_pure.stopping.stop_executor.os.getpid", lambda: -1)
-    monkeypatch.setattr(keeper, "put", lambda job: pytest.fail("nobody would do it"))
-    assert keeper.do(lambda: "done", 5.0) == "done"
-    keeper.hold(Job(lambda: None, 60.0))
+    monkeypatch.setattr(executor, "put", lambda job: pytest.fail("nobody would do it"))
+    assert executor.do(lambda: "done", 5.0) == "done"
+    executor.hold(Job(lambda: None, 60.0))
