@@ -316,12 +316,13 @@ def paragraphs(root: Path) -> Iterator[str]:
 
 
 def glossary(root: Path) -> Iterator[str]:
-    """Chinese pages and tables use the words of the glossary in CONTRIBUTING.md."""
+    """Chinese pages, tables and the words of the web page use the glossary in CONTRIBUTING.md."""
     part = read(root / "CONTRIBUTING.md").partition("## Chinese words")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| .+ \| (.+) \| (`.+`) \|$", part, re.MULTILINE)
     if not rows:
         yield "CONTRIBUTING.md has no glossary of Chinese words"
-    for path in sorted([*chinese_pages(root), *root.glob("woosh_pure/language/zh/*.txt")]):
+    tables = (*root.glob("woosh_pure/language/zh/*.txt"), *root.glob("woosh_pure/web/page/js/words_zh*.js"))
+    for path in sorted([*chinese_pages(root), *tables]):
         for good, bad in rows:
             for word in re.findall("|".join(re.findall("`([^`]+)`", bad)), read(path)):
                 yield f"{path.name}: {word} is {good} here (CONTRIBUTING.md, Chinese words)"

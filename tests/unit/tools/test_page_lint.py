@@ -137,7 +137,7 @@ def test_a_line_break_inside_a_chinese_sentence(tmp_path: Path, page: str, broke
 
 
 def test_a_word_that_the_glossary_rules_out(tmp_path: Path) -> None:
-    """On pages, and in the tables."""
+    """On pages, in the tables, and in the words of the web page."""
     glossary = "# A\n\n## Chinese words\n\n| a | 甲 | not |\n|---|---|---|\n| you | 您 | `你(?!好)` |\n"
     tree(tmp_path, CONTRIBUTING=glossary, **{"docs__a.zh-CN": "你好，你的。您"})
     assert list(page_lint.glossary(tmp_path)) == [
@@ -146,7 +146,10 @@ def test_a_word_that_the_glossary_rules_out(tmp_path: Path) -> None:
     table = tmp_path / "woosh_pure/language/zh/b.txt"
     table.parent.mkdir(parents=True)
     table.write_text("you\n你\n", "utf-8")
-    assert [line[:6] for line in page_lint.glossary(tmp_path)] == ["a.zh-C", "b.txt:"]
+    words = tmp_path / "woosh_pure/web/page/js/words_zh_c.js"
+    words.parent.mkdir(parents=True)
+    words.write_text('  "ask": "你",\n', "utf-8")
+    assert [line[:6] for line in page_lint.glossary(tmp_path)] == ["a.zh-C", "b.txt:", "words_"]
     (tmp_path / "CONTRIBUTING.md").write_text("")
     assert list(page_lint.glossary(tmp_path)) == ["CONTRIBUTING.md has no glossary of Chinese words"]
 

@@ -100,7 +100,7 @@ export const zh = {
   "go.amountsclear": "它会正好走这么多。请看看路上是否畅通。",
 
   "mark.charger": "充电桩",
-  "mark.park": "停车点",
+  "mark.park": "停靠点",
   "mark.mark": "标记点",
 
   "task.pause": "暂停",

@@ -69,7 +69,7 @@ export const state = {
   "problem.connection-lost": "与机器人的连接断了。是否执行了不知道：请看机器人。",
   "problem.service-error": "机器人拒绝了。",
   "problem.chassis-error": "机器人没有执行。",
-  "problem.bag-error": "无法写入录制文件。",
+  "problem.bag-error": "无法写入 bag 文件。",
   "problem.ros-error": "无法询问机器人：它的某个程序没有回答。",
   "problem.not-there": "它已经不在了。",
   "problem.value": "不能这样：直行最多 10 米，旋转最多一圈，位置要在地图上。",
