@@ -26,12 +26,12 @@ NO_PROMISE = (
     # What this is about, and how to report something.
     "ROS 1 has no authentication",
     "This project cannot change that",
-    "What it does is keep a program alive",
+    "It keeps a program running",
     "**Report** a weakness",
+    "Report a fault",
     "You get an answer within a week",
-    "Which versions are corrected",
     "A peer announces the host of its node",
-    "Safety of motion is a matter of its own",
+    "For the safety of motion see",
     "Each line of it, and each",
     "In short: nothing moves by default",  # docs/safety.md, line by line
     "The watchdog beside the commands",
@@ -39,7 +39,7 @@ NO_PROMISE = (
     "Not covered:",
     "`rosproto.bag.open_bag`, `partitions` and the `bag` verbs fetch",
     "It is data: later it decides",
-    "So learn from a robot you trust",
+    "Learn only from a robot",
     "A fleet manager (`woosh vda5050`) is believed",
     "None of this is an emergency stop",
     # Above a table.

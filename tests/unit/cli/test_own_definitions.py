@@ -20,7 +20,7 @@ def package(folder: Path, service: str) -> Path:
     return folder
 
 
-@pytest.mark.promise("`--no-learned` and `Chassis(learned=False)` do without")
+@pytest.mark.promise("`--no-learned` and `Chassis(learned=False)` do not use what was learned")
 @pytest.mark.parametrize("how", ["given", "learned", "left out"])
 def test_a_service_of_another_revision_is_called(
     how: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
