@@ -1,8 +1,8 @@
-"""Who may do what through a gateway: decisions about names.
+"""`Access`: which names clients of a gateway may read and write.
 
-Reading is open unless `allow` or `deny` says otherwise. Writing is closed unless a pattern of `write` opens
-it: everything that moves a robot is a write (a velocity, a goal, a pose, a call), and names alone do not tell
-which topics move it. The few services that only answer are recognised by their type.
+Everything is readable unless `allow` or `deny` says otherwise. Nothing is writable without a pattern in
+`write`: velocities, goals, poses and calls can all move a robot, and a name does not show which ones do. The
+few services that only answer are recognised by their type.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _WRITING: dict[Kind, str] = {
     "node": "changing",
 }
 _ONLY_ANSWER = frozenset({"roscpp/GetLoggers", "tf2_msgs/FrameGraph", "nav_msgs/GetMap"})
-"""Types of services that only answer and change nothing; the md5sum of the call makes sure of the type."""
+"""Types of services that change nothing. The md5sum of a call verifies the type."""
 
 _SHOWN = 200  # characters of a client's name in a sentence
 
@@ -41,9 +41,9 @@ class Refusal:
     """Why a request is refused, for the client and the log.
 
     Attributes:
-        kind: The kind of name it is about.
+        kind: Kind of the name.
         name: The name.
-        text: One sentence: what was refused, why, and which option opens it.
+        text: A sentence with the reason and the option that allows it.
     """
 
     kind: str
@@ -55,17 +55,17 @@ class Refusal:
 
 
 class Refused(Exception):
-    """What a client asked for is not done; the text is the sentence for it."""
+    """A client's request is refused; the text is a sentence for the client."""
 
 
 def insist(refusal: Refusal | None) -> None:
-    """Raise `Refused` for a verdict that says no."""
+    """Raise `Refused` if there is a refusal."""
     if refusal is not None:
         raise Refused(refusal.text)
 
 
 class Access:
-    """What clients of a gateway may see and change; asked for each name.
+    """Decides for each name whether clients of a gateway may read or write it.
 
     A pattern is a name with `*`, `?` and `[...]` as in a shell, except that `*` also matches slashes. It
     applies to everything of that name, or, with the prefix `topic:`, `service:`, `action:`, `param:` or
@@ -73,9 +73,9 @@ class Access:
     `/move_base` may also do so by publishing on `/move_base/goal` and `/move_base/cancel`.
 
     Args:
-        allow: The names that are visible at all.
-        deny: Names that are hidden even if `allow` has them; this wins over everything.
-        write: Names that may be published on, called, provided, set, or sent goals. None by default.
+        allow: Visible names.
+        deny: Hidden names; it has precedence over `allow` and `write`.
+        write: Names that clients may publish on, call, provide, set or send goals to. None by default.
         read_only: Refuse all writes, whatever `write` says.
 
     Raises:
@@ -110,7 +110,7 @@ class Access:
         return bool(self.write) and not self.read_only
 
     def may_read(self, kind: Kind, name: str) -> Refusal | None:
-        """None if this is visible, or why it is not."""
+        """Return None if the name is visible, else the reason."""
         if self._denied.match(kind, name):
             return Refusal(kind, name, f"{kind} {_short(name)} is not open here: a --deny pattern covers it")
         if not self._allowed.match(kind, name):
@@ -120,12 +120,12 @@ class Access:
         return None
 
     def may_write(self, kind: Kind, name: str, type: str = "") -> Refusal | None:
-        """None if this may be written, or why it may not.
+        """Return None if the name may be written, else the reason.
 
         Args:
             kind: The kind of name; "action" for a goal or its cancel.
             name: Resolved name; that of an action without `/goal`.
-            type: Type of the topic or service, as its provider states it; "" when nobody knows.
+            type: Type of the topic or service by its provider; "" if unknown.
         """
         refused = self._hidden(kind, name)
         if refused is not None:
@@ -150,7 +150,7 @@ class Access:
         )
 
     def _hidden(self, kind: Kind, name: str) -> Refusal | None:
-        """As `may_read`, for a goal in either of its two forms."""
+        """As `may_read`; for an action, its topics are checked too, and the other way round."""
         refused = self.may_read(kind, name)
         if refused is None and kind == "topic" and (action := _action_of(name)) is not None:
             refused = self.may_read("action", action)
@@ -166,7 +166,7 @@ def _given(patterns: Iterable[str]) -> tuple[str, ...]:
 
 
 def _action_of(topic: str) -> str | None:
-    """The action whose goals or cancels this topic carries; None if it is no such topic."""
+    """The action of a goal or cancel topic; None for other topics."""
     action, slash, last = topic.rpartition("/")
     return action if slash and action and last in ("goal", "cancel") else None
 

@@ -1,9 +1,8 @@
-"""Who may become a client of a gateway, judged from the HTTP request of the handshake. Pure.
+"""`Admission`: checks the HTTP request of a WebSocket handshake, before a connection becomes a client. Pure.
 
-A browser sends the page's origin with every WebSocket and lets any page open one to any address, so a page on
-the internet could reach a robot through the browser of whoever looks at it. So the origin is judged, the name
-that the client asked for, the token, and the protocol that it speaks; and a header that counts stands there
-once.
+A browser lets any page open a WebSocket to any address and sends the page's origin with it. Without a check,
+a page on the internet could reach a robot through its visitor's browser. Host, origin, token and subprotocol
+are checked, and Host and Origin may appear only once.
 """
 
 from __future__ import annotations
@@ -24,9 +23,9 @@ class AdmissionRefusal:
     """Why a request is refused.
 
     Attributes:
-        status: Of HTTP.
-        reason: One word for it, to be counted.
-        text: A sentence, for the client and the log.
+        status: HTTP status of the answer.
+        reason: Key of the counter of refused connections.
+        text: A sentence for the client and the log.
     """
 
     status: HTTPStatus
@@ -36,14 +35,14 @@ class AdmissionRefusal:
 
 @dataclass(frozen=True, slots=True)
 class Admission:
-    """What is asked of those who want to connect to one server.
+    """The rules for connecting to one server.
 
     Attributes:
-        bound: The address that it listens on.
+        bound: The address that the server listens on.
         origins: Origins of pages that may connect besides those of this computer, as a browser writes them;
             "*" for all. A client without an origin is not a browser.
-        token: What they have to know, as `?token=T` or `Authorization: Bearer T`; None for nothing.
-        subprotocols: Names of the protocol; a client has to offer one of them. Empty: it need not.
+        token: The secret that a client must send, as `?token=T` or `Authorization: Bearer T`; None for none.
+        subprotocols: A client must offer one of these, unless there are none.
     """
 
     bound: str
@@ -52,11 +51,11 @@ class Admission:
     subprotocols: Sequence[str] = ()
 
     def check(self, path: str, header: Callable[[str], Sequence[str]]) -> AdmissionRefusal | None:
-        """Why a request is refused; None when it is not.
+        """Return why a request is refused, or None.
 
         Args:
-            path: With its query.
-            header: The values of a header, as often as it is there.
+            path: Path and query.
+            header: Returns all values of a header.
         """
         hosts, origins = header("Host"), header("Origin")
         if len(hosts) > 1 or len(origins) > 1:
@@ -78,7 +77,7 @@ class Admission:
 
 
 def _token(path: str, authorization: Sequence[str]) -> str | None:
-    """The token as the client gave it; None when it gave none, or several."""
+    """The token in the request; None if it has none, or several."""
     if len(authorization) == 1 and authorization[0][:7].lower() == "bearer ":
         return authorization[0][7:].strip()
     try:
@@ -89,17 +88,17 @@ def _token(path: str, authorization: Sequence[str]) -> str | None:
 
 
 def token_fits(given: str | None, expected: str | None) -> bool:
-    """Whether a client knows the token; compared in constant time. True when no token is required."""
+    """Whether the given token is right (compared in constant time), or none is required."""
     if expected is None:
         return True
     return hmac.compare_digest((given or "").encode("utf-8", "replace"), expected.encode("utf-8"))
 
 
 def require_token_off_loopback(host: str, token: str | None) -> None:
-    """Make sure that a gateway which other computers can reach requires a token.
+    """Check that a gateway which other computers can reach has a token.
 
     Raises:
-        ValueError: It would not.
+        ValueError: It has none, or the token is empty.
     """
     if token is not None and not token:
         raise ValueError("the token is empty; give a long random one")
@@ -111,12 +110,12 @@ def require_token_off_loopback(host: str, token: str | None) -> None:
 
 
 def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
-    """Why a page of this origin may not connect; None when it may.
+    """Return why a page of this origin may not connect, or None.
 
     Pages of this computer's own servers (`http://localhost:8080`) may connect.
 
     Args:
-        origin: The header; None when there is none.
+        origin: The Origin header; None if there is none.
         origins: Allowed origins, as a browser writes them; "*" for all.
     """
     if origin is None or origin in origins or "*" in origins:
@@ -136,9 +135,9 @@ def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
 
 
 def foreign_host(host: str | None, bound: str) -> str | None:
-    """Why a request for this host is not meant for a server on the loopback; None when it may be.
+    """Return why a server on the loopback refuses a request for this host, or None.
 
-    An attacker's name that resolves to 127.0.0.1 would give his page the same origin as a server here.
+    Otherwise a page under a name that resolves to 127.0.0.1 would have the same origin as this server.
 
     Args:
         host: The Host header.

@@ -1,8 +1,7 @@
-"""Long messages as lists of chunks, so that sending a map does not hold up every other topic.
+"""`ChunkedMessage`: a long message as a list of chunks, so that sending a map does not delay other topics.
 
-While Python copies a long text, no other thread of the program runs: copying fifty megabytes takes a tenth of
-a second. A long message is therefore made, kept and sent in chunks of half a megabyte. Clients do not notice:
-the chunks are the frames of one fragmented WebSocket message.
+Copying a long text blocks all other threads: fifty megabytes take a tenth of a second. A long message is
+therefore made, kept and sent in chunks of half a megabyte, as the frames of one fragmented WebSocket message.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ class ChunkedMessage:
         return self._length
 
     def text(self) -> str:
-        """The whole text joined, for those who need it as one."""
+        """The whole text, joined."""
         return "".join(chunk for chunk in self.chunks if isinstance(chunk, str))
 
     def __repr__(self) -> str:
@@ -39,7 +38,7 @@ class ChunkedMessage:
 
 
 def framed(head: bytes, data: bytes | memoryview) -> bytes | ChunkedMessage:
-    """Bytes behind a head: joined where they are short, else in chunks, which are not copied."""
+    """A head followed by data: joined if short, else chunks that refer to the data without a copy."""
     if len(data) <= CHUNK_SIZE // 8:
         return head + data
     view = memoryview(data)

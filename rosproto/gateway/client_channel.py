@@ -1,4 +1,4 @@
-"""One connected client, as everything above the socket sees it: what is sent to it, and its end."""
+"""`ClientChannel`: how a session sends to its client and closes the connection, and `ClientSession`."""
 
 from __future__ import annotations
 
@@ -11,48 +11,48 @@ from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.outbox import Outbox
 
 Payload = str | bytes | ChunkedMessage
-"""One message of a WebSocket: text or binary, whole or in chunks."""
+"""One WebSocket message: text or binary, whole or in chunks."""
 
 
 class DeferredPayload(Protocol):
-    """Payloads that are made when they are sent, for a client that may never take them."""
+    """Payloads that are made only when the client is ready to receive them."""
 
     @property
     def quick(self) -> bool:
-        """Whether `payloads` takes no time worth a thread."""
+        """Whether `payloads` is too fast to be worth a thread."""
 
     def payloads(self) -> tuple[Payload, ...]:
-        """What is to be sent."""
+        """Make the payloads."""
 
 
 class ClientSession(Protocol):
-    """What a server does with one client's messages."""
+    """Handles the messages of one client; the server calls it."""
 
     @property
     def longest(self) -> int:
-        """Bytes that the next message may have; a longer one ends the connection unread."""
+        """Longest next message in bytes; a longer one ends the connection unread."""
 
     async def received(self, data: str | bytes) -> None:
-        """A message; the next one is read when this is done. Runs in the server's loop."""
+        """Handle a message, in the server's loop; the next one is read afterwards."""
 
     def ended(self) -> None:
-        """The connection is over; called once, in a thread that may wait some seconds."""
+        """The connection has ended; called once, in a thread that may wait some seconds."""
 
 
 class ClientChannel:
-    """The way to one client; every method may be called from any thread.
+    """Sends to one client; every method may be called from any thread.
 
     Attributes:
         peer: Its address, "10.0.0.7:51234".
-        since: When it came, by the monotonic clock.
-        outbox: What waits for it.
-        busy: A message is on its way that the client has not taken.
+        since: When it connected, by the monotonic clock.
+        outbox: Payloads that wait for it.
+        busy: A message is being sent that the client has not taken yet.
         sent, sent_bytes: Messages written.
         received: Messages read.
-        ending: (code, reason) of the close that was asked for; None while there is none.
-        gone: The connection is over. What came before its end is still read.
-        lost: It was torn down: what came before is not read any more, as nobody knows how old it is.
-        subprotocol: The one that was agreed on; None where there is none.
+        ending: (code, reason) of the requested close; None if there is none.
+        gone: The connection has ended. Messages received before its end are still handled.
+        lost: The connection broke: earlier messages are not handled, because their age is unknown.
+        subprotocol: The agreed one, or None.
     """
 
     def __init__(
@@ -76,30 +76,30 @@ class ClientChannel:
         self.subprotocol = subprotocol
         self._end = end
         self.later = later
-        """`later(seconds, function)`: have it called in the server's loop; it must not block."""
+        """`later(seconds, function)`: call a function that does not block, in the server's loop."""
 
     @property
     def dropped(self) -> int:
-        """Messages of topics that it was too slow for."""
+        """Messages of topics dropped because the client was too slow."""
         return sum(self.outbox.dropped.values())
 
     def written(self, payload: Payload) -> None:
-        """Count a message."""
+        """Count a written message."""
         self.sent += 1
         self.sent_bytes += len(payload)
 
     @property
     def behind(self) -> bool:
-        """Whether something waits that it has not taken yet."""
+        """Whether payloads wait for the client."""
         return self.busy or len(self.outbox) > 0
 
     def answer(self, payloads: tuple[str | bytes, ...]) -> None:
-        """Send something that is never dropped; a client that does not take its answers is cut off."""
+        """Send payloads that are never dropped; a client that does not read its answers is disconnected."""
         for payload in payloads:
             self.answer_deferred(len(payload), payload)
 
     def answer_deferred(self, size: int, payload: Payload | DeferredPayload) -> None:
-        """As `answer`, of what counts for so many bytes while it waits."""
+        """As `answer`, for a payload that counts as `size` bytes while it waits."""
         self.outbox.put(None, size, payload)
         if self.outbox.overflow:
             self.close(1013, "answers wait that are not read")
@@ -107,11 +107,11 @@ class ClientChannel:
     def offer(
         self, key: object, size: int, payload: Payload | DeferredPayload, keep: int | None = None
     ) -> None:
-        """Send a message of a topic, if the client keeps up; see `Outbox.put`."""
+        """Send a message of a topic; it is dropped if the client is too slow. See `Outbox.put`."""
         self.outbox.put(key, size, payload, keep)
 
     def close(self, code: int, reason: str) -> None:
-        """End the connection, with a WebSocket close code; what waits is not sent."""
+        """Close the connection with a WebSocket close code; waiting payloads are not sent."""
         if self.ending is None:
             self.ending = code, reason[:120]
             self._end(self)

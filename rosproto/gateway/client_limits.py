@@ -1,27 +1,27 @@
-"""How much a client of a gateway may ask for; checked before memory is allocated or the robot is asked."""
+"""`GatewayLimits`: bounds on what one client of a gateway may use. Each is checked before memory is taken."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 READER_BYTES = 64 << 10
-"""Bytes of a message where nothing may be written: what could not be carried out is not read."""
+"""The longest message, in bytes, where nothing may be written."""
 
 
 class GatewayLimits(NamedTuple):
-    """Bounds for one gateway; the defaults fit a robot and a few dozen people who watch it.
+    """Bounds for one gateway; the defaults fit a robot and a few dozen viewers.
 
     Attributes:
         connections: Simultaneous clients.
-        pending_handshakes: Further connections: those that have not finished the WebSocket handshake, TLS
-            included, or were refused and are not closed.
+        pending_handshakes: Further connections that have not finished the WebSocket handshake (TLS included),
+            or were refused and are not closed yet.
         handshake_seconds: Time for the handshake, TLS included.
-        silence_seconds: A client is asked for a sign of life this often, and disconnected when it sends none
-            for as long again.
-        close_seconds: Time that closing a connection may take.
-        message_bytes: One message of a client, after joining its fragments.
-        message_values: Values and keys of JSON in it. Decoding them holds up everything else in the process,
-            up to a microsecond for each.
+        silence_seconds: Seconds between two pings of a client; without a pong for as long again it is
+            disconnected.
+        close_seconds: Longest time for closing a connection.
+        message_bytes: Longest message of a client, after joining its fragments.
+        message_values: Values and keys of JSON in it. Decoding blocks all other threads, up to a microsecond
+            for each value.
         nesting: Depth of nested arrays and objects in a message.
         text_length: Characters of a name, type or id.
         subscriptions_per_client: Topics that one client subscribes to.
@@ -29,12 +29,13 @@ class GatewayLimits(NamedTuple):
         calls_per_client: Service calls of one client that have not been answered.
         goals_per_client: Action goals of one client that have not ended.
         call_seconds: Longest time for a service call, even if the client asks for more.
-        outbox_bytes: What waits for one client; beyond it the oldest messages of topics are dropped. The
-            newest message of a topic is kept whatever its size.
-        outbox_messages: Messages of one topic that wait for one client, at most.
-        topic_bytes: Messages of one topic that wait for one client; the newest is always kept.
-        answer_bytes: Answers (never dropped) that wait for one client; beyond it the connection is closed.
-        linger_seconds: How long a topic stays subscribed after its last client has left.
+        outbox_bytes: Bytes waiting for one client; beyond it the oldest messages of topics are dropped. The
+            newest message of a topic is always kept.
+        outbox_messages: Messages of one topic waiting for one client.
+        topic_bytes: Bytes of one topic waiting for one client; the newest message is always kept.
+        answer_bytes: Bytes of answers waiting for one client; answers are never dropped, and beyond this the
+            connection is closed.
+        linger_seconds: Time that a topic stays subscribed after its last client has left.
     """
 
     connections: int = 64

@@ -1,7 +1,7 @@
-"""What clients publish: one handle for each client and topic, with a publisher of the node behind it.
+"""`ClientPublications`: the topics that clients publish, each with a publisher of the node.
 
-When a handle is closed, its publisher stays for a while: zeros may have to follow (`velocity_watchdog`),
-and a page that is reloaded advertises again at once.
+When a client closes its publication, the publisher stays for a while: zero velocities may have to follow
+(`velocity_watchdog.py`), and a reloaded page advertises the topic again at once.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LINGER = 2.0  # seconds; the zeros take half of one
 EARLY_SECONDS = 1.0
 EARLY_MESSAGES = 100
 EARLY_BYTES = 4 << 20
-LATE_VELOCITIES = 1  # that wait for a slow robot: an old one is of no use
+LATE_VELOCITIES = 1  # that wait for a slow robot; old ones are useless
 
 
 class _EarlyMessages:
@@ -39,7 +39,7 @@ class _EarlyMessages:
         self.publisher: Publisher | None = None
 
     def publish(self, message: Any) -> bool:
-        """Publish it, and remember who has it; False when the second is over, or too much is kept."""
+        """Publish a message and remember its receivers; False after the second, or if too much is kept."""
         publisher = self.publisher
         if publisher is None or time.monotonic() > self._until:
             self._sent.clear()
@@ -88,7 +88,7 @@ class ClientPublication:
         self.closed = False
 
     def publish(self, message: Any) -> None:
-        """Publish a message, or its encoded bytes; never waits for a robot.
+        """Publish a message or its encoded bytes; never waits for a subscriber.
 
         Raises:
             CodecError: A value does not fit its field.
@@ -108,7 +108,7 @@ class ClientPublication:
         return self._publisher.connections
 
     def close(self) -> None:
-        """Stop publishing; if it drove, zero follows. May be called again."""
+        """Stop publishing; if the client drove there, zero follows. May be called again."""
         if not self.closed:
             self.closed = True
             self._owner.closed(self, self._publisher)
@@ -120,8 +120,8 @@ class ClientPublications:
     Args:
         node: The node that publishes.
         velocity_watchdog: Watches velocities.
-        linger: Seconds that a publisher stays after its handle was closed.
-        watchdog: Sends zero where a client drives when this process is gone; None for none.
+        linger: Seconds that a publisher stays open after its publication was closed.
+        watchdog: Process that sends zero where a client drives if this process dies; None for none.
     """
 
     def __init__(
@@ -152,10 +152,10 @@ class ClientPublications:
         latch: bool = False,
         queue_size: int = 100,
     ) -> ClientPublication:
-        """Publish a topic for a client. Asks the master.
+        """Publish a topic for a client; calls the master.
 
         Raises:
-            DefinitionError: No such type is known.
+            DefinitionError: The type is unknown.
             LocalProtocolError: This node publishes the topic with another type, or this is closed.
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
@@ -186,7 +186,7 @@ class ClientPublications:
         return ClientPublication(self, client, publisher, early)
 
     def _watch(self, watchdog: Watchdog, publisher: Publisher) -> None:
-        """Wait until the watchdog could send zero there: before the first velocity."""
+        """Register the topic at the watchdog process, before the first velocity; waits until it is ready."""
         kind, topic = publisher.message_class, publisher.topic
         with self._watching:
             if topic in self._watched:
@@ -198,7 +198,7 @@ class ClientPublications:
             )
 
     def closed(self, publication: ClientPublication, publisher: Publisher) -> None:
-        """Take note of a closed handle."""
+        """A publication was closed: send zero if needed, and close the publisher later."""
         self.velocity_watchdog.gone(publication.client, publication.topic)
         with self._lock:
             if self._closed or publisher not in self._open:
@@ -220,11 +220,11 @@ class ClientPublications:
                 self.velocity_watchdog.unwatch(publisher.topic)
         try:
             publisher.close()
-        except Exception as error:  # the master is away: there is nobody to tell
+        except Exception as error:  # the master does not answer
             _log.debug("! %s: not taken off the master: %s", publisher.topic, error)
 
     def close(self) -> None:
-        """Close all of them, after zeros (half a second when somebody drives). May be called again."""
+        """Send zeros (half a second if a client drives), then close all publishers. May be called again."""
         self.velocity_watchdog.close()
         with self._lock:
             self._closed = True

@@ -1,9 +1,8 @@
-"""JSON that clients send, bounded before it is decoded.
+"""`JsonReader`: decodes JSON from clients after counting its values.
 
-Python decodes a text in one piece, and no other thread of the process runs meanwhile: not the one that sends
-zero for a client that has fallen silent either. What it takes grows with the values and keys of the text, up
-to a microsecond for each, not with its length. So these are counted first, and of all clients' long texts one
-is decoded at a time.
+Decoding a text blocks all other threads, the one that sends zero velocities too. It takes up to a microsecond
+for each value and key, whatever the length of the text. They are therefore counted first, and only one long
+text of all clients is decoded at a time.
 """
 
 from __future__ import annotations
@@ -17,27 +16,27 @@ from typing import Any
 
 SHORT = 16 << 10
 SHORT_VALUES = 2000
-"""A text of so many characters and values is decoded in two milliseconds at most."""
+"""A text with at most this many values is decoded within two milliseconds."""
 
 
 class JsonError(ValueError):
-    """The text is no JSON, or too much of it; says what it is, after "the message"."""
+    """The text is no JSON, or has too many values. The text of the error continues "the message"."""
 
 
 def is_short(text: str | bytes) -> bool:
-    """Whether decoding a text takes no time worth a thread."""
+    """Whether a text is decoded too fast to be worth a thread."""
     return len(text) <= SHORT and _values_in(text) <= SHORT_VALUES
 
 
 def _values_in(text: str | bytes) -> int:
-    """At least the number of values and keys of a text: the signs inside its strings count, too."""
+    """An upper bound of the number of values and keys: commas and braces inside strings count, too."""
     if isinstance(text, str):
         return 1 + sum(map(text.count, ",[{:"))
     return 1 + sum(map(text.count, (b",", b"[", b"{", b":")))
 
 
 def _short_int(digits: str) -> int:
-    """As Python does by itself from 3.10.7 on: a million digits would take minutes."""
+    """Refuse numbers with very many digits, as Python 3.10.7 and later do: a million would take minutes."""
     if len(digits) > 4300:
         raise ValueError("too many digits")
     return int(digits)
@@ -61,14 +60,14 @@ class JsonReader:
         self._turn = threading.Lock()
 
     def read(self, text: str | bytes, most: int = 1) -> list[Any]:
-        """The values that stand behind one another in a text; none where it is empty.
+        """Return the JSON values of a text, which follow one another; an empty list for an empty text.
 
         Args:
             text: The text; bytes are taken for UTF-8.
-            most: How many there may be.
+            most: The most values.
 
         Raises:
-            JsonError: It is no JSON, or too much.
+            JsonError: It is no JSON, or has too many values.
         """
         if not isinstance(text, str):
             try:
@@ -124,7 +123,7 @@ class JsonReader:
 
 
 def _in_short(error: ValueError) -> str:
-    """What the decoder says and where, without the text it quotes."""
+    """The decoder's message and position, without the quoted text."""
     if isinstance(error, json.JSONDecodeError):
         return f"{error.msg} at character {error.pos}"
     return "a number has too many digits"

@@ -22,26 +22,26 @@ from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import FieldLayout, Layout
 
 MOST_PIECES = 200
-"""The most fields in one expression; a definition from the network may have tens of thousands."""
+"""The most fields in one expression; definitions from the network may have tens of thousands."""
 PIECE = 20_000
-"""Elements of an array that are written at once: some milliseconds, in which no other thread runs."""
+"""Elements of an array written at once; this blocks other threads for some milliseconds."""
 PIECE_OF_SMALL = 1 << 17
-"""The same of int8[], whose text comes from a table."""
+"""`PIECE` for int8[], whose text comes from a table."""
 PIECE_OF_OCTETS = 3 << 17
-"""The same of bytes; a multiple of three, which base64 writes as four characters."""
+"""`PIECE` for bytes; a multiple of three, because base64 writes three bytes as four characters."""
 LEAST_OF_THREE = -99
 """The least number with three characters."""
 FEW = 100
 _MARK = "\0"
-"""Stands for a long array in a text; JSON has none: text that holds one is escaped."""
+"""Placeholder of a long array in a text. JSON escapes this character, so it is unique."""
 
 
 _aside: ContextVar[list[list[str]] | None] = ContextVar("_aside", default=None)
-"""Arrays of the message that this thread writes in parts; None while it writes none so."""
+"""Long arrays of the message that this thread writes in parts; None outside `in_parts`."""
 
 
 def in_parts(write: Callable[[Any], str], message: Any) -> list[str]:
-    """What `write(message)` returns, in parts: long arrays are not joined."""
+    """Return the text of `write(message)` in parts; long arrays are not joined."""
     arrays: list[list[str]] = []
     token = _aside.set(arrays)
     try:
@@ -56,7 +56,7 @@ def in_parts(write: Callable[[Any], str], message: Any) -> list[str]:
 
 
 def _long(pieces: Iterator[str]) -> str:
-    """The text of a long array, or the mark for it; not around another one."""
+    """The text of a long array, or its placeholder inside `in_parts`."""
     arrays = _aside.get()
     if arrays is None:
         return "".join(pieces)
@@ -104,7 +104,7 @@ class Writer(ABC):
         call = src.constant(self.function(field.layout), "f")
         return self.messages(call, value) if field.is_array else f"{call}({value})"
 
-    # -- what a kind of writer says
+    # -- defined by each writer
 
     @abstractmethod
     def run(self, pieces: list[tuple[str, str]], *, first: bool) -> str:
@@ -123,7 +123,7 @@ class Writer(ABC):
 
     @abstractmethod
     def many(self, field: FieldLayout, value: str) -> str:
-        """The expression for an array of them."""
+        """The expression for an array of numbers, strings or times."""
         ...
 
     @abstractmethod
@@ -191,12 +191,12 @@ def _time(value: Any) -> str:
 
 
 def _items(call: Callable[[Any], str], values: Any) -> str:
-    """Of messages, which may hold long arrays themselves."""
+    """The text of an array of messages, which may contain long arrays."""
     return f"[{','.join(map(call, values))}]"
 
 
 def _in_pieces(text: Callable[[Any], str], values: Any, size: int) -> str:
-    """`text(values)`, a list in brackets, made piece by piece where it is long."""
+    """`text(values)`, a list in brackets; a long one is made in pieces."""
     return text(values) if len(values) <= size else _long(_pieces(text, values, size))
 
 
@@ -243,7 +243,7 @@ def _integers(values: Any) -> str:
 
 
 def _small_integers(values: Any) -> str:
-    """Of int8[]: a map has millions, and hardly one needs more than three characters; blanks fill up."""
+    """The text of int8[], three characters for each padded with blanks: a map has millions of them."""
     if getattr(values, "dtype", None) != "i1" or len(values) < FEW or values.min() < LEAST_OF_THREE:
         return _integers(values)
     return _in_pieces(_from_table, values.view("u1"), PIECE_OF_SMALL)
@@ -255,7 +255,7 @@ def _from_table(octets: Any) -> str:
 
 @cache
 def _table() -> Any:
-    """For each octet the four characters of the int8 that it is, as one number: three digits and a comma."""
+    """For each octet the four characters of its int8 value (three digits and a comma), as one integer."""
     import numpy as np
 
     numbers = [value if value < 128 else max(value - 256, LEAST_OF_THREE) for value in range(256)]

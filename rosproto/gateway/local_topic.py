@@ -1,4 +1,4 @@
-"""A topic published to viewers only: no node advertises it, and the master does not know it."""
+"""`LocalTopic`: a topic of this program that only viewers see; it is not registered at the master."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class LocalTopic:
         name: "/woosh/overlay".
         type: Class of its messages.
         wanted: Called with True when the first viewer subscribes and with False when the last one has
-            gone, in a thread that may wait: there is no need to make messages that nobody looks at.
+            gone, in a thread that may wait. Without viewers no messages need be made.
     """
 
     def __init__(self, name: str, type: Any, wanted: Callable[[bool], object] | None = None) -> None:
@@ -42,11 +42,11 @@ class LocalTopic:
 
     @property
     def receivers(self) -> int:
-        """Number of viewers that subscribe it now."""
+        """Number of viewers subscribed now."""
         return len(self._receivers)
 
     def publish(self, message: Any, stamp: Time | None = None) -> None:
-        """Send a message to its viewers; it is encoded before this returns."""
+        """Encode a message and send it to all viewers."""
         now = Time(*divmod(time.time_ns(), 1_000_000_000)) if stamp is None else stamp
         event = MessageEvent(self.description, encode(message), time.monotonic(), now)
         with self._lock:
@@ -89,7 +89,7 @@ class LocalTopic:
 
 
 class _LocalSubscription:
-    """One receiver at a local topic."""
+    """One receiver of a local topic."""
 
     def __init__(self, topic: LocalTopic, receiver: Receiver) -> None:
         self._topic = topic

@@ -1,4 +1,4 @@
-"""One received message, shared by all clients of a gateway: decoded and encoded once, when first wanted."""
+"""`MessageEvent`: a received message, decoded and encoded once for all clients, and `TopicDescription`."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ T = TypeVar("T")
 
 
 class TopicDescription:
-    """What a publisher said of a topic when it connected.
+    """A topic as described by a publisher in its connection header.
 
     Attributes:
         topic: Resolved name.
         type_name: "package/Type".
         md5sum: Of its definition.
-        definition: Full text, with those of all types used; "" when it did not send one and we have none.
-        latched: Its last message comes to those who come later.
-        publisher: Name of its node, as it says.
+        definition: Full text, with those of all types used; "" if neither the publisher nor we have it.
+        latched: Whether the publisher latches.
+        publisher: Its caller id.
     """
 
     __slots__ = (
@@ -54,7 +54,7 @@ class TopicDescription:
 
     @property
     def type(self) -> TopicType:
-        """The type it sends, from its own definition or the bundled one that is the same.
+        """The type by its definition.
 
         Raises:
             RosError: The definition cannot be used.
@@ -84,7 +84,7 @@ class MessageEvent:
     """A message of a topic, for any number of receivers.
 
     Attributes:
-        description: What its publisher said of it.
+        description: The topic, as its publisher describes it.
         data: The encoded message, as it was received.
         received: When, by the monotonic clock.
         stamp: When, by the node's ROS clock (the simulation's, where there is one).
@@ -149,9 +149,9 @@ class MessageEvent:
         return self.description.type.decode(self.data, 0, len(self.data))
 
     def once(self, key: object, make: Callable[..., T], *args: object) -> T:
-        """What `make(*args)` returns, made with the first use of `key` and kept: a text for all clients.
+        """Return `make(*args)`, computed at the first use of `key` and kept for all clients.
 
-        Another thread that asks meanwhile waits for it. What raises is tried again.
+        Another thread with the same key waits for the result. An exception is not kept.
         """
         made: T
         try:
@@ -165,7 +165,7 @@ class MessageEvent:
         return made
 
     def has(self, key: object) -> bool:
-        """Whether `once(key, ...)` would not have to make it."""
+        """Whether `once(key, ...)` has a result already."""
         return key in self._made
 
     def __repr__(self) -> str:

@@ -1,9 +1,9 @@
-"""What waits for one client: bounded, the newest of each topic first to stay.
+"""`Outbox`: the bounded queue of payloads that wait to be sent to one client.
 
-Filled by any thread, emptied by the one that writes to the client. Messages of topics have a key and may be
-dropped: the oldest of the same key, when more than `keep` of it wait or they take more than their bytes;
-then, when all take too many, the oldest of whatever takes most. Answers have no key and are never dropped: a
-client that asks and does not read is cut off instead.
+Any thread fills it; the thread that writes to the client empties it. Messages of topics have a key and may be
+dropped: first the oldest with the same key, if more than `keep` or too many bytes with that key wait; then,
+if all together take too many bytes, the oldest with the key that takes most. Answers have no key and are
+never dropped; when too many wait, `overflow` is set.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ class Outbox(Generic[T]):
     """A queue to one client.
 
     Attributes:
-        bytes: What waits.
-        answer_bytes: What of that are answers.
-        dropped: Messages given up so far, by key.
-        overflow: More answers wait than a client may have: the connection is to end.
-        closed: Nothing is taken any more.
+        bytes: Bytes that wait.
+        answer_bytes: Bytes of answers among them.
+        dropped: Messages dropped so far, by key.
+        overflow: Too many bytes of answers wait; the connection must be closed.
+        closed: `put` does nothing any more.
     """
 
     def __init__(self, limits: GatewayLimits, wake: Callable[[], object] | None = None) -> None:
         """
         Args:
             limits: Bounds.
-            wake: Called when something comes into an outbox that was empty, in the thread that put it there.
+            wake: Called by `put` when the outbox was empty, in the same thread.
         """
         self._limits = limits
         self._wake = wake
@@ -62,13 +62,13 @@ class Outbox(Generic[T]):
         return self._live
 
     def put(self, key: Key | None, size: int, payload: T, keep: int | None = None) -> None:
-        """Add something; never waits.
+        """Add a payload; never waits.
 
         Args:
-            key: Whose oldest may be dropped for it; None for an answer.
-            size: Its bytes.
-            payload: What `take` gives.
-            keep: Most that wait of this key; None for `GatewayLimits.outbox_messages`.
+            key: The topic; None for an answer.
+            size: Bytes of the payload.
+            payload: Returned by `take`.
+            keep: The most payloads with this key; None for `GatewayLimits.outbox_messages`.
         """
         with self._lock:
             if self.closed:
@@ -112,19 +112,19 @@ class Outbox(Generic[T]):
             return None
 
     def waits(self, key: Key) -> int:
-        """How many of a key wait."""
+        """Number of payloads with this key."""
         with self._lock:
             return len(self._waiting.get(key, ()))
 
     def forget(self, key: Key) -> None:
-        """Nobody wants what waits of this key any more; it does not count as dropped."""
+        """Remove the payloads with this key without counting them as dropped."""
         with self._lock:
             while key in self._waiting:
                 self._drop_first(key)
             self.dropped.pop(key, None)
 
     def close(self) -> None:
-        """Drop everything, take nothing more."""
+        """Drop everything; later `put`s do nothing."""
         with self._lock:
             self.closed = True
             self._queue.clear()
@@ -150,7 +150,7 @@ class Outbox(Generic[T]):
     def _drop_first(self, key: Key) -> None:
         item = self._waiting[key][0]
         self._forget_first(key)
-        item.payload = None  # its place in the queue is found empty
+        item.payload = None  # `take` skips it
         self._live -= 1
         self.bytes -= item.size
         while self._queue and self._queue[0].payload is None:

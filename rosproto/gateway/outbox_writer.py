@@ -1,8 +1,8 @@
-"""Writes what waits in the clients' outboxes to their WebSockets, each at the speed its client takes it.
+"""`OutboxWriter`: writes the payloads of all outboxes to their WebSockets, at each client's speed.
 
-A short message, while its client takes what it is sent, is written in the turn of the loop in which it
-comes: to wake each client's task for it takes several times as long. What is long, or waits for its client,
-is written by the client's task, in parts between which others have their turn.
+A short message for a client that keeps up is written at once, in the same turn of the loop, because waking
+the client's task takes several times as long. The client's task writes long messages, in parts between which
+other clients are served, and everything for a client that is behind.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ TURN = 64  # messages written to one client before others have their turn
 
 
 def closed_error() -> Any:
-    """The exception that says that a connection is over."""
+    """The exception for a closed connection."""
     return import_module("websockets.exceptions").ConnectionClosed
 
 
 class OutboxWriter:
-    """The clients' writers. Everything runs in the loop's thread, but for `wake`.
+    """Writes to all clients of a server. Everything but `wake` runs in the loop's thread.
 
     Args:
-        loop: The server's.
-        pool: Threads for what takes time to be made.
-        peer_log: Where it is told what could not be sent.
-        name: In those words.
+        loop: The server's loop.
+        pool: Threads for payloads that take time to make.
+        peer_log: Logs messages that could not be sent.
+        name: The server's name in the log.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, pool: Pool, peer_log: PeerLog, name: str) -> None:
@@ -53,17 +53,17 @@ class OutboxWriter:
         self._broadcast = import_module("websockets.asyncio.server").broadcast
 
     def add(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> None:
-        """Begin to write to a client, by its WebSocket over this transport."""
+        """Start writing to a client."""
         self._clients[channel] = connection, transport, asyncio.Event()
         self._tasks[channel] = asyncio.ensure_future(self._write(channel))
 
     def remove(self, channel: ClientChannel) -> None:
-        """It has gone."""
+        """Stop writing to a client that has gone."""
         del self._clients[channel]
         self._tasks.pop(channel).cancel()
 
     def wake(self, channel: ClientChannel) -> None:
-        """Something waits for a client; from any thread. One wake does for all that comes together."""
+        """A payload waits for a client; from any thread. Several wakes are handled together."""
         with self._lock:
             self._woken.append(channel)
             scheduled, self._wake_scheduled = self._wake_scheduled, True
@@ -80,9 +80,9 @@ class OutboxWriter:
                 client[2].set()
 
     def _write_at_once(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> bool:
-        """Write what waits, as far as it is short and the client takes it; True when nothing is left."""
+        """Write waiting short payloads while the client keeps up; True if nothing is left."""
         for _ in range(TURN):
-            # `broadcast` passes over a client that is being sent a long message, or has gone.
+            # `broadcast` skips a client that is receiving a long message, or has gone.
             if (
                 channel.busy
                 or transport.get_write_buffer_size()
@@ -99,7 +99,7 @@ class OutboxWriter:
         return not channel.outbox
 
     async def _write(self, channel: ClientChannel) -> None:
-        """What waits for a client, one after the other; ends with its connection."""
+        """Write the payloads of one client in order, until its connection ends."""
         connection, _, event = self._clients[channel]
         turn = 0
         while True:
@@ -139,7 +139,7 @@ def _payloads(item: Payload | DeferredPayload) -> tuple[Payload, ...]:
 
 
 async def _in_turns(payload: Payload) -> AsyncIterator[str | bytes | memoryview]:
-    """A long message as the frames of a fragmented one: a map does not hold up the other clients."""
+    """The frames of a long message, with turns for other clients in between."""
     for chunk in payload.chunks if isinstance(payload, ChunkedMessage) else _cut(payload):
         yield chunk
         await asyncio.sleep(0)

@@ -1,9 +1,8 @@
-"""The listening socket of a gateway, and the connections that are no clients yet: which of them makes room.
+"""`Listener`: the listening socket of a gateway, which bounds the connections that are not clients yet.
 
-They count from the moment they are accepted, so before TLS, until they are clients or closed: half a
-request, and an answer that is not read, cost a place here and none of the clients'. Where there is no room, a
-new connection takes the place of one of the address that has most of them, its oldest. So one address locks
-nobody else out, and among many addresses the newest connections stay.
+A connection counts here from `accept`, before TLS, until it is a client or closed. So an unfinished request
+or an unread refusal takes no client's place. When there are too many, the oldest one of the address with the
+most is closed: one address cannot lock out others, and among many addresses the newest connections stay.
 """
 
 from __future__ import annotations
@@ -15,11 +14,11 @@ from typing import Any
 from rosproto.transport.tcp import reuse_address
 
 READ_BUFFER = 64 << 10
-"""Bytes that the system takes from a client ahead of us: what a reset leaves to be read, at most."""
+"""Receive buffer of a connection: the most bytes still readable after a reset."""
 BACKLOG = 128
 AT_ONCE = 8
-"""Connections accepted in one turn of the loop. Each is read and answered within five turns, so before 40
-others have come: who sends a request at once is not pushed out by those behind him."""
+"""Connections accepted in one turn of the loop. Each is read and answered within five turns, before 40 others
+have come: a client that sends its request at once is not pushed out by later ones."""
 
 
 class Listener(socket.socket):
@@ -28,8 +27,8 @@ class Listener(socket.socket):
     Args:
         host: Address to listen on.
         port: Port, 0 for a free one.
-        most: How many connections may be no clients yet.
-        refused: Counts those that were given up, by reason.
+        most: Most connections that are not clients yet.
+        refused: Counts closed connections by reason.
 
     Raises:
         OSError: The address cannot be listened on.
@@ -44,17 +43,17 @@ class Listener(socket.socket):
             reuse_address(self)
             if family == socket.AF_INET6:
                 self.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-            self.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READ_BUFFER)  # accepted ones have it, too
+            self.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READ_BUFFER)  # accepted sockets inherit it
             self.bind(address[:2])
             self.listen(BACKLOG)
         except OSError:
             self.close()
             raise
         self._most, self._refused = most, refused
-        self._waiting: dict[Any, _Accepted] = {}  # by their address and port, the oldest first
+        self._waiting: dict[Any, _Accepted] = {}  # by address and port, the oldest first
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection; it may be given up before it is read."""
+        """Accept a connection; it may be closed before it is read."""
         accepted, address = super().accept()
         # With its protocol named, asyncio sets TCP_NODELAY: a short message would wait for the client's
         # acknowledgement of the one before, up to 40 ms.
@@ -72,21 +71,21 @@ class Listener(socket.socket):
         self._waiting.pop(oldest).end()
 
     def answered(self, address: Any) -> None:
-        """Its request was refused, and counted by its reason; it still has to be closed."""
+        """Its request was refused and counted; it is not closed yet."""
         if address in self._waiting:
             self._waiting[address].answered = True
 
     def became_client(self, address: Any) -> None:
-        """Its handshake is over."""
+        """Its handshake has succeeded."""
         self._waiting.pop(address, None)
 
     def end_waiting(self) -> None:
-        """The server ends; who is no client yet will not be one."""
+        """Close all connections that are not clients yet."""
         for connection in self._waiting.values():
             connection.end()
 
     def closed(self, connection: _Accepted) -> None:
-        """One is closed, by whoever held it."""
+        """A connection was closed."""
         if self._waiting.get(connection.address) is connection:
             del self._waiting[connection.address]
             if not connection.answered:
@@ -94,14 +93,14 @@ class Listener(socket.socket):
 
 
 class _Accepted(socket.socket):
-    """A connection that tells when it is closed."""
+    """An accepted connection that reports its `close` to the listener."""
 
     listener: Listener
     address: Any
     answered = False
 
     def end(self) -> None:
-        """Shut it down; who reads from it notices, and closes it."""
+        """Shut it down; its reader then closes it."""
         try:
             self.shutdown(socket.SHUT_RDWR)
         except OSError:

@@ -1,4 +1,4 @@
-"""Topics shared by the clients of a gateway: subscribed once at the robot, while somebody wants them.
+"""`SharedSubscriptions`: each topic is subscribed once at the robot, for all clients of a gateway.
 
 A topic is subscribed for the first receiver, and unsubscribed some time after the last one has gone. Messages
 arrive as bytes; a `MessageEvent` decodes them on first use, once for all receivers. Receivers are called in
@@ -38,7 +38,7 @@ class Receiver(Protocol):
 
 
 class SharedSubscription:
-    """A receiver's connection to a topic; made by `SharedSubscriptions.open`. Close it at the end.
+    """One receiver's subscription of a topic; made by `SharedSubscriptions.open`. Close it at the end.
 
     Attributes:
         topic: Resolved name.
@@ -52,7 +52,7 @@ class SharedSubscription:
 
     @property
     def description(self) -> TopicDescription | None:
-        """The topic's description by the publisher of the last message; None before the first one."""
+        """The topic as described by the publisher of the last message; None before the first one."""
         return self._shared_topic.latest
 
     @property
@@ -62,15 +62,15 @@ class SharedSubscription:
         return 0 if subscriber is None else subscriber.connections
 
     def close(self) -> None:
-        """Stop receiving; one message that is on its way may still come. May be called again."""
+        """Stop receiving; one more message may still come. May be called again."""
         self._shared_topic.remove(self)
 
     def __repr__(self) -> str:
-        return f"<Tap {self.topic}{', closed' if self.closed else ''}>"
+        return f"<SharedSubscription {self.topic}{', closed' if self.closed else ''}>"
 
 
 class SharedSubscriptions:
-    """The topics that the clients of one gateway, or of several on the same node, want at the moment.
+    """The topics subscribed for the clients of one gateway, or of several gateways on the same node.
 
     Args:
         node: The node that subscribes.
@@ -91,18 +91,18 @@ class SharedSubscriptions:
             return tuple(self._shared_topics)
 
     def open(self, topic: str, receiver: Receiver) -> SharedSubscription:
-        """Offer every message of a topic to a receiver, beginning with each latched publisher's last one.
+        """Send every message of a topic to a receiver, first the last one of each latching publisher.
 
-        Asks the master, so it may take seconds while the master is away.
+        Calls the master, so it may take seconds while the master does not answer.
 
         Args:
-            topic: Its name.
+            topic: Name of the topic.
             receiver: Gets the messages.
 
         Raises:
-            LocalProtocolError: The node, or this, is closed.
+            LocalProtocolError: The node or this object is closed.
             MasterError, ConnectionLost, RosTimeout: The subscription could not be registered.
-            ValueError: It is not a valid name.
+            ValueError: The name is not valid.
         """
         name = self._node.resolve_name(topic)
         while True:
@@ -115,10 +115,10 @@ class SharedSubscriptions:
             subscription = shared_topic.add(receiver)
             if subscription is not None:
                 return subscription
-            # It was just being unsubscribed: make another one.
+            # It was being unsubscribed: make another one.
 
     def forget(self, shared_topic: _SharedTopic) -> None:
-        """Forget a source that has been unsubscribed."""
+        """Remove a topic that has been unsubscribed."""
         with self._lock:
             if self._shared_topics.get(shared_topic.topic) is shared_topic:
                 del self._shared_topics[shared_topic.topic]
@@ -140,7 +140,7 @@ class SharedSubscriptions:
 class _SharedTopic:
     """One topic at the robot.
 
-    `_state` guards who receives; `_opening` is held while the master is asked, which may take seconds.
+    `_state` guards the receivers; `_opening` is held while the master is called, which may take seconds.
     """
 
     def __init__(self, shared_subscriptions: SharedSubscriptions, node: Node, topic: str) -> None:
@@ -163,7 +163,7 @@ class _SharedTopic:
     # -- receivers ------------------------------------------------------------------------------------------
 
     def add(self, receiver: Receiver) -> SharedSubscription | None:
-        """Add a receiver; None when this source has ended."""
+        """Add a receiver; None if this topic is being unsubscribed."""
         subscription = SharedSubscription(self, receiver)
         with self._state:
             if self._ended:
@@ -300,7 +300,7 @@ class _SharedTopic:
 
 
 def _bundled(kind: str, md5sum: str) -> str:
-    """Our definition if it is the same one, for publishers that send none."""
+    """The bundled definition if its md5sum is the same, for publishers that send none."""
     try:
         ours = message_class(kind)
         return ours._full_text if ours._md5sum == md5sum else ""

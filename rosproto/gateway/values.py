@@ -1,8 +1,8 @@
-"""Messages as rosbridge's JSON, and what a client sends as messages.
+"""Converts messages to rosbridge's JSON, and values from clients to messages.
 
-Source: `rosbridge_library.internal.message_conversion` (rosbridge_suite, branch ros1). The same values where
-that takes them; where it takes a wrong value in silence (text that is no base64, a time that is a number, an
-array of another length) a client gets a sentence that names the field.
+Source: `rosbridge_library.internal.message_conversion` (rosbridge_suite, branch ros1). Valid values give the
+same result. A wrong value that the original accepts silently (text that is no base64, a number for a time, an
+array of another length) is an error here that names the field.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def to_json(message: Any) -> str:
 
 
 def to_json_parts(message: Any) -> list[str]:
-    """The same text in parts, for what is long: no array is in one piece.
+    """As `to_json`, in parts for a long message: no long array is in one piece.
 
     Raises:
         CodecError: A field holds what does not belong there.
@@ -62,12 +62,12 @@ def _writer(cls: Any) -> Callable[[Any], str]:
 
 
 def _as_decoded(message: Any) -> Any:
-    """Somebody put in what the wire allows and a decoded message does not have: an int for a float."""
+    """Normalise values that encode but never come from decoding, such as an int for a float."""
     return decode(type(message), encode(message))
 
 
 def to_values(message: Any) -> dict[str, Any]:
-    """A message as rosbridge's JSON would be read: dicts, lists, texts, numbers, None for NaN."""
+    """A message as decoded rosbridge JSON: dicts, lists, texts, numbers, None for NaN."""
     values: dict[str, Any] = json.loads(to_json(message))
     return values
 
@@ -75,13 +75,13 @@ def to_values(message: Any) -> dict[str, Any]:
 def from_values(
     cls: type[Message], value: Any, *, now: Time | None = None, seconds: Literal["secs", "sec"] = "secs"
 ) -> Any:
-    """A new message with the values of a client; fields that are not named keep their defaults.
+    """Make a message from a client's values; missing fields keep their defaults.
 
     Args:
         cls: Its class.
-        value: What JSON had: an object by field.
-        now: What "now" means for a time, and the stamp of each Header that is named, unless it has its own.
-        seconds: How the parts of a time are called: "secs" and "nsecs", or as viewers do, "sec" and "nsec".
+        value: Decoded JSON, an object by field.
+        now: The time for "now", and the stamp of each given Header without one.
+        seconds: Name of the seconds of a time: "secs" (with "nsecs"), or for viewers "sec" (with "nsec").
 
     Raises:
         CodecError: A field does not exist, or a value does not fit; names the field.
@@ -93,7 +93,7 @@ def from_values(
 
 
 def from_arguments(cls: type[Message], args: Any, *, now: Time | None = None) -> Any:
-    """A service request, or a goal, from `args`: an object by field, an array by position, or None.
+    """Make a service request or goal from `args`: an object by field, an array by position, or None.
 
     Raises:
         CodecError: A value does not fit its field, or there are more arguments than fields.
@@ -254,7 +254,7 @@ class _Reader:
                 if field.code == "B":
                     return packed
                 return _view(packed, field) if self.binding.flavour.views else value
-        # Finds the one that is wrong.
+        # Find the wrong element.
         return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
 
 

@@ -1,13 +1,12 @@
-"""Publishes what clients send; checks velocities, and sends zero after one whose client is gone or silent.
+"""`VelocityWatchdog`: publishes clients' messages, checks velocities, and sends zero after a lost client.
 
-A velocity with a number that is not finite, or larger than any robot's, is refused here, whatever protocol it
-came by: robots differ in what they make of it, and some drive on. It is no sign of life either.
+A velocity with a number that is not finite, or larger than any robot's, is refused, whatever the protocol:
+robots react differently, and some drive on. Such a velocity does not keep a drive alive either.
 
-Most robots keep driving at the last velocity they were given. So this watches every velocity topic that a
-client of a gateway publishes: when its last velocity was not zero and it leaves, or sends nothing for half a
-second, zero is published there several times, unless another client drives on that topic. This helps against
-closed pages and lost networks. It is not an emergency stop. When this process is killed, its watchdog
-(`rosproto.watchdog`) does the same, if there is one: it is told here what moves.
+Most robots keep driving at the last velocity. If the last velocity of a client was not zero and the client
+leaves, or sends nothing for half a second, zero is published on that topic several times, unless another
+client drives there. This protects against closed pages and lost networks. It is not an emergency stop. If
+this process is killed, the watchdog process (`rosproto.watchdog`), if there is one, sends the zeros.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ VELOCITY_TYPES = frozenset(
         "ackermann_msgs/AckermannDriveStamped",
     }
 )
-"""Types that count as velocities: messages that mean "stand still" when every number in them is zero."""
+"""Velocity types: a message whose numbers are all zero means "stand still"."""
 
 SILENCE = 0.5  # seconds
 ZEROS = 5
@@ -43,12 +42,12 @@ FASTEST = 1000.0  # m/s, rad/s: no robot drives faster, so a larger number is a 
 
 
 def is_velocity(type_name: str) -> bool:
-    """Whether a message of this type keeps something moving until another one comes."""
+    """Whether a message of this type keeps a robot moving until the next one."""
     return type_name in VELOCITY_TYPES
 
 
 class VelocityPublisher(Protocol):
-    """What is needed of a publisher here."""
+    """A publisher, as the velocity watchdog uses it."""
 
     @property
     def topic(self) -> str: ...
@@ -62,7 +61,7 @@ class VelocityPublisher(Protocol):
 
 
 def _values(message: Any) -> Iterator[Any]:
-    """All values of a message, those in nested messages and arrays too; without its header."""
+    """All values of a message, nested ones too, without those of its header."""
     for name in message.__slots__:
         value = getattr(message, name)
         if name == "header" and hasattr(value, "frame_id"):
@@ -83,7 +82,7 @@ def _values_in(value: Any) -> Iterator[Any]:
 
 
 def moves(message: Any) -> bool:
-    """Whether any number of a velocity is not zero; its header does not count."""
+    """Whether any number of a velocity is not zero, its header aside."""
     return any(value != 0 for value in _values(message))
 
 
@@ -110,9 +109,9 @@ class _Topic:
     """One velocity topic.
 
     Attributes:
-        drivers: Clients whose last velocity was not zero, and when it came.
+        drivers: Clients whose last velocity was not zero, with its time.
         zeros_left: Zeros still to be sent.
-        next_zero: When the next one is due.
+        next_zero: Time of the next zero.
     """
 
     drivers: dict[Hashable, float] = field(default_factory=dict)
@@ -121,11 +120,11 @@ class _Topic:
 
 
 class DriveTable:
-    """Who drives where, and which zeros are due. Pure: callers pass the time.
+    """Which clients drive on which topics, and which zeros are due. Pure: callers pass the time.
 
     Args:
-        silence: Seconds after which a driver counts as gone.
-        zeros: How many zeros follow.
+        silence: Seconds without a velocity after which a driver counts as gone.
+        zeros: Number of zeros sent.
         over: Seconds from the first zero to the last.
     """
 
@@ -137,28 +136,28 @@ class DriveTable:
 
     @property
     def driven(self) -> tuple[str, ...]:
-        """Topics with a driver, or with zeros still to come."""
+        """Topics with a driver or with zeros still to be sent."""
         return tuple(self._topics)
 
     def note(self, client: Hashable, topic: str, now: float, *, moving: bool) -> None:
-        """Take note of a velocity that a client has published."""
+        """Record a velocity that a client has published."""
         state = self._topics.get(topic)
         if moving:
             if state is None:
                 state = self._topics[topic] = _Topic()
             state.drivers[client] = now
-            state.zeros_left = 0  # somebody drives: no zero in between
+            state.zeros_left = 0  # a client drives: no zeros in between
         elif state is not None and state.drivers.pop(client, None) is not None and not state.drivers:
-            del self._topics[topic]  # it has stopped by itself
+            del self._topics[topic]  # the client has stopped
 
     def gone(self, client: Hashable, now: float, topic: str | None = None) -> None:
-        """Take note that a client has left, or only stopped publishing on `topic`."""
+        """Record that a client has left, or has stopped publishing on `topic`."""
         for name, state in self._topics.items():
             if topic in (None, name) and state.drivers.pop(client, None) is not None:
                 self._stop_if_nobody_drives(state, now)
 
     def all_gone(self, now: float) -> None:
-        """Treat all drivers as gone."""
+        """Record that all clients have left."""
         for state in self._topics.values():
             if state.drivers:
                 state.drivers.clear()
@@ -169,7 +168,7 @@ class DriveTable:
             state.zeros_left, state.next_zero = self._zeros, now
 
     def due(self, now: float) -> list[str]:
-        """Topics on which a zero is to be published now; each call is one zero of each."""
+        """Return the topics that need a zero now; each call counts as one zero of each."""
         found = []
         for name, state in list(self._topics.items()):
             silent = [client for client, last in state.drivers.items() if now - last >= self._silence]
@@ -186,20 +185,20 @@ class DriveTable:
         return found
 
     def next_look(self) -> float | None:
-        """The earliest time at which `due` may return a topic; None while nobody drives."""
+        """The earliest time at which `due` may return a topic; None while no client drives."""
         times = [last + self._silence for state in self._topics.values() for last in state.drivers.values()]
         times += [state.next_zero for state in self._topics.values() if state.zeros_left]
         return min(times, default=None)
 
 
 class VelocityWatchdog:
-    """Publishes for clients, and zeros after them. One for each gateway.
+    """Publishes for the clients of one gateway, and zeros after them.
 
-    Its thread runs only while somebody drives.
+    Its thread runs only while a client drives.
 
     Args:
         stamp: Returns the time for zeros that have a header; None leaves it at 0.
-        table: Who drives where; tests pass one with other times.
+        table: The drivers; tests pass a table with other times.
     """
 
     def __init__(self, stamp: Callable[[], Any] | None = None, table: DriveTable | None = None) -> None:
@@ -212,32 +211,32 @@ class VelocityWatchdog:
         self._thread: threading.Thread | None = None
         self._closed = False
         self.zeros = 0
-        """How many zeros were sent for clients."""
+        """Number of zeros sent for clients."""
 
     @property
     def driven(self) -> tuple[str, ...]:
-        """Topics that a client drives now, or on which zeros are still to come."""
+        """Topics with a driver or with zeros still to be sent."""
         with self._changed:
             return self._table.driven
 
     def watch(self, topic: str, watch: Watch) -> None:
-        """Tell a watchdog from now on when somebody drives on a topic."""
+        """Arm this watch of the watchdog process whenever a client drives on a topic."""
         with self._changed:
             self._watches[topic] = watch
 
     def unwatch(self, topic: str) -> None:
-        """Nobody publishes there any more."""
+        """Drop the watch of a topic without publishers."""
         with self._changed:
             watch = self._watches.pop(topic, None)
         if watch is not None:
             watch.drop()
 
     def publish(self, client: Hashable, publisher: VelocityPublisher, message: Any) -> None:
-        """Publish a client's message; a velocity is watched from now on.
+        """Publish a client's message, and watch the client if it is a velocity.
 
         Args:
             client: The client.
-            publisher: The publisher; it must stay open for a second after the client has gone.
+            publisher: Must stay open for a second after the client has gone.
             message: A message, or its encoded bytes.
 
         Raises:
@@ -251,10 +250,10 @@ class VelocityWatchdog:
             message = decode(publisher.message_class, bytes(message))
         _refuse_no_velocity(publisher.topic, message)
         moving = moves(message)
-        with self._changed:  # publishing and taking note happen in the same order
+        with self._changed:  # published and recorded in the same order
             topic = publisher.topic
             if moving and self._closed:
-                return  # nobody would stop it
+                return  # no zero would follow
             if moving:
                 self._publishers[topic] = publisher
                 header = getattr(message, "header", None)
@@ -264,11 +263,13 @@ class VelocityWatchdog:
             self._table.note(client, topic, time.monotonic(), moving=moving)
             self._disarm()
             if moving and self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="rosproto:write guard", daemon=True)
+                self._thread = threading.Thread(
+                    target=self._run, name="rosproto:velocity watchdog", daemon=True
+                )
                 self._thread.start()
 
     def gone(self, client: Hashable, topic: str | None = None) -> None:
-        """A client has left, or stopped publishing on one topic: send zero now where it drove."""
+        """A client has left, or stopped publishing on a topic: send zero now where it drove."""
         with self._changed:
             now = time.monotonic()
             self._table.gone(client, now, topic)
@@ -276,7 +277,7 @@ class VelocityWatchdog:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Send all zeros now, wherever somebody drives (half a second), and accept no more velocities."""
+        """Send zeros on all driven topics (half a second), and accept no more velocities."""
         with self._changed:
             self._closed = True
             self._table.all_gone(time.monotonic())
@@ -286,7 +287,7 @@ class VelocityWatchdog:
             thread.join(2 * OVER + 1.0)
 
     def _arm(self, topic: str, publisher: VelocityPublisher) -> None:
-        """Called with the lock held, before what moves is sent."""
+        """Called with the lock held, before a moving velocity is published."""
         watch = self._watches.get(topic)
         if watch is not None and not watch.armed:
             watch.arm(encode(self._zero(topic, publisher)))

@@ -1,8 +1,8 @@
-"""A WebSocket server for the clients of a gateway: one asyncio loop in a thread of its own, on `websockets`.
+"""`WebSocketServer`: the server below both gateways, with `websockets` on an asyncio loop in its own thread.
 
-What a stranger can do before he is let in is bounded in number and time, and judged from the HTTP request:
-the token, the origin of the page, the host it was sent to. After that a session reads one message after the
-other, and a task writes what waits in the client's outbox, at the speed the client takes it.
+Connections are bounded in number and time before they become clients, and their HTTP request is checked
+(`pending_connections.py`, `admission.py`). A client's session gets its messages one after the other, and
+`outbox_writer.py` sends what waits in its outbox.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ from rosproto.gateway.websocket_connection import (
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
-UNREAD = 0  # messages of a client read ahead of the one that waits for its session
-TURN = 0.001  # seconds of the loop's time, after which a client waits for its turn
-SHARE = 0.1  # of the loop's time; who takes less never waits
+UNREAD = 0  # messages of a client read ahead of its session
+TURN = 0.001  # seconds of the loop's time after which a client waits for its turn
+SHARE = 0.1  # of the loop's time; a client that takes less never waits
 START_SECONDS = 10.0
 _TOO_BIG, _TRY_AGAIN = 1009, 1013
 
 
 def need_websockets(name: str) -> Any:
-    """The library, imported with the first use.
+    """Import the library.
 
     Raises:
-        LocalProtocolError: It is not installed, or too old; names the extra.
+        LocalProtocolError: It is not installed or too old; the text names the extra.
     """
     extra = "foxglove" if name == "foxglove" else "bridge"
     try:
@@ -63,15 +63,15 @@ class WebSocketServer:
     """Serves until `close`.
 
     Args:
-        open_session: Called in the loop for each client that is let in.
+        open_session: Called in the loop for each new client.
         host: Address to listen on.
         port: Port, 0 for a free one.
         limits: Bounds.
         tls: Certificate and key; None for none.
         origins: Origins of pages that may connect, besides those of this computer.
-        token: What a client has to know; None only on loopback.
-        subprotocols: Names of the protocol, the best first; a client has to offer one of them. Empty: it
-            need not. `ClientChannel.subprotocol` is the one.
+        token: The secret that a client must send; None only on loopback.
+        subprotocols: A client must offer one of these, the best first, unless there are none;
+            `ClientChannel.subprotocol` is the agreed one.
         name: For threads and errors.
 
     Raises:
@@ -81,9 +81,9 @@ class WebSocketServer:
 
     Attributes:
         host, port: Where it listens.
-        refused: Connections that were not let in, by reason.
-        accepted: Clients let in so far.
-        stalled: Clients cut off so far because they took nothing of what they were sent.
+        refused: Refused connections by reason.
+        accepted: Clients so far.
+        stalled: Clients disconnected so far because they read nothing.
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class WebSocketServer:
             self._listener = Listener(host, port, self.limits.pending_handshakes, self.refused)
         self.port: int = self._listener.getsockname()[1]
         self._started: Future[None] = Future()
-        self._loop = asyncio.SelectorEventLoop()  # it calls `Listener.accept`; that of Windows does not
+        self._loop = asyncio.SelectorEventLoop()  # calls `Listener.accept`; Windows' proactor loop does not
         self._outbox_writer = OutboxWriter(self._loop, self.pool, self.peer_log, name)
         self._stop = asyncio.Event()
         self._turn = asyncio.Lock()
@@ -148,7 +148,7 @@ class WebSocketServer:
 
     @property
     def channels(self) -> tuple[ClientChannel, ...]:
-        """Clients now."""
+        """The connected clients."""
         with self._lock:
             return tuple(self._sockets)
 
@@ -170,7 +170,8 @@ class WebSocketServer:
 
     async def _main(self) -> None:
         limits = self.limits
-        quiet = logging.Logger("websockets, whose words about strangers nobody bounds", logging.CRITICAL + 1)
+        # Its log about refused connections is not bounded: it is off.
+        quiet = logging.Logger("websockets", logging.CRITICAL + 1)
         server = await self._websockets.serve(
             self._serve,
             sock=self._listener,
@@ -193,7 +194,7 @@ class WebSocketServer:
             server_header=None,
             logger=quiet,
         )
-        self._listener.listen(BACKLOG)  # in the system's queue; the loop has taken its own from `backlog`
+        self._listener.listen(BACKLOG)  # of the system's queue; the loop uses `backlog` as its own batch size
         self._started.set_result(None)
         await self._stop.wait()
         server.close()
@@ -201,7 +202,7 @@ class WebSocketServer:
         try:
             await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
         except (asyncio.TimeoutError, TimeoutError):
-            pass  # what is left is cut off
+            pass  # the rest is aborted below
         for transport in list(self._transports.values()):
             transport.abort()
         tasks = [task for task in self._tasks if task is not asyncio.current_task()]
@@ -211,14 +212,14 @@ class WebSocketServer:
                 task.cancel()
             await asyncio.gather(*left, return_exceptions=True)
 
-    # -- strangers ------------------------------------------------------------------------------------------
+    # -- connections (`ConnectionEvents`) -------------------------------------------------------------------
 
     def connected(self, connection: Any, transport: Any) -> None:
-        """A connection has a transport, which is over TLS where there is TLS."""
+        """A connection has its transport (with TLS, the one above TLS)."""
         self._transports[connection] = transport
 
     def disconnected(self, connection: Any, error: Exception | None) -> None:
-        """A connection is lost; `error` when it was torn down."""
+        """A connection has ended, with `error` if it broke."""
         self._transports.pop(connection, None)
         self.write_resumed(connection)
         channel = self._channels.get(connection)
@@ -227,7 +228,7 @@ class WebSocketServer:
             channel.lost = error is not None
 
     def _check_request(self, connection: Any, request: Any) -> Any:
-        """An HTTP answer to a request that is refused; None to go on."""
+        """The HTTP answer to a refused request; None for an accepted one."""
         refusal = self._admission.check(request.path, request.headers.get_all)
         if refusal is None and len(self._sockets) >= self.limits.connections:
             why = f"{self.limits.connections} clients are connected, which is the limit"
@@ -249,7 +250,7 @@ class WebSocketServer:
         self._listener.became_client(connection.remote_address)
         transport = self._transports.get(connection)
         if transport is None:
-            return  # it went while its handshake ended
+            return  # it ended during its handshake
         self._tasks.add(task)
         channel = ClientChannel(
             peer_of(connection),
@@ -265,7 +266,7 @@ class WebSocketServer:
             if not full:
                 self._sockets[channel] = connection
         try:
-            if full:  # several came at once
+            if full:  # several connected at once
                 self.refused["connections"] += 1
                 await connection.close(_TRY_AGAIN, "too many clients")
             else:
@@ -281,9 +282,9 @@ class WebSocketServer:
         try:
             session = self._open_session(channel)
             await self._read(connection, channel, session)
-        except closed_error() as end:  # however it ended: it is over
+        except closed_error() as end:  # however it ended
             if end.sent is not None and end.sent.code == _TOO_BIG:
-                self._say_too_long(channel, self.limits.message_bytes)
+                self._log_too_long(channel, self.limits.message_bytes)
         except Exception:
             self.peer_log.error(
                 channel.peer, "! %s: %s is cut off", self._name, channel.peer, exc_info=_current()
@@ -295,13 +296,13 @@ class WebSocketServer:
             channel.outbox.close()
             self._outbox_writer.remove(channel)
             if session is not None:
-                self._say_goodbye(session)
+                self._end_session(session)
 
     async def _read(self, connection: Any, channel: ClientChannel, session: ClientSession) -> None:
-        """Give a client's messages to its session.
+        """Pass a client's messages to its session.
 
-        One that takes more than its share of the loop's time goes on when its turn has come: between two
-        turns of such clients everybody else is served, those who drive among them.
+        A client that takes more than its share of the loop's time waits for its turn. All other clients are
+        served between two such turns.
         """
         spent, before = 0.0, time.monotonic()
         while True:
@@ -315,7 +316,7 @@ class WebSocketServer:
                 return
             longest = session.longest
             if len(data) > longest:
-                self._say_too_long(channel, longest)
+                self._log_too_long(channel, longest)
                 await self._close_connection(connection, _TOO_BIG, f"a message may have {longest} bytes here")
                 return
             channel.received += 1
@@ -324,7 +325,7 @@ class WebSocketServer:
             await session.received(data)
             now = time.monotonic()
             spent = max(0.0, spent - SHARE * (now - before))
-            if self._served == mine:  # else it waited for something, and the time was others'
+            if self._served == mine:  # else the session waited, and other clients used the time
                 spent += time.thread_time() - began
             before = now
             if spent >= TURN:
@@ -334,7 +335,7 @@ class WebSocketServer:
                 self._look_for_reset(connection, channel)
 
     def _look_for_reset(self, connection: Any, channel: ClientChannel) -> None:
-        """Of a connection that was torn down the system still gives what had come before; nobody wants it."""
+        """Abort a connection that was reset: the system would still deliver its earlier data."""
         transport = self._transports.get(connection)
         if transport is None or transport.is_closing():
             return
@@ -346,7 +347,7 @@ class WebSocketServer:
             channel.gone = channel.lost = True
             transport.abort()
 
-    def _say_too_long(self, channel: ClientChannel, longest: int) -> None:
+    def _log_too_long(self, channel: ClientChannel, longest: int) -> None:
         self.peer_log.warning(
             "too long",
             "! %s: %s is cut off: a message has more than %d bytes (--message-bytes, "
@@ -356,7 +357,7 @@ class WebSocketServer:
             longest,
         )
 
-    def _say_goodbye(self, session: ClientSession) -> None:
+    def _end_session(self, session: ClientSession) -> None:
         done: Future[None] = Future()
         self._leaving.add(done)
 
@@ -371,10 +372,10 @@ class WebSocketServer:
 
         self.pool.spawn(leave)
 
-    # -- clients that take nothing --------------------------------------------------------------------------
+    # -- clients that read nothing --------------------------------------------------------------------------
 
     def write_paused(self, connection: Any) -> None:
-        """What is written waits here. Until that has gone, the library's pings wait behind it, unanswered."""
+        """The write buffer is full: check for progress later, as the library's pings wait behind it."""
         transport = self._transports.get(connection)
         if transport is not None:
             unread = transport.get_write_buffer_size()
@@ -383,7 +384,7 @@ class WebSocketServer:
             )
 
     def write_resumed(self, connection: Any) -> None:
-        """It has caught up."""
+        """The client has caught up."""
         timer = self._unread.pop(connection, None)
         if timer is not None:
             timer.cancel()
@@ -419,7 +420,7 @@ class WebSocketServer:
         task.add_done_callback(self._tasks.discard)
 
     async def _close_connection(self, connection: Any, code: int, reason: str) -> None:
-        """In the way of the protocol where the client takes part, else by force."""
+        """Close with the WebSocket handshake, or abort if the client does not answer."""
         try:
             await asyncio.wait_for(connection.close(code, reason), self.limits.close_seconds)
         except (asyncio.TimeoutError, TimeoutError):
@@ -433,7 +434,7 @@ class WebSocketServer:
     # -- closing --------------------------------------------------------------------------------------------
 
     def close(self, timeout: float = 5.0) -> None:
-        """End all connections; returns in bounded time. Twice is fine.
+        """End all connections, in bounded time. May be called again.
 
         Raises:
             RosTimeout: A session did not end in time.

@@ -1,4 +1,4 @@
-"""The rosbridge protocol, version 2, over a node: what roslibjs, roslibpy and others speak.
+"""A server of the rosbridge protocol, version 2, over a node: for roslibjs, roslibpy and others.
 
 Source: ROSBRIDGE_PROTOCOL.md of rosbridge_suite.
 """

@@ -1,4 +1,4 @@
-"""Maps newer rosbridge's action operations to ROS 1's actionlib: names of types and states of goals.
+"""Maps type names and goal states of rosbridge's action operations, which are ROS 2's, to actionlib's.
 
 The operations come from rosbridge for ROS 2. Its clients (roslib, roslibpy, ros-mcp) write an action's type
 as `package/action/Name` or `package/Name`, and expect the states of action_msgs/GoalStatus.
@@ -39,7 +39,7 @@ _OF_GOAL = {
 
 
 def action_status(status: int) -> ActionStatus:
-    """The state reported to a client for one of actionlib's; UNKNOWN for any other number."""
+    """The state for a client, from actionlib's; UNKNOWN for any other number."""
     try:
         return _OF_GOAL[GoalStatus(status)]
     except ValueError:
@@ -47,9 +47,9 @@ def action_status(status: int) -> ActionStatus:
 
 
 def action_type(name: str) -> str:
-    """The action message type for a client's name of it: `pkg/Name`, `pkg/NameAction` or ROS 2's form.
+    """The action message type for a client's type name: `pkg/Name`, `pkg/NameAction` or ROS 2's form.
 
-    Also accepts the name of its goal (`MoveBaseGoal`, `MoveBaseActionGoal`), which old pages use.
+    Old pages use the type of the goal (`MoveBaseGoal`, `MoveBaseActionGoal`).
     """
     base = definition_name(name)
     for ending in ("ActionGoal", "Goal", "Action"):

@@ -38,11 +38,11 @@ GONE = "the client that provides it has gone"
 
 
 class PendingRequest(Generic[Answer]):
-    """What a ROS program has asked of the client.
+    """A call or goal of a ROS program that waits for the client's answer.
 
     Attributes:
         name: As the client advertised it.
-        id: Given by `AdvertisedByClient.begin`.
+        id: Set by `AdvertisedByClient.begin`.
         done: Set with the answer, or when there will be none.
         answer: The client's answer; None if it has gone, or no longer provides the name.
     """
@@ -55,10 +55,10 @@ class PendingRequest(Generic[Answer]):
 
 
 class AdvertisedByClient(Generic[Server, R]):
-    """The servers of one client's names, and its open requests.
+    """The ROS servers of one client's names, and its pending requests.
 
     Args:
-        kind: What the ids of requests begin with.
+        kind: Prefix of the ids of requests.
     """
 
     def __init__(self, kind: str) -> None:
@@ -70,11 +70,11 @@ class AdvertisedByClient(Generic[Server, R]):
         self._closed = False
 
     def __len__(self) -> int:
-        """How many names the client provides."""
+        """Number of names that the client provides."""
         return len(self._servers)
 
     def add(self, name: str, server: Server) -> bool:
-        """Keep the server of a name; False if the client has gone meanwhile."""
+        """Keep the server of a name; False if the client has gone in the meantime."""
         with self._lock:
             if not self._closed:
                 self._servers[name] = server
@@ -85,7 +85,7 @@ class AdvertisedByClient(Generic[Server, R]):
         return self._servers.get(name)
 
     def remove(self, name: str) -> Server | None:
-        """Take out the server of a name, for the caller to close; its requests end without an answer."""
+        """Remove the server of a name, for the caller to close; its requests end without an answer."""
         with self._lock:
             server = self._servers.pop(name, None)
         if server is not None:
@@ -93,11 +93,11 @@ class AdvertisedByClient(Generic[Server, R]):
         return server
 
     def begin(self, request: R, most: int | None = None) -> str | None:
-        """Give a request its id and let it wait; None, or a sentence that says why it cannot.
+        """Register a request and set its id. Return None, or a sentence if it cannot be passed on.
 
         Args:
-            request: What is asked.
-            most: How many may wait at a time.
+            request: The request.
+            most: Most requests at a time.
         """
         with self._lock:
             if self._closed or request.name not in self._servers:
@@ -109,16 +109,16 @@ class AdvertisedByClient(Generic[Server, R]):
         return None
 
     def waiting(self, id: object) -> R | None:
-        """The request with this id, if it still waits for an answer."""
+        """The pending request with this id, or None."""
         with self._lock:
             found = self._requests.get(str(id))
         return None if found is None or found.done.is_set() else found
 
     def answer(self, id: object, answer: object, what: str) -> None:
-        """The client answers the request with this id.
+        """Set the client's answer to the request with this id.
 
         Raises:
-            Refused: None waits; `what` names it in the sentence.
+            Refused: There is no such request; `what` is its kind for the sentence.
         """
         with self._lock:
             found = self._requests.get(str(id))
@@ -128,7 +128,7 @@ class AdvertisedByClient(Generic[Server, R]):
             found.done.set()
 
     def end(self, request: R) -> None:
-        """The request waits no longer."""
+        """Remove a request."""
         with self._lock:
             self._requests.pop(request.id, None)
 
@@ -139,7 +139,7 @@ class AdvertisedByClient(Generic[Server, R]):
             request.done.set()
 
     def close(self) -> list[Server]:
-        """The client has gone; returns its servers, for the caller to close. All requests end."""
+        """The client has gone: end all requests, and return its servers, for the caller to close."""
         with self._lock:
             self._closed = True
             servers, self._servers = list(self._servers.values()), {}
@@ -226,12 +226,12 @@ class AdvertisedServices:
             server.close()
 
 
-ACTIONS = 16  # that one client may provide; each is five topics
+ACTIONS = 16  # of one client; each has five topics
 CANCEL_CHECK_SECONDS = 0.05  # between two checks whether a goal was cancelled
 
 
 class _Goal(PendingRequest[ActionResult]):
-    """A goal that the client works on."""
+    """A goal that the client executes."""
 
     def __init__(self, action: str, goal: ServerGoal) -> None:
         super().__init__(action)
@@ -239,7 +239,7 @@ class _Goal(PendingRequest[ActionResult]):
 
 
 class AdvertisedActions:
-    """Actions that one client provides, and their goals."""
+    """The actions that one client provides, and their goals."""
 
     def __init__(self, state: ServerState, replies: Replies) -> None:
         self._state = state
@@ -288,10 +288,10 @@ class AdvertisedActions:
         self._state.leave_action(server.name)
 
     def feedback(self, given: ActionFeedback) -> None:
-        """The client reports progress of a goal.
+        """Publish the client's feedback on a goal.
 
         Raises:
-            Refused, RosError: It works on no such goal, or the feedback does not fit.
+            Refused, RosError: There is no such goal, or the feedback does not fit.
         """
         found = self._provided.waiting(given.id)
         if found is None:
@@ -302,15 +302,15 @@ class AdvertisedActions:
             found.goal.publish_feedback(from_values(server.type.feedback, given.values, now=now))
 
     def result(self, given: ActionResult) -> None:
-        """The client has ended a goal.
+        """End a goal with the client's result.
 
         Raises:
-            Refused: It works on no such goal.
+            Refused: There is no such goal.
         """
         self._provided.answer(given.id, given, "goal")
 
     def _work(self, action: str, type_name: str, goal: ServerGoal) -> None:
-        """Follows one goal to its end, in a thread of its own."""
+        """Send one goal to the client and wait for its result; runs in its own thread."""
         mine = _Goal(action, goal)
         problem = self._provided.begin(mine)
         if problem is not None:
@@ -354,4 +354,4 @@ class AdvertisedActions:
             try:
                 self._end(server)
             except RosError:
-                continue  # the others must end, too
+                continue  # close the others

@@ -1,7 +1,7 @@
-"""What one client asks of ROS programs: service calls and action goals, each in a thread of its own.
+"""Service calls and action goals that one client sends to ROS programs, each in its own thread.
 
-A goal continues when its client leaves, as it does when a rospy program ends; to end it, cancel it.
-Everything else that was opened for this client is closed.
+A goal continues when its client leaves, as it does when a rospy program ends; calls are cancelled.
+`advertised_by_client.py` is the other direction.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from rosproto.node.services.probe import probe
 from rosproto.transport.deadline import Deadline
 
 CANCEL_ALL = "/_action/cancel_goal"
-"""Behind an action's name: ROS 2's service that cancels its goals."""
+"""Suffix of an action's name: ROS 2's service that cancels its goals."""
 
 
 class ServiceCalls:
@@ -58,7 +58,7 @@ class ServiceCalls:
         self._state.pool.spawn(partial(self._run, asked, cancellation))
 
     def _run(self, asked: CallService, cancellation: Cancellation) -> None:
-        """Runs in a thread of its own; must not raise."""
+        """Runs in its own thread."""
         try:
             with self._state.waiting(long=asked.long):
                 values = self._values(asked, cancellation)
@@ -95,7 +95,7 @@ class ServiceCalls:
         return to_json(response)
 
     def _cancel_all(self, action: str) -> str:
-        """What roslib's `Action.cancelAllGoals` calls in ROS 2, said on the action's topic of ROS 1."""
+        """Cancel all goals of an action, for roslib's `Action.cancelAllGoals`, made for ROS 2."""
         insist(self._state.access.may_write("action", action))
         publications, goal_id = self._state.publications, self._state.message_class("actionlib_msgs/GoalID")
         cancel = publications.open(self._replies, f"{action}/cancel", goal_id, latch=False, queue_size=1)
@@ -107,7 +107,7 @@ class ServiceCalls:
         self._replies.send(self._replies.protocol.service_failure, asked, text)
 
     def close(self) -> None:
-        """Cancel the calls when the client has gone and nobody waits for the answers."""
+        """Cancel the calls; the client has gone."""
         with self._lock:
             self._closed = True
             waiting = list(self._open)
@@ -116,7 +116,7 @@ class ServiceCalls:
 
 
 SERVER_SECONDS = 5.0
-ACTIONS = 16  # that one client may use at a time; each has five topics
+ACTIONS = 16  # used by one client at a time; each has five topics
 
 
 class ActionGoals:
@@ -155,7 +155,7 @@ class ActionGoals:
             self._goals[name, asked.id] = None
 
     def _run(self, name: str, asked: SendActionGoal) -> None:
-        """Runs in a thread of its own until the goal ends; must not raise."""
+        """Runs in its own thread until the goal ends."""
         key = name, asked.id
         try:
             with self._state.waiting(long=asked.long):
@@ -173,7 +173,7 @@ class ActionGoals:
     def _follow(self, key: tuple[str, Id], asked: SendActionGoal) -> None:
         kind = asked.action_type
         if self._state.tf.opens(key[0]):
-            kind = ACTION_TYPE  # a page of ROS 2 has another package for it
+            kind = ACTION_TYPE  # a page written for ROS 2 names another package
         else:
             insist(self._state.access.may_write("action", key[0]))
         client = self._client(key[0], kind)
@@ -215,7 +215,7 @@ class ActionGoals:
         self._replies.send(self._replies.protocol.action_feedback, asked, to_json(feedback))
 
     def cancel(self, asked: CancelActionGoal) -> None:
-        """Ask the action server to cancel a goal; the goal's result says how it ended.
+        """Ask the action server to cancel a goal; its result follows.
 
         Raises:
             Refused, RosError: The client may not, or there is no such goal.

@@ -1,8 +1,8 @@
-"""rosbridge's `cbor` and `cbor-raw`: binary messages, arrays of numbers as typed arrays of RFC 8746.
+"""Encodes rosbridge's `cbor` and `cbor-raw`: binary messages, with arrays of numbers as in RFC 8746.
 
-Source: `rosbridge_library.internal.cbor_conversion` (rosbridge_suite, branch ros1). Of `T[N]`, `string[]` and
-`time[]`, at which that raises an error, the first is written as `T[]`, the others as lists. The bytes are
-those of the package cbor2.
+Source: `rosbridge_library.internal.cbor_conversion` (rosbridge_suite, branch ros1), with the same bytes from
+the package cbor2. The original fails at `T[N]`, `string[]` and `time[]`; here the first is written as `T[]`,
+the others as lists.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from rosproto.gateway.json_writer import Writer
 TAGS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, "f": 85, "d": 86}
 """RFC 8746's numbers for arrays of these struct codes, little-endian. Octets are a byte string."""
 _BYTE_STRING = 2
-"""CBOR's major type of it."""
+"""CBOR's major type of a byte string."""
 
 
 class MissingLibrary(RosError, ImportError):
-    """cbor2 is not installed; names the extra it belongs to."""
+    """cbor2 is not installed; the text names the extra."""
 
 
 _writers: WeakKeyDictionary[type, Callable[[Any], Any]] = WeakKeyDictionary()
 
 
 def publish_cbor(topic: str, message: Any) -> bytes:
-    """The binary message that brings a topic's message to a client.
+    """The operation `publish` with a topic's message, as CBOR.
 
     Raises:
         MissingLibrary: cbor2 is not installed.
@@ -42,12 +42,12 @@ def publish_cbor(topic: str, message: Any) -> bytes:
 
 
 def publish_cbor_raw(topic: str, secs: int, nsecs: int, data: bytes | bytearray | memoryview) -> bytes:
-    """The binary message with a topic's message as ROS has it on the wire.
+    """The operation `publish` with the serialized bytes of a topic's message.
 
     Args:
-        topic: Its name.
-        secs: Of the ROS clock when it came.
-        nsecs: The rest of that.
+        topic: Name of the topic.
+        secs: ROS time of its arrival, seconds.
+        nsecs: And nanoseconds.
         data: The serialized message.
     """
     raw = data if isinstance(data, bytes) else bytes(data)
@@ -55,13 +55,13 @@ def publish_cbor_raw(topic: str, secs: int, nsecs: int, data: bytes | bytearray 
 
 
 def publish_cbor_raw_chunks(topic: str, secs: int, nsecs: int, data: bytes | memoryview) -> ChunkedMessage:
-    """The same of a long message, whose bytes are not copied: they stand at the end of it.
+    """As `publish_cbor_raw`, for a long message, whose bytes are not copied.
 
     Raises:
         MissingLibrary: cbor2 is not installed.
     """
     raw = memoryview(data)
-    out = BytesIO(publish_cbor_raw(topic, secs, nsecs, b"")[:-1])  # but for the length, which is none
+    out = BytesIO(publish_cbor_raw(topic, secs, nsecs, b"")[:-1])  # without the length, which is 0
     out.seek(0, SEEK_END)
     _library().CBOREncoder(out).encode_length(_BYTE_STRING, len(raw))
     parts: list[bytes | memoryview] = [out.getvalue()]
@@ -70,7 +70,7 @@ def publish_cbor_raw_chunks(topic: str, secs: int, nsecs: int, data: bytes | mem
 
 
 def to_cbor(message: Any) -> Any:
-    """A message as the values that `dumps` takes."""
+    """The values of a message, for `dumps`."""
     cls = type(message)
     write = _writers.get(cls)
     if write is None:
@@ -82,20 +82,20 @@ def to_cbor(message: Any) -> Any:
 
 
 def dumps(value: Any) -> bytes:
-    """Bytes of values.
+    """Encode values.
 
     Raises:
         MissingLibrary: cbor2 is not installed.
     """
     try:
         data: bytes = _library().dumps(value)
-    except UnicodeEncodeError:  # a text of the robot that was no UTF-8
+    except UnicodeEncodeError:  # a robot's text that was not UTF-8
         data = _library().dumps(_encodable(value))
     return data
 
 
 def _encodable(value: Any) -> Any:
-    """The same with a question mark for what UTF-8 has no bytes for."""
+    """The same values with a question mark for characters that UTF-8 cannot encode."""
     if isinstance(value, str):
         return value.encode("utf-8", "replace").decode("utf-8")
     if isinstance(value, dict):
@@ -155,7 +155,7 @@ def _octets(values: Any) -> bytes:
 
 
 def _bytes(values: Any, dtype: str) -> bytes:
-    """Of an array as messages have them; TypeError for a list or another width, which the codec converts."""
+    """The bytes of a numpy array; TypeError for a list or another dtype, which the codec converts."""
     if getattr(values, "dtype", None) != dtype:
         raise TypeError(dtype)
     data: bytes = values.tobytes()

@@ -13,12 +13,12 @@ from rosproto.gateway.rosbridge.status_levels import Level, level_named
 from rosproto.text import printable
 
 LARGEST = 2**31 - 1
-"""Of every whole number: sizes, rates and counts beyond it mean nothing."""
+"""The largest whole number; larger sizes, rates and counts make no sense."""
 _SHOWN = 60  # characters of a wrong value in a sentence
 _COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 
 Id = str | float | None
-"""Names an interaction; the client's choice, and back to it in every answer. A number has any JSON form."""
+"""The client's id of a request, repeated in every answer. A number may have any JSON form."""
 
 
 class FieldError(Exception):
@@ -58,7 +58,7 @@ def _whole(least: int) -> Check:
 
 
 def _seconds(value: Any, _longest: int) -> float | None:
-    """roslib has every number at or below zero for "no time-out of mine"; the original reads none at all."""
+    """None, "no time-out", for zero, negative numbers (from roslib) and anything else."""
     return float(value) if type(value) in (int, float) and 0 < value <= LARGEST else None
 
 
@@ -97,7 +97,7 @@ def _anything(value: Any, _longest: int) -> Any:
     return value
 
 
-# Each with the check that makes it of what JSON had.
+# Each type with the check of its JSON value.
 Anything = Annotated[Any, _anything]
 Text = Annotated[str, _text]
 Name = Annotated[str, _name]
@@ -113,10 +113,10 @@ Status = Annotated[int, _status]
 
 
 def read_id(message: dict[str, Any], text_length: int) -> Id:
-    """The id of a message, None where it has none.
+    """The id of a message, or None.
 
     Raises:
-        FieldError: It is neither a text nor a number, or it is too long to be sent back.
+        FieldError: It is neither a text nor a number, or too long.
     """
     value = message.get("id")
     if value is None or (isinstance(value, (int, float)) and abs(value) < 2**63):  # not a NaN
@@ -129,7 +129,7 @@ def read_id(message: dict[str, Any], text_length: int) -> Id:
 
 
 def shown(value: Any) -> str:
-    """A client's value for a sentence: short, and one line."""
+    """A client's value for a sentence: short, on one line."""
     if isinstance(value, (dict, list)):
         return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
     if isinstance(value, str):

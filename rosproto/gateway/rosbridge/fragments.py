@@ -1,4 +1,4 @@
-"""Messages in several fragments: cut for clients that ask for them, joined for clients that send them.
+"""Cuts messages into fragments for clients that want them, and joins fragments from clients.
 
 Each fragment is a message `{"op": "fragment", "id", "data", "num", "total"}`; `data` is a piece of the JSON
 text (ROSBRIDGE_PROTOCOL.md, 3.1.1). Incomplete messages of a client are bounded, and forgotten after a while.
@@ -10,13 +10,13 @@ import json
 from typing import Any
 
 MOST_SENT = 4096
-"""The most fragments we send for one message: a client that asks for tiny pieces gets longer ones."""
+"""Most fragments of a sent message; tiny pieces are made longer."""
 MOST_RECEIVED = 1 << 16
 INCOMPLETE = 16
-"""How many messages of one client may be incomplete at a time."""
+"""Most incomplete messages of one client at a time."""
 SECONDS = 600.0
 """Seconds without a fragment after which an incomplete message is forgotten, as in rosbridge."""
-_OVERHEAD = 100  # bytes that a fragment takes besides its text
+_OVERHEAD = 100  # bytes of memory of a fragment besides its text
 
 
 class FragmentError(Exception):
@@ -24,11 +24,11 @@ class FragmentError(Exception):
 
 
 def cut(text: str, size: int | None, id: str | float) -> tuple[str, ...]:
-    """The messages that carry a text: the text itself, or fragments with `size` characters of it each.
+    """Return the text itself, or its fragments with `size` characters each.
 
     Args:
         text: A JSON text.
-        size: The longest text that is sent whole; None for no limit.
+        size: Longest text that is not cut; None for no limit.
         id: The id of the fragments; roslib ignores a 0.
     """
     if size is None or len(text) <= size:
@@ -52,10 +52,10 @@ class _Incomplete:
 
 
 class Reassembly:
-    """The fragments of one client.
+    """Joins the fragments of one client.
 
     Attributes:
-        held: Approximate bytes of memory that incomplete messages take.
+        held: Approximate bytes of memory of incomplete messages.
     """
 
     def __init__(self, most_bytes: int) -> None:
@@ -67,14 +67,14 @@ class Reassembly:
         return len(self._waiting)
 
     def add(self, message: dict[str, Any], now: float) -> str | None:
-        """Take one fragment; returns the whole text if it was the last one missing.
+        """Take a fragment; return the whole text if it is complete.
 
         Args:
             message: The fragment's fields, unchecked.
             now: Monotonic seconds.
 
         Raises:
-            FragmentError: It is invalid, or too much is incomplete; its message is forgotten.
+            FragmentError: It is invalid, or too much is incomplete; its message is dropped.
         """
         self._forget_old(now)
         id, num, total, data = (message.get(key) for key in ("id", "num", "total", "data"))

@@ -37,10 +37,10 @@ from rosproto.gateway.rosbridge.fields import (
 )
 
 RECEIVED_PARTS = ("fragment", "png")
-"""Operations that hold another one; the protocol itself reads them."""
+"""Operations that contain another one; `Protocol` unpacks them."""
 
 Payload = str | bytes
-"""One message of the WebSocket: text, or binary."""
+"""One WebSocket message, text or binary."""
 
 
 # -- operations
@@ -59,7 +59,7 @@ class Advertise:
 
 @dataclass(frozen=True, slots=True)
 class Unadvertise:
-    """It will not any more; without an id: by none of its advertisements."""
+    """The client stops publishing on a topic; without an id, all its advertisements end."""
 
     id: Id
     topic: Name
@@ -67,10 +67,10 @@ class Unadvertise:
 
 @dataclass(frozen=True, slots=True)
 class Publish:
-    """A message of the client. The topic need not be advertised: its type is the graph's then.
+    """The client publishes a message. If it has not advertised the topic, the type is the graph's.
 
     Attributes:
-        msg: By field; without it, a message of default values.
+        msg: The message by field; by default, all fields have their default values.
     """
 
     id: Id
@@ -82,13 +82,13 @@ class Publish:
 
 @dataclass(frozen=True, slots=True)
 class Subscribe:
-    """The client wants a topic; an id tells several subscriptions of it apart.
+    """The client subscribes to a topic; ids distinguish several subscriptions of one topic.
 
     Attributes:
-        type: The type that the client expects; None: whichever the topic has.
-        throttle_rate: Least milliseconds between two messages.
-        queue_length: Messages that wait because of it; 0: those that come too early are dropped.
-        fragment_size: Longest text before it is cut into fragments; None: never.
+        type: The expected type; None for any.
+        throttle_rate: Minimum milliseconds between two messages.
+        queue_length: Most messages delayed by `throttle_rate`; with 0, early messages are dropped.
+        fragment_size: Longest text that is not cut into fragments; None for no limit.
     """
 
     id: Id
@@ -102,7 +102,7 @@ class Subscribe:
 
 @dataclass(frozen=True, slots=True)
 class Unsubscribe:
-    """It wants it no more; without an id: by none of its subscriptions."""
+    """The client ends a subscription; without an id, all of the topic."""
 
     id: Id
     topic: Name
@@ -110,14 +110,14 @@ class Unsubscribe:
 
 @dataclass(frozen=True, slots=True)
 class CallService:
-    """A call; its answer is `Protocol.service_response`.
+    """The client calls a service; `Protocol.service_response` is the answer.
 
     Attributes:
         service: The name to call.
-        asked: The name as the client wrote it, which the answer repeats: old clients append "#" and an id.
+        asked: The name as the client wrote it, repeated in the answer: old clients append "#" and an id.
         args: A dict by field, a list by position, or None.
-        timeout: Seconds that the client waits; None, also where it gave no number: the gateway's own.
-        long: It came in a long message: few such ones may be unanswered at a time.
+        timeout: Seconds; None for the gateway's own limit.
+        long: The message was long: only few such calls may be unanswered at a time.
     """
 
     id: Id
@@ -132,7 +132,7 @@ class CallService:
 
 @dataclass(frozen=True, slots=True)
 class AdvertiseService:
-    """The client provides a service: calls go to it by `Protocol.call_service`."""
+    """The client starts providing a service; it gets the calls by `Protocol.call_service`."""
 
     id: Id
     service: Name
@@ -141,7 +141,7 @@ class AdvertiseService:
 
 @dataclass(frozen=True, slots=True)
 class UnadvertiseService:
-    """It provides it no more."""
+    """The client stops providing a service."""
 
     id: Id
     service: Name
@@ -149,12 +149,12 @@ class UnadvertiseService:
 
 @dataclass(frozen=True, slots=True)
 class ServiceResponse:
-    """The client's answer to a call of the service that it provides.
+    """The client's answer to a call of its service.
 
     Attributes:
         id: The id of `Protocol.call_service`.
-        values: The response by field; a text where `result` is False, if the client says why.
-        result: False: it failed. roslib leaves it out where a page's callback returns nothing.
+        values: The response by field; if `result` is False, None or a text with the reason.
+        result: False if the call failed. roslib omits it when a page's callback returns nothing.
     """
 
     id: Id
@@ -165,11 +165,11 @@ class ServiceResponse:
 
 @dataclass(frozen=True, slots=True)
 class SendActionGoal:
-    """A goal for an action server; `Protocol.action_feedback` and `action_result` answer it.
+    """The client sends a goal; `Protocol.action_feedback` and `action_result` are the answers.
 
     Attributes:
-        action_type: As the client wrote it; `actions.action_type` brings it to ROS 1's form.
-        feedback: Whether feedback is wanted.
+        action_type: As the client wrote it; `action_mapping.action_type` converts it to ROS 1's form.
+        feedback: Whether the client wants feedback.
         long: As for `CallService`.
     """
 
@@ -186,7 +186,7 @@ class SendActionGoal:
 
 @dataclass(frozen=True, slots=True)
 class CancelActionGoal:
-    """Give up the goal that was sent with this id."""
+    """The client cancels the goal with this id."""
 
     id: Id
     action: Name
@@ -194,7 +194,7 @@ class CancelActionGoal:
 
 @dataclass(frozen=True, slots=True)
 class AdvertiseAction:
-    """The client provides an action: goals go to it by `Protocol.send_action_goal`."""
+    """The client starts providing an action; it gets the goals by `Protocol.send_action_goal`."""
 
     id: Id
     action: Name
@@ -203,7 +203,7 @@ class AdvertiseAction:
 
 @dataclass(frozen=True, slots=True)
 class UnadvertiseAction:
-    """It provides it no more."""
+    """The client stops providing an action."""
 
     id: Id
     action: Name
@@ -220,13 +220,13 @@ class ActionFeedback:
 
 @dataclass(frozen=True, slots=True)
 class ActionResult:
-    """The client has ended a goal.
+    """The client's result of a goal.
 
     Attributes:
         id: The id of `Protocol.send_action_goal`.
-        values: The result by field; a text where `result` is False, if the client says why.
-        status: `actions.ActionStatus`.
-        result: False: it failed.
+        values: The result by field; if `result` is False, None or a text with the reason.
+        status: An `ActionStatus`.
+        result: False if the goal failed.
     """
 
     id: Id
@@ -238,7 +238,7 @@ class ActionResult:
 
 @dataclass(frozen=True, slots=True)
 class Auth:
-    """Credentials of rosauth."""
+    """The client authenticates with credentials of rosauth."""
 
     id: Id
     mac: Text
@@ -252,28 +252,28 @@ class Auth:
 
 @dataclass(frozen=True, slots=True)
 class SetLevel:
-    """Which status messages the client wants from here on; the protocol has taken it over already."""
+    """The client chooses the level of its status messages; `Protocol` has applied it already."""
 
     id: Id
     level: StatusLevel
 
 
-# -- what else the protocol says
+# -- requests of the protocol itself
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """Send this, in this order: the protocol's own answer (a status)."""
+    """Send these payloads, in order: an answer made by the protocol."""
 
     payloads: tuple[Payload, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class LongMessage:
-    """What the rest of a message asks for, which takes time to be read; only `Protocol.begin` says it.
+    """A message, or the rest of one, that takes time to read; only returned with `at_once`.
 
     Attributes:
-        read: Returns it; for a thread.
+        read: Returns its requests; call it in a thread.
     """
 
     read: Callable[[], list[Request]]
@@ -281,7 +281,7 @@ class LongMessage:
 
 @dataclass(frozen=True, slots=True)
 class Close:
-    """End the connection with this WebSocket close code and reason; nothing that came later is read."""
+    """Close the connection with this WebSocket close code and reason; later messages are ignored."""
 
     code: int
     reason: str
@@ -309,7 +309,7 @@ Request = (
     | LongMessage
     | Close
 )
-"""Everything that `Protocol.receive` may say."""
+"""A request returned by `Protocol.receive`."""
 
 
 # -- the table
@@ -317,7 +317,7 @@ Request = (
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field of an operation, as the wire has it."""
+    """A field of an operation."""
 
     name: str
     check: Check
@@ -326,7 +326,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """A row of the table."""
+    """A row of `OPERATIONS`: the class and its fields."""
 
     make: Callable[..., Request]
     fields: tuple[Field, ...]
@@ -375,16 +375,16 @@ OPERATIONS: dict[str, Operation] = {
         SetLevel,
     )
 }
-_NULL_IS_A_VALUE = frozenset({"msg"})  # refused by its message type, with the sentence of that
+_NULL_IS_A_VALUE = frozenset({"msg"})  # `from_values` refuses it, with a better sentence
 _APPENDED = {"call_service": "service", "send_action_goal": "action", "cancel_action_goal": "action"}
-"""Fields in which old clients write the id, too: `/rosapi/topics#33` is a call with the id 33."""
+"""Fields to which old clients append the id: `/rosapi/topics#33` is a call with the id 33."""
 
 
 def read_operation(op: str, message: dict[str, Any], text_length: int) -> Request:
-    """The effect of one message whose `op` is in the table.
+    """Make the request of a message whose `op` is in `OPERATIONS`.
 
     Raises:
-        FieldError: What is wrong with which field.
+        FieldError: A field is wrong; the text names it.
     """
     operation = OPERATIONS[op]
     given: dict[str, Any] = {"id": read_id(message, text_length)}
@@ -410,7 +410,7 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Reques
 
 
 def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int) -> Request | None:
-    """A call or goal with a wrong field, as far as its answer repeats it; None for other operations."""
+    """A call or goal with a wrong field, with what its answer repeats; None for other operations."""
     if op not in ("call_service", "send_action_goal"):
         return None
     asked = message.get("service" if op == "call_service" else "action")
@@ -421,7 +421,7 @@ def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int
 
 
 def failed_answer(op: object, id: Id, text: str) -> ServiceResponse | ActionResult | None:
-    """Ends the call or goal that an answer with a wrong field was for; None for other operations."""
+    """A failure in place of an answer with a wrong field, so that its call or goal ends; else None."""
     text = f"the client's answer is not valid: {text}"
     if op == "service_response":
         return ServiceResponse(id, "", text, result=False)

@@ -1,7 +1,7 @@
-"""rosbridge's `png` compression: a JSON text as the pixels of an RGB picture, in base64.
+"""Packs and unpacks rosbridge's `png` compression: a JSON text as the pixels of an RGB picture, in base64.
 
-The bytes of the text fill a picture that is about square, row by row; newlines fill what is left over
-(rosbridge_library.internal.pngcompression). JSON ignores them.
+The bytes of the text fill an approximately square picture row by row, padded with newlines, which JSON
+ignores (rosbridge_library.internal.pngcompression).
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from math import isqrt
 from rosproto.gateway.chunks import ChunkedMessage
 
 MOST_BYTES = 256 << 10
-"""Of a text that a client sends this way: undoing a picture's filters takes up to a microsecond for three."""
+"""Longest text from a client: undoing the filters takes up to a microsecond for three bytes."""
 MOST_ROWS = 4096
-"""Each takes ten microseconds, however short; the picture of a text is about square."""
+"""Most rows of a client's picture; each takes ten microseconds."""
 
 
 class PngError(Exception):
-    """What a client sent is no such picture; the text is a sentence for it."""
+    """A client's picture is not valid; the text is a sentence for the client."""
 
 
 def pack(text: str | ChunkedMessage) -> str:
@@ -41,7 +41,7 @@ def pack(text: str | ChunkedMessage) -> str:
 
 
 def publish_png(text: str | ChunkedMessage) -> str:
-    """The message that carries another one, whose JSON text is given, as a picture."""
+    """The operation `png` that contains another message, given as JSON text."""
     return f'{{"op": "png", "data": "{pack(text)}"}}'
 
 
@@ -50,10 +50,10 @@ def unpack(data: str, most_bytes: int = MOST_BYTES) -> str:
 
     Args:
         data: Base64 of a PNG.
-        most_bytes: Longest text, and longest picture; compared before memory is taken.
+        most_bytes: Longest text and longest picture; checked before memory is taken.
 
     Raises:
-        PngError: It is no such picture, its text is no UTF-8, or one of them is too long.
+        PngError: The picture or its text is not valid, or too long.
     """
     from rosproto.numeric.pngfile import decode_png
 
@@ -61,7 +61,7 @@ def unpack(data: str, most_bytes: int = MOST_BYTES) -> str:
         raise PngError(f"the picture has more than the limit of {most_bytes} bytes")
     try:
         pixels = decode_png(binascii.a2b_base64(data), most_bytes // 3, MOST_ROWS)
-    except ValueError as error:  # binascii's own is one
+    except ValueError as error:  # binascii.Error is one
         raise PngError(f"no PNG picture in base64: {error}") from None
     if pixels.shape[2] != 3:
         raise PngError(f"the picture has {pixels.shape[2]} channels; expected red, green and blue")

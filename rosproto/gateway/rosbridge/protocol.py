@@ -1,12 +1,12 @@
-"""rosbridge protocol v2, sans-IO: what one client sent becomes effects, what it is told becomes payloads.
+"""`Protocol`: one client's rosbridge protocol v2, sans-IO. Messages become requests, answers payloads.
 
 Source: ROSBRIDGE_PROTOCOL.md of github.com/RobotWebTools/rosbridge_suite, branch ros1, and rosbridge_library.
-`operations.OPERATIONS` is the table. Whatever comes in, `receive` raises nothing: a client is answered with a
-status that says what is wrong, or the connection is to be closed.
+`operations.py` has the table of operations. `receive` never raises: it returns a reply with the error, or a
+request to close the connection.
 
-What differs from the original is on purpose: a message ends with its WebSocket message (a rest is never kept
-for the next one), everything is bounded, statuses are sent (the original's branch for ROS 1 only logs them),
-and a `png` operation is also read.
+Deliberate differences from the original: a message ends with its WebSocket message (an incomplete one is not
+continued), everything is bounded, statuses are sent (the original's branch for ROS 1 only logs them), and
+`png` operations are read.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ from rosproto.text import printable
 TOO_BIG = 1009
 """The WebSocket close code for a message that is too long."""
 
-_MOST_AT_ONCE = 100  # JSON objects behind one another in one WebSocket message
-_MOST_PICTURES = 4  # in one: a kilobyte of it may take a twentieth of a second to unpack
-_WRAPPED = 2  # a picture in fragments, but no fragments in fragments in fragments
+_MOST_AT_ONCE = 100  # JSON objects in one WebSocket message
+_MOST_PICTURES = 4  # in one WebSocket message: a kilobyte may take a twentieth of a second to unpack
+_WRAPPED = 2  # levels: a picture in fragments is read, deeper nesting is not
 
 
 class WireLimits(Structural):
-    """What bounds a client's messages; `GatewayLimits` has it."""
+    """The bounds of a client's messages; see `GatewayLimits`."""
 
     @property
     def message_bytes(self) -> int: ...
@@ -62,27 +62,27 @@ class WireLimits(Structural):
 
 
 def publish_text(topic: str, message: str) -> str:
-    """The message that brings a topic's message, whose JSON text is given, to a client."""
+    """The operation `publish` with a topic's message, given as JSON text."""
     return f'{{"op":"publish","topic":{quoted(topic)},"msg":{message}}}'
 
 
 def publish_chunks(topic: str, message: list[str]) -> ChunkedMessage:
-    """The same for a long text, in chunks."""
+    """As `publish_text`, for a long text in parts."""
     return chunked([f'{{"op":"publish","topic":{quoted(topic)},"msg":', *message, "}"])
 
 
 class Protocol:
-    """One client. Not thread-safe: one thread at a time.
+    """The protocol of one client. Not thread-safe.
 
     Args:
-        limits: Bounds of what the client sends.
-        json: Reads it; one for all clients of a gateway.
+        limits: Bounds of the client's messages.
+        json: Decodes them; shared by all clients of a gateway.
 
     Attributes:
-        level: The statuses that the client wants.
-        received: Messages that came.
-        refused: Those that were answered with an error here.
-        closed: `receive` said `Close`: it says nothing more.
+        level: Level of the statuses that the client wants.
+        received: Number of messages received.
+        refused: Number of messages answered with an error here.
+        closed: `receive` has returned `Close`; it returns nothing more.
     """
 
     def __init__(self, limits: WireLimits, json: JsonReader | None = None) -> None:
@@ -101,11 +101,11 @@ class Protocol:
     def receive(
         self, data: str | bytes | bytearray | memoryview, now: float = 0.0, *, at_once: bool = False
     ) -> list[Request]:
-        """What one WebSocket message asks for, in its order.
+        """Return the requests of one WebSocket message, in order.
 
         Args:
-            data: The message; bytes are taken for UTF-8.
-            now: Monotonic seconds; fragments age by it.
+            data: The message; bytes are decoded as UTF-8.
+            now: Monotonic seconds, for the age of fragments.
             at_once: Return within milliseconds, with a `LongMessage` for what takes longer to read. Read it
                 before the next message.
         """
@@ -119,7 +119,7 @@ class Protocol:
         return self._text(data if isinstance(data, str) else bytes(data), now, 0, at_once)
 
     def _text(self, text: Payload, now: float, depth: int, at_once: bool) -> list[Request]:
-        """What one JSON text asks for, or several behind one another."""
+        """The requests of a text with one or several JSON objects."""
         if at_once and not is_short(text):
             return [LongMessage(partial(self._text, text, now, depth, False))]
         requests: list[Request] = []
@@ -164,7 +164,7 @@ class Protocol:
         return [request]
 
     def _part(self, op: str, message: dict[str, Any], now: float, depth: int) -> str | None:
-        """The text inside a fragment or a picture; None while fragments are missing."""
+        """The text in a fragment or a picture; None while fragments are missing."""
         if depth >= _WRAPPED:
             raise FieldError("too many fragments and pictures inside one another")
         if op == "fragment":
@@ -185,7 +185,7 @@ class Protocol:
     def _refuse(
         self, requests: list[Request], text: str, id: Id = None, asked: Request | None = None
     ) -> None:
-        """A sentence, as the answer that the client waits for (`asked`); else as a status."""
+        """Append an error: the answer to the call or goal `asked`, else a status."""
         self.refused += 1
         if isinstance(asked, CallService):
             payloads = self.service_failure(asked, text)
@@ -199,12 +199,12 @@ class Protocol:
     # -- out
 
     def status(self, level: Level, text: str, id: Id = None) -> tuple[Payload, ...]:
-        """Tell the client something, if it wants statuses of this level; empty where it does not.
+        """A status; empty if the client does not want this level.
 
         Args:
             level: "error", "warning" or "info".
             text: A sentence.
-            id: Of the message that it is about.
+            id: The id of the client's message.
         """
         if not is_wanted(level, self.level):
             return ()
@@ -214,23 +214,23 @@ class Protocol:
         return (json.dumps(message),)
 
     def publish(self, text: str, fragment_size: int | None = None) -> tuple[Payload, ...]:
-        """Payloads of a message (`publish_text`, `png.publish_png`), which is the same for every client."""
+        """The payloads of a `publish` operation, whose text is the same for all clients."""
         return self._cut(text, fragment_size, None)
 
     def service_response(self, call: CallService, values: str, *, result: bool = True) -> tuple[Payload, ...]:
         """Answer a call.
 
         Args:
-            call: What was asked.
-            values: The response's JSON text; where it failed, that of a sentence (`failure`).
-            result: Whether it succeeded.
+            call: The call.
+            values: The response as JSON text, or a sentence as JSON text.
+            result: Whether the call succeeded.
         """
         head = f'{{"op":"service_response","service":{quoted(call.asked)},"values":{values}'
         text = f'{head},"result":{_truth(result)}{_with_id(call.id)}}}'
         return self._cut(text, call.fragment_size, call.id)
 
     def service_failure(self, call: CallService, text: str) -> tuple[Payload, ...]:
-        """Answer a call that failed with a sentence."""
+        """Answer a failed call with a sentence."""
         return self.service_response(call, quoted(printable(text, keep="\n\t")), result=False)
 
     def call_service(self, id: str, service: str, args: str) -> tuple[Payload, ...]:
@@ -245,7 +245,7 @@ class Protocol:
         return (text,)
 
     def send_action_goal(self, id: str, action: str, action_type: str, args: str) -> tuple[Payload, ...]:
-        """A goal for an action that the client provides; `ActionResult` with this id is its end.
+        """Send a goal for an action that the client provides; `ActionResult` with this id ends it.
 
         Args:
             id: New for every goal.
@@ -257,24 +257,24 @@ class Protocol:
         return (f'{head},"action_type":{quoted(action_type)},"args":{args},"feedback":true}}',)
 
     def cancel_action_goal(self, id: str, action: str) -> tuple[Payload, ...]:
-        """Ask the client to give up a goal; it still ends with an `ActionResult`."""
+        """Ask the client to cancel a goal; it still ends with an `ActionResult`."""
         return (f'{{"op":"cancel_action_goal","id":{quoted(id)},"action":{quoted(action)}}}',)
 
     def action_feedback(self, goal: SendActionGoal, values: str) -> tuple[Payload, ...]:
-        """Feedback on a goal; `values` is its JSON text."""
+        """Send feedback on a goal; `values` is its JSON text."""
         head = f'{{"op":"action_feedback","action":{quoted(goal.asked)},"values":{values}'
         return self._cut(f"{head}{_with_id(goal.id)}}}", goal.fragment_size, goal.id)
 
     def action_result(
         self, goal: SendActionGoal, values: str, status: int, *, result: bool = True
     ) -> tuple[Payload, ...]:
-        """The end of a goal.
+        """Send the result of a goal.
 
         Args:
-            goal: What was asked.
-            values: The result's JSON text; where there is none, that of a sentence.
-            status: `actions.ActionStatus`.
-            result: False: the goal never came to an end that the server told.
+            goal: The goal.
+            values: The result as JSON text, or a sentence as JSON text.
+            status: An `ActionStatus`.
+            result: False if there is no result from the server.
         """
         head = (
             f'{{"op":"action_result","action":{quoted(goal.asked)},"values":{values},"status":{int(status)}'
@@ -284,13 +284,13 @@ class Protocol:
         )
 
     def action_failure(self, goal: SendActionGoal, text: str) -> tuple[Payload, ...]:
-        """The end of a goal that was not sent, or of which nothing more is heard, with a sentence."""
+        """End a goal that was not sent, or was lost, with a sentence."""
         return self.action_result(goal, quoted(printable(text, keep="\n\t")), 0, result=False)
 
     def _cut(self, text: str, size: int | None, id: Id) -> tuple[Payload, ...]:
         if size is None or len(text) <= size:
             return (text,)
-        if not id:  # none, or one that roslib takes for none
+        if not id:  # roslib ignores 0 and ""
             self._fragmented += 1
             id = f"fragment:{self._fragmented}"
         return cut(text, size, id)

@@ -1,4 +1,4 @@
-"""What one client is told: written by its protocol, for one thread at a time, and sent to it."""
+"""`Replies`: sends the messages that a client's `Protocol` writes, from any thread."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from rosproto.gateway.rosbridge.status_levels import Level
 
 
 class Replies:
-    """The answers to one client; from any thread.
+    """Sends to one client.
 
     Args:
-        protocol: Writes them.
-        channel: The way to the client.
+        protocol: Writes the messages; it is locked, as it is not thread-safe.
+        channel: Sends them.
     """
 
     def __init__(self, protocol: Protocol, channel: ClientChannel) -> None:
@@ -27,7 +27,7 @@ class Replies:
         self._lock = threading.Lock()
 
     def status(self, level: Level, text: str, id: Id = None) -> None:
-        """Tell the client a sentence, if it wants such ones."""
+        """Send a status, if the client wants this level."""
         self._channel.answer(self.protocol.status(level, text, id))
 
     def send(self, write: Callable[..., tuple[Payload, ...]], *args: Any, **more: Any) -> None:
@@ -37,6 +37,6 @@ class Replies:
         self._channel.answer(payloads)
 
     def cut(self, text: str, size: int | None) -> tuple[Payload, ...]:
-        """A message in fragments of this size; see `Protocol.publish`."""
+        """Cut a message into fragments; see `Protocol.publish`."""
         with self._lock:
             return self.protocol.publish(text, size)

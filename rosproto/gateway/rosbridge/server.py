@@ -1,4 +1,4 @@
-"""Rosbridge: a server of the rosbridge protocol over a node."""
+"""`Rosbridge`: the server, as a program uses it."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from rosproto.watchdog import Watchdog
 
 @dataclass(frozen=True, slots=True)
 class RosbridgeClient:
-    """One client, as it is now.
+    """One client, at one moment.
 
     Attributes:
         peer: Its address.
-        since: When it came, by the monotonic clock.
-        subscriptions: Topics that it gets, as it names them.
+        since: When it connected, by the monotonic clock.
+        subscriptions: Its topics, in its spelling.
         sent: Messages sent to it.
         received: Messages that it sent.
-        dropped: Messages of topics that it was too slow for.
-        waiting_bytes: What waits for it.
+        dropped: Messages dropped because it was too slow.
+        waiting_bytes: Bytes that wait for it.
     """
 
     peer: str
@@ -50,9 +50,9 @@ class RosbridgeStats:
     """Counters since the start.
 
     Attributes:
-        clients: Now.
-        accepted: Let in so far.
-        refused: Not let in, by reason: "token", "origin", "host", "connections", ...
+        clients: Connected now.
+        accepted: Clients so far.
+        refused: Refused connections, by reason: "token", "origin", "host", "connections", ...
         topics: Subscribed at the robot now.
         zeros: Zero velocities sent after clients that left or fell silent.
     """
@@ -67,20 +67,19 @@ class RosbridgeStats:
 class Rosbridge:
     """Serves rosbridge until it is closed, or the node is. Close it, or use it in a `with` block.
 
-    Clients read what `access` shows, and write nothing that its `write` patterns do not open. When one that
-    drives leaves or falls silent for half a second, zero follows. Any number of servers, of this kind and
-    others, may stand on one node.
+    Clients may read what `access` shows, and write only what its `write` patterns allow. If a client that
+    drives leaves or sends nothing for half a second, zero is sent. A node may have several servers.
 
     Args:
         node: Subscribes, publishes and calls for the clients.
         host: Address to listen on; others than 127.0.0.1 and ::1 need a token.
         port: Port, 0 for a free one.
         access: What clients may see and write.
-        limits: What a client may cost.
+        limits: Bounds for a client.
         tls: Certificate and key: `wss://`.
         origins: Origins of web pages that may connect, besides those of this computer:
             `("https://studio.example",)`; "*" for all.
-        token: What clients have to know; they give it as `?token=...`, or in a header
+        token: The secret that clients must send, as `?token=...` or in a header
             `Authorization: Bearer ...`.
         rosapi: Answer the services of /rosapi here.
         authenticate: Serve a client only after the service `authenticate` (rosauth/Authentication) has
@@ -139,7 +138,7 @@ class Rosbridge:
         return session
 
     def _parts(self) -> ServerState:
-        """Made with the first client, in the loop's thread."""
+        """The state, made for the first client, in the loop's thread."""
         if self._state is None:
             from rosproto.gateway.rosbridge.rosapi import Rosapi
             from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
@@ -160,7 +159,7 @@ class Rosbridge:
 
     @property
     def port(self) -> int:
-        """Where it listens."""
+        """The port it listens on."""
         return self._server.port
 
     @property
@@ -170,17 +169,17 @@ class Rosbridge:
 
     @property
     def url(self) -> str:
-        """What clients connect to: "ws://127.0.0.1:9090"."""
+        """The address for clients: "ws://127.0.0.1:9090"."""
         return self._server.url
 
     @property
     def closed(self) -> bool:
-        """True from the beginning of `close`."""
+        """True once `close` was called."""
         return self._closed
 
     @property
     def clients(self) -> tuple[RosbridgeClient, ...]:
-        """Who is connected now."""
+        """The connected clients."""
         found = []
         for channel in self._server.channels:
             session = self._sessions.get(channel)
@@ -198,7 +197,7 @@ class Rosbridge:
         return tuple(found)
 
     def stats(self) -> RosbridgeStats:
-        """Counters."""
+        """The counters now."""
         return RosbridgeStats(
             clients=len(self._server.channels),
             accepted=self._server.accepted,
@@ -208,11 +207,11 @@ class Rosbridge:
         )
 
     def _stop_driving(self, reason: str) -> None:
-        """The node is about to close: zeros while it still can."""
+        """Send zeros before the node closes."""
         self._velocity_watchdog.close()
 
     def close(self, timeout: float = 5.0) -> None:
-        """Zero where a client drives, then end all connections; bounded in time. Twice is fine."""
+        """Send zeros where a client drives, then end all connections in bounded time. May be repeated."""
         with self._lock:
             closed, self._closed = self._closed, True
         if closed:

@@ -1,4 +1,4 @@
-"""What the sessions of one rosbridge server share."""
+"""`ServerState`: the parts of one rosbridge server that its sessions share."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from rosproto.node import Node
 if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.rosapi import Rosapi
 
-CALLS = 256  # service calls and goals of all clients; each takes a thread
-LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it has ended
-LONG_MESSAGES = 2  # of all clients that are read and carried out at a time
+CALLS = 256  # service calls and goals of all clients; each has a thread
+LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it ends
+LONG_MESSAGES = 2  # of all clients, handled at a time
 
 
 @dataclass
 class ServerState:
-    """The server's parts, for its sessions.
+    """The parts that the sessions share.
 
     Attributes:
         node: Subscribes, publishes, calls.
         access: What clients may do.
-        limits: What a client may cost.
+        limits: Bounds for a client.
         shared_subscriptions: Topics that are read.
         publications: Topics that are written.
-        rosapi: Answers /rosapi; None where it does not.
-        pool: Threads for what has to wait.
+        rosapi: Answers /rosapi; None if the server does not.
+        pool: Threads for work that waits.
         tf: The tf republisher.
-        authenticate: Clients have to send credentials of rosauth before anything else.
-        json: Reads what clients send.
-        long_messages: Entered while a long message is read and carried out, in the order in which they came.
-        reading: Held while one of them is read.
+        authenticate: Clients must send credentials of rosauth first.
+        json: Reads messages of clients.
+        long_messages: Held while a long message is read and carried out, in order of arrival.
+        reading: Held while one of them is decoded.
     """
 
     node: Node
@@ -66,13 +66,13 @@ class ServerState:
 
     @contextmanager
     def waiting(self, *, long: bool = False) -> Iterator[None]:
-        """While a thread waits for somebody else's answer.
+        """Count a call or goal that waits for its answer.
 
         Args:
-            long: The question is a long one.
+            long: Its arguments are long.
 
         Raises:
-            Refused: Too many do.
+            Refused: Too many wait.
         """
         with self._lock:
             if self._waiting >= CALLS:
@@ -94,10 +94,10 @@ class ServerState:
                 self._waiting_long -= long
 
     def take_action(self, name: str) -> None:
-        """A client provides an action.
+        """Reserve the name of an action for a client.
 
         Raises:
-            Refused: Another one does.
+            Refused: Another client provides it.
         """
         with self._lock:
             if name in self._actions:
@@ -105,29 +105,29 @@ class ServerState:
             self._actions.add(name)
 
     def leave_action(self, name: str) -> None:
-        """It does not any more."""
+        """Release the name of an action."""
         with self._lock:
             self._actions.discard(name)
 
     def message_class(self, name: str) -> type[Message]:
-        """The class of a type as a client names it.
+        """The class of a message type, in a client's spelling.
 
         Raises:
-            DefinitionError: Nobody knows it.
+            DefinitionError: The type is unknown.
         """
         name = definition_name(name)
         return message_class(name, self.node.revisions.library_for(name))
 
     def service_class(self, name: str) -> Any:
-        """As `message_class`, of a service."""
+        """As `message_class`, for a service."""
         name = definition_name(name)
         return service_class(name, self.node.revisions.library_for(name, "srv"))
 
     def topic_type(self, topic: str) -> str | None:
-        """The type that the master has for a topic; None when it has none.
+        """The type of a topic by the master; None if unknown.
 
         Raises:
-            MasterError, ConnectionLost, RosTimeout: It cannot be asked.
+            MasterError, ConnectionLost, RosTimeout: The master does not answer.
         """
         known = self.node.master.get_topic_types().get(topic)
         return None if known in (None, "", "*") else known

@@ -1,9 +1,9 @@
-"""One client of a rosbridge server: what its messages ask for is carried out, and answered.
+"""`RosbridgeSession`: carries out the messages of one client, in order.
 
-The protocol (`protocol.py`) reads messages; this file does what they say, one after the other. What may take
-time (the master is asked) happens in a thread of the pool while the client's next message waits; calls and
-goals, which wait for other programs, have threads of their own (`calls_and_goals.py`). What a client may
-not do, or what fails, is answered with a sentence; nothing that a client sends raises here.
+`protocol.py` reads the messages. Topics and authentication are handled here, calls and goals in
+`calls_and_goals.py` and `advertised_by_client.py`. Work that may take time (calls of the master) runs in a
+thread of the pool while the client's next message waits. Refusals and failures are answered with a sentence;
+no message raises here.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from rosproto.gateway.velocity_watchdog import is_velocity
 from rosproto.logs import PeerLog
 from rosproto.time import Time
 
-UNAUTHENTICATED_BYTES = 4 << 10  # bytes of a message of one who has not authenticated
-MOST_PAUSE = 0.1  # seconds, after a long message was read
+UNAUTHENTICATED_BYTES = 4 << 10  # longest message before authentication
+MOST_PAUSE = 0.1  # seconds after a long message was read
 NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
 AUTHENTICATE = "authenticate"
 AUTHENTICATION = "rosauth/Authentication"
@@ -50,9 +50,9 @@ class RosbridgeSession:
     """One client.
 
     Args:
-        state: The server's parts.
-        channel: The way to the client.
-        peer_log: Bounded logging of what clients do.
+        state: Shared by all sessions.
+        channel: Sends to the client.
+        peer_log: Bounded log about clients.
     """
 
     def __init__(self, state: ServerState, channel: ClientChannel, peer_log: PeerLog) -> None:
@@ -93,7 +93,7 @@ class RosbridgeSession:
 
     @property
     def subscriptions(self) -> tuple[TopicSubscription, ...]:
-        """Topics that the client gets."""
+        """The subscriptions of the client."""
         return tuple(self._subscriptions.values())
 
     # -- in -------------------------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ class RosbridgeSession:
 
     @property
     def longest(self) -> int:
-        """Bytes that the next message may have: nobody decodes what could not be carried out."""
+        """Longest next message in bytes: less where most messages would be refused anyway."""
         if not self._authentication.done:
             return min(UNAUTHENTICATED_BYTES, self._limits.message_bytes)
         if not self._state.access.writes_anything:
@@ -112,11 +112,11 @@ class RosbridgeSession:
         return self._limits.message_bytes
 
     async def _carry_out_all(self, asked: list[Request], *, long: bool) -> None:
-        """What one message asks for, in its order.
+        """Carry out the requests of one message, in order.
 
         Args:
-            asked: That.
-            long: It took time to be read, so it takes time to be carried out.
+            asked: The requests.
+            long: The message was long, so it may also take time to carry out.
         """
         for request in asked:
             if self.channel.ending is not None or self.channel.lost:
@@ -140,7 +140,7 @@ class RosbridgeSession:
                 await self._state.pool.run(partial(self._carry_out, request))
 
     async def _read_long(self, message: operations.LongMessage) -> list[Request]:
-        """Read what is long; then as much time passes again, which belongs to all others."""
+        """Read a long message, then pause for as long, so that other clients are served."""
         async with self._state.reading:
             began = time.monotonic()
             try:
@@ -149,7 +149,7 @@ class RosbridgeSession:
                 await asyncio.sleep(min(time.monotonic() - began, MOST_PAUSE))
 
     def _is_quick(self, request: Request) -> bool:
-        """Whether carrying it out waits for nobody."""
+        """Whether a request is carried out without waiting."""
         if isinstance(request, operations.Publish):
             return request.topic in self._publications
         quick = (operations.ServiceResponse, operations.SetLevel, operations.Auth, operations.CallService)
@@ -158,7 +158,7 @@ class RosbridgeSession:
     def _carry_out(self, request: Request) -> None:
         perform = self._perform.get(type(request))
         if perform is None:
-            return  # nothing to be done but what the protocol has noted itself
+            return  # handled by the protocol
         try:
             perform(request)
         except (Refused, RosError, ValueError) as error:
@@ -173,7 +173,7 @@ class RosbridgeSession:
                 "session", "! rosbridge: %s of %s", request, self.channel.peer, exc_info=error
             )
 
-    # -- topics that are read -------------------------------------------------------------------------------
+    # -- subscriptions --------------------------------------------------------------------------------------
 
     def _subscribe(self, asked: operations.Subscribe) -> None:
         name = self._state.node.resolve_name(asked.topic)
@@ -211,7 +211,7 @@ class RosbridgeSession:
             del self._subscriptions[asked.topic]
             subscription.close()
 
-    # -- topics that are written ----------------------------------------------------------------------------
+    # -- publications ---------------------------------------------------------------------------------------
 
     def _advertise(self, asked: operations.Advertise) -> None:
         self._open(asked.topic, definition_name(asked.type), latch=asked.latch, queue_size=asked.queue_size)
@@ -257,15 +257,15 @@ class RosbridgeSession:
                 raise Refused(f"nobody knows the type of {asked.topic}: advertise it first")
             publication = self._open(asked.topic, type_name, latch=asked.latch, queue_size=asked.queue_size)
         if self.channel.gone and is_velocity(publication.type_name):
-            return  # it waited here while its client left; nobody drives any more
+            return  # a velocity that waited while its client left
         now = self._state.node.clock.now()
         self._state.tf.publishes(self, publication.topic, asked.msg)
         publication.publish(from_values(publication.message_class, asked.msg, now=now))
 
-    # -- before anything else -------------------------------------------------------------------------------
+    # -- authentication -------------------------------------------------------------------------------------
 
     def _authenticate(self, request: Request) -> None:
-        """The first message: credentials that are accepted, or the end of the connection."""
+        """Handle the first message: credentials that are accepted, or the connection is closed."""
         try:
             if not isinstance(request, operations.Auth):
                 raise Refused("send auth before anything else")
@@ -283,7 +283,7 @@ class RosbridgeSession:
     # -- the end --------------------------------------------------------------------------------------------
 
     def ended(self) -> None:
-        """The client has gone: zero where it drove, then everything that it had opened is closed."""
+        """The client has gone: send zero where it drove, then close everything that it had opened."""
         self._state.publications.velocity_watchdog.gone(self)
         for publication in list(self._publications.values()):
             publication.close()
@@ -299,19 +299,19 @@ class RosbridgeSession:
 
 
 class _Authentication:
-    """Whether one client may be served yet: with credentials of rosauth, after a service has accepted them.
+    """Checks the rosauth credentials of one client.
 
     As in rosbridge_suite with its parameter ~authenticate, the first message of a client must be an `auth`,
-    and its fields go to the service `authenticate` (rosauth/Authentication). Unlike there, the connection
-    also ends when the service cannot be asked, and when no credentials come in time.
+    whose fields the service `authenticate` (rosauth/Authentication) checks. Unlike there, the connection also
+    ends if the service cannot be called, or no credentials arrive in time.
 
     Args:
         state: Calls the service.
-        required: Whether credentials are asked for at all.
+        required: Whether credentials are required.
 
     Attributes:
-        begun: Credentials have come.
-        done: The client is served.
+        begun: Credentials have arrived.
+        done: The client may send other messages.
     """
 
     def __init__(self, state: ServerState, *, required: bool) -> None:
@@ -321,10 +321,10 @@ class _Authentication:
         self.done = not required
 
     def check(self, asked: operations.Auth) -> None:
-        """Ask the service about credentials; waits for its answer.
+        """Have the service check credentials; waits for its answer.
 
         Raises:
-            Refused: They are not accepted, or nothing asks for them.
+            Refused: They are not accepted, or not required.
             RosError: The service cannot be called.
         """
         self.begun = True

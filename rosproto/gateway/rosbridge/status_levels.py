@@ -21,10 +21,10 @@ _SPELLINGS: dict[str, Level] = {
 
 
 def level_named(name: str) -> Level | None:
-    """The level of this name, the original's short spellings included; None for an unknown one."""
+    """The level with this name or a short spelling of the original; None if unknown."""
     return _SPELLINGS.get(name)
 
 
 def is_wanted(level: Level, asked: Level) -> bool:
-    """Whether a status of `level` goes to a client that asked for `asked`."""
+    """Whether a client that chose the level `asked` gets a status of `level`."""
     return 0 < LEVELS.index(level) <= LEVELS.index(asked)

@@ -1,9 +1,8 @@
-"""One topic as one client subscribes it: throttled, queued and encoded as it asked.
+"""`TopicSubscription`: a topic for one client, throttled, queued and encoded by the client's settings.
 
-A client may subscribe a topic several times, under several ids; it gets each message once, by the settings
-that suit all of them (lowest rate limit, shortest queue, smallest fragments, the most compact encoding), as
-rosbridge_library's `subscribe` and `subscription_modifiers` have it. Encoded is once for all clients: what
-was made is kept with the received message.
+A client may subscribe to a topic several times, with different ids. It gets each message once, by combined
+settings (shortest interval, shortest queue, smallest fragments, most compact encoding), as in
+rosbridge_library's `subscribe` and `subscription_modifiers`. A message is encoded once for all clients.
 """
 
 from __future__ import annotations
@@ -30,21 +29,21 @@ if TYPE_CHECKING:
     from rosproto.gateway.shared_subscriptions import SharedSubscription
 
 QUICK_BYTES = 16 << 10
-"""A message of so many bytes is encoded in less time than handing it to a thread is worth."""
+"""A message of at most this size is encoded without a thread."""
 LONG_BYTES = 64 << 10
-"""A longer one is encoded, kept and sent in chunks."""
+"""A longer message is encoded, kept and sent in chunks."""
 _RANK: dict[Compression, int] = {"none": 0, "png": 1, "cbor": 2, "cbor-raw": 3}
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How a client wants a topic.
+    """A client's settings for a topic.
 
     Attributes:
-        interval: Least seconds between two messages.
-        queue_length: Messages that wait because of it; 0: those that come too early are dropped.
-        fragment_size: Longest text that goes whole; None: any.
-        compression: How it is encoded.
+        interval: Minimum seconds between two messages.
+        queue_length: Most messages delayed by `interval`; with 0, early messages are dropped.
+        fragment_size: Longest text that is not cut into fragments; None for no limit.
+        compression: The encoding.
     """
 
     interval: float = 0.0
@@ -54,7 +53,7 @@ class Settings:
 
 
 def combined(asked: list[Subscribe]) -> Settings:
-    """The settings that suit every one of a client's subscriptions of a topic."""
+    """The combined settings of all subscriptions of a topic by one client."""
     sizes = [each.fragment_size for each in asked if each.fragment_size is not None]
     return Settings(
         interval=min(each.throttle_rate for each in asked) / 1000.0,
@@ -65,10 +64,10 @@ def combined(asked: list[Subscribe]) -> Settings:
 
 
 class Throttle:
-    """Which messages go out when. Pure: the time is given.
+    """Decides when messages are sent. Pure: callers pass the time.
 
     Attributes:
-        dropped: Messages given up because they came too early.
+        dropped: Messages dropped because they came too early.
     """
 
     def __init__(self) -> None:
@@ -78,11 +77,11 @@ class Throttle:
 
     @property
     def waits(self) -> bool:
-        """Whether a message waits for its time."""
+        """Whether messages are delayed."""
         return bool(self._queue)
 
     def offer(self, event: MessageEvent, now: float, settings: Settings) -> MessageEvent | None:
-        """A message has come; what to send now, if anything."""
+        """Take a message; return the one to send now, if any."""
         if settings.interval <= 0.0 and not self._queue:
             return event
         early = now < self._last + settings.interval
@@ -100,31 +99,31 @@ class Throttle:
         return self.due(now, settings)
 
     def due(self, now: float, settings: Settings) -> MessageEvent | None:
-        """The oldest that waits, if its time has come."""
+        """The oldest delayed message, if it is due."""
         if not self._queue or now < self._last + settings.interval:
             return None
         self._last = now
         return self._queue.popleft()
 
     def next_due(self, settings: Settings) -> float | None:
-        """When `due` has something; None while nothing waits."""
+        """The time of the next delayed message; None if there is none."""
         return self._last + settings.interval if self._queue else None
 
     def clear(self) -> None:
-        """Nothing waits any more."""
+        """Drop all delayed messages."""
         self._queue.clear()
 
 
 def encoded(event: MessageEvent, topic: str, compression: Compression) -> Payload:
-    """The message of rosbridge that carries a received message; made once for all clients.
+    """The rosbridge message with a received message; encoded once for all clients.
 
     Args:
         event: The message.
         topic: The topic as the client writes it.
-        compression: How it is to be encoded.
+        compression: The encoding.
 
     Raises:
-        RosError: It cannot be decoded.
+        RosError: The message cannot be decoded.
     """
     if compression == "cbor-raw":
         return event.once(("cbor-raw", topic), _raw, event, topic)
@@ -159,7 +158,7 @@ Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
 
 
 class _DeferredMessage:
-    """A message that is encoded when the client takes it."""
+    """A message that is encoded when the client is ready for it."""
 
     __slots__ = ("_event", "_settings", "_subscription")
 
@@ -177,7 +176,7 @@ class _DeferredMessage:
 
 
 class _Fragments:
-    """Fragments of one message, which go out together or not at all."""
+    """The fragments of one message: all are sent, or none."""
 
     quick = True
 
@@ -189,16 +188,16 @@ class _Fragments:
 
 
 class TopicSubscription:
-    """A topic for one client; a `Receiver` of its tap.
+    """A topic for one client; a `Receiver`.
 
     Args:
-        topic: As the client writes it; in every message to it.
-        channel: The way to the client.
+        topic: As the client writes it; part of every message.
+        channel: Sends to the client.
         cut: Cuts texts into fragments.
-        failed: Told when a message cannot be decoded; once.
+        failed: Called once if a message cannot be decoded.
 
     Attributes:
-        shared: The topic at the robot; set by whoever opened it.
+        shared: The subscription at the robot; set by the session.
     """
 
     def __init__(
@@ -223,22 +222,22 @@ class TopicSubscription:
 
     @property
     def settings(self) -> Settings:
-        """Those in force."""
+        """The combined settings."""
         return self._settings
 
     @property
     def throttled(self) -> int:
-        """Messages that came faster than the client wants them."""
+        """Messages dropped by the throttle."""
         return self._throttle.dropped
 
     def add(self, asked: Subscribe) -> None:
-        """One more subscription, or the same id with other settings."""
+        """Add a subscription, or change the one with the same id."""
         with self._lock:
             self._asked[asked.id] = asked
             self._settings = combined(list(self._asked.values()))
 
     def remove(self, id: Id) -> bool:
-        """One less, or all of them without an id; True when none is left."""
+        """Remove a subscription, or without an id all of them; True if none is left."""
         with self._lock:
             if id is None:
                 self._asked.clear()
@@ -250,11 +249,11 @@ class TopicSubscription:
 
     @property
     def count(self) -> int:
-        """Subscriptions of this topic."""
+        """Number of subscriptions of this topic."""
         return len(self._asked)
 
     def offer(self, event: MessageEvent) -> None:
-        """A message of the topic, in the thread that received it."""
+        """Take a message, in the thread that received it."""
         with self._lock:
             if self._closed:
                 return
@@ -274,7 +273,7 @@ class TopicSubscription:
             self._channel.later(max(0.0, due - now), self._tick)
 
     def _tick(self) -> None:
-        """In the server's loop: what waited for its time."""
+        """Send a delayed message; in the server's loop."""
         with self._lock:
             self._ticking = False
             if self._closed:
@@ -287,7 +286,7 @@ class TopicSubscription:
             self._send(event, settings, late=True)
 
     def _send(self, event: MessageEvent, settings: Settings, *, late: bool = False) -> None:
-        """Encoded here, in the publisher's thread, unless the client may not take it anyway."""
+        """Encode and send; if the client is behind, encode only when it is ready."""
         keep = settings.queue_length or None
         if late or self._channel.behind:
             self._channel.offer(self.topic, len(event.data), _DeferredMessage(self, event, settings), keep)
@@ -299,7 +298,7 @@ class TopicSubscription:
             self._channel.offer(self.topic, sum(map(len, payloads)), _Fragments(payloads), keep)
 
     def payloads(self, event: MessageEvent, settings: Settings) -> tuple[Payload, ...]:
-        """What is sent of a message; nothing where it cannot be decoded, which the client is told once."""
+        """The payloads of a message; none if it cannot be decoded, which is reported once."""
         try:
             payload = encoded(event, self.topic, settings.compression)
         except RosError as error:
@@ -316,7 +315,7 @@ class TopicSubscription:
         return self._cut(payload, settings.fragment_size)
 
     def close(self) -> None:
-        """Nothing more is sent."""
+        """Stop sending, and leave the topic."""
         with self._lock:
             self._closed = True
             self._throttle.clear()

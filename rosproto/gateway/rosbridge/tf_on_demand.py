@@ -1,4 +1,4 @@
-"""The tf republisher of a bridge: started when a client first asks for it, unless somebody provides one."""
+"""`TfOnDemand`: starts the tf republisher when a client first uses it, unless another node provides one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class TfOnDemand:
-    """Sessions ask this before they refuse a write.
+    """Allows writes to the republisher's names, and starts it. Sessions call it before they check a write.
 
     Args:
         node: Provides the action and the service.
@@ -33,13 +33,13 @@ class TfOnDemand:
     def opens(self, name: str) -> bool:
         """True for a name of the republisher, which may be written to without a pattern; starts it if needed.
 
-        Asks the master at the first such name.
+        Calls the master at the first such name.
 
         Args:
             name: Resolved name of a topic, service or action.
 
         Raises:
-            MasterError, ConnectionLost, RosTimeout: The master cannot be asked, or refuses the registration.
+            MasterError, ConnectionLost, RosTimeout: The master does not answer, or refuses the registration.
         """
         kind = KINDS.get(name)
         if kind is None or self._access.may_read(kind, name) is not None:
@@ -54,7 +54,7 @@ class TfOnDemand:
         return True
 
     def _is_provided(self) -> bool:
-        """Whether a real tf2_web_republisher or another bridge provides it."""
+        """Whether another node (tf2_web_republisher, another bridge) provides it."""
         if self._node.master.get_system_state().publishers.get(f"{ACTION}/status"):
             return True
         try:

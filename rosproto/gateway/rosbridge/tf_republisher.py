@@ -1,8 +1,8 @@
-"""/tf2_web_republisher and /republish_tfs: transforms for web clients that have no tf of their own.
+"""`TfRepublisher`: provides /tf2_web_republisher and /republish_tfs, transforms for web clients.
 
-roslib's TFClient sends the action the frames that it wants, and gets as feedback those that have moved;
-roslibpy's calls the service, and gets them on a topic. tf itself, at full rate and with every frame, is too
-much for a phone. Neither moves anything: they may be used without a write pattern.
+roslib's TFClient sends the wanted frames as a goal, and gets changed transforms as feedback. roslibpy calls
+the service, and gets them on a topic. All of tf, at full rate, is too much for a phone. Both may be used
+without a write pattern, because they move nothing.
 
 Source: tf2_web_republisher (tf_web_republisher.cpp): which transform is looked up, and when it is sent again.
 """
@@ -35,8 +35,8 @@ HIGHEST_RATE = 100.0  # Hz
 class TfRepublisher:
     """Provides the action and the service; close it, or the node.
 
-    A goal goes on until it is cancelled. A web page that is closed cancels nothing, so the gateway tells
-    which client sent which goal (`sent`), and when that one has left (`gone`).
+    A goal continues until it is cancelled. A closed web page cancels nothing, so the gateway reports which
+    client sent which goal (`sent`), and when that client has left (`gone`).
 
     Args:
         node: Subscribes /tf and /tf_static, and provides the action.
@@ -82,7 +82,7 @@ class TfRepublisher:
         self._listener.close()
 
     def sent(self, client: object, goal_id: str) -> None:
-        """A client of the gateway sends a goal with this id; said before the goal is published."""
+        """A client of the gateway sends a goal with this id; called before the goal is published."""
         with self._lock:
             ids = self._clients.setdefault(client, set())
             if len(ids) >= MOST_GOALS:  # most have ended by now
@@ -90,7 +90,7 @@ class TfRepublisher:
             ids.add(goal_id)
 
     def gone(self, client: object) -> None:
-        """It has left: its goals end, one that is still on its way here, too."""
+        """A client has left: end its goals, also one that has not arrived yet."""
         with self._lock:
             ids = self._clients.pop(client, set())
         for goal_id in ids:
@@ -105,7 +105,7 @@ class TfRepublisher:
         goal.preempted()
 
     def _open_topic(self, request: Any) -> dict[str, str]:
-        """The service: a topic for one client, with a thread that ends when nobody subscribes it any more."""
+        """The service: open a topic for one client, with a thread that ends without subscribers."""
         problem = _problem(request)
         if problem is not None:
             raise ValueError(problem)
@@ -155,7 +155,7 @@ class TfRepublisher:
             try:
                 found.append(self._listener.buffer.lookup(target, source))
             except TransformError:
-                continue  # not yet, or not any more: it is sent when it can be had
+                continue  # not known now; sent when it is
         return found
 
     def _message(self, transform: Transform) -> Any:
@@ -165,7 +165,7 @@ class TfRepublisher:
 
 
 class _Sending:
-    """What one client asked for, and which transforms have moved since they were sent last."""
+    """The transforms that one client wants, and the last ones sent to it."""
 
     def __init__(self, asked: Any) -> None:
         self.target = frame_name(asked.target_frame)
@@ -176,7 +176,7 @@ class _Sending:
         self._sent: dict[str, Transform] = {}
 
     def forget(self) -> None:
-        """Somebody new listens: everything is sent again."""
+        """Send all transforms again, for a new subscriber."""
         self._sent = {}
 
     def due(self, transforms: list[Transform]) -> list[Transform]:
@@ -195,7 +195,7 @@ class _Sending:
 
 
 def _problem(goal: Any) -> str | None:
-    """Why a goal is not taken; None when it is."""
+    """Return why a goal is refused, or None."""
     if len(goal.source_frames) > MOST_FRAMES:
         return f"{len(goal.source_frames)} frames, {MOST_FRAMES} are the most"
     if not 0.0 < goal.rate <= HIGHEST_RATE:

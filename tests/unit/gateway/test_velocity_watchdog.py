@@ -188,7 +188,7 @@ def test_over_real_sockets() -> None:
         third.publish(forward())
         publications.close()
         assert len(plain.wait(before + 6)) >= before + 6
-        names = {"rosproto:write guard", "rosproto:leave /cmd_vel"}
+        names = {"rosproto:velocity watchdog", "rosproto:leave /cmd_vel"}
         eventually(lambda: not [t for t in threading.enumerate() if t.name in names], 10)
 
 
