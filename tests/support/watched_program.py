@@ -1,8 +1,8 @@
 """A program that drives on a topic, with a watchdog beside it: `python -m tests.support.watched_program MASTER`.
 
-It publishes a velocity of 0.3 m/s ten times a second until it is ended, and says on stdout, in one line of JSON, its
-watchdog's number when that is ready. What it is given on stdin it does: "fork" leaves a child
-behind that holds its pipes, "close" ends in order, "standing" sends zero and disarms.
+It publishes a velocity of 0.3 m/s ten times a second until it ends, and prints the process id of its watchdog, in one
+line of JSON, when that is ready. Commands on stdin: "fork" starts a child that holds the pipes, and prints its process
+id; "close" ends in order; "standing" disarms and publishes zero.
 """
 
 from __future__ import annotations
@@ -34,21 +34,22 @@ def main() -> None:
         watch = watchdog.watch(WatchedNode(sys.argv[1], node.name), messages=[zero])
         velocity = TWIST()
         velocity.linear.x = 0.3
-        told = 0
+        reported = 0
         while "close" not in asked:
             if "fork" in asked:
                 asked.remove("fork")
-                if os.fork() == 0:
+                if (child := os.fork()) == 0:
                     time.sleep(30)
                     os._exit(0)
+                print(json.dumps({"forked": child}), flush=True)
             if "standing" in asked:
                 asked.remove("standing")
                 velocity.linear.x = 0.0
                 watch.disarm()
             publisher.publish(velocity)
-            if watchdog.pid != told and watch.ready:
-                told = watchdog.pid or 0
-                print(json.dumps({"watchdog": told}), flush=True)
+            if watchdog.pid != reported and watch.ready:
+                reported = watchdog.pid or 0
+                print(json.dumps({"watchdog": reported}), flush=True)
             time.sleep(0.1)
         watch.drop()
 
