@@ -193,7 +193,7 @@ def test_the_number_of_frames_and_samples_is_bounded():
     assert buffer.frames()["c"]["samples"] == 5
     buffer.set_transform(edge("a", "d", 1, 1.0))
     buffer.set_transform(edge("a", "e", 1, 1.0))
-    with pytest.raises(ValueError, match="no more"):
+    with pytest.raises(ValueError, match="which is the limit"):
         buffer.set_transform(edge("a", "f", 1, 1.0))
     assert len(buffer._tree.names) <= 6
 
@@ -241,11 +241,11 @@ def test_names_of_frames_are_bounded_in_number_and_length():
     assert buffer.frames()["c9"]["parent"] == "parent199"
 
 
-def test_names_are_recollected_seldom(monkeypatch):
-    """Each recollection goes through all frames: with every frame below another parent too."""
+def test_former_parents_are_dropped_seldom(monkeypatch):
+    """Each clean-up goes through all frames: also when every frame has a new parent."""
     tree, count = FrameTree(100), []
-    original = FrameTree.recollect_names
-    monkeypatch.setattr(FrameTree, "recollect_names", lambda self: count.append(original(self)))
+    original = FrameTree.drop_former_parents
+    monkeypatch.setattr(FrameTree, "drop_former_parents", lambda self: count.append(original(self)))
     for i in range(100):
         tree.edges[f"c{i}"] = History(10)
         tree.edges[f"c{i}"].add(Sample(0, f"p{i}", (0, 0, 0), (0, 0, 0, 1)))

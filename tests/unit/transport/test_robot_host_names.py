@@ -31,7 +31,7 @@ def system(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def test_a_given_name_asks_nobody(system: list[str]) -> None:
     hosts = HostNames({"Robot-7": "10.0.0.7"}, master="10.0.0.1")
     assert hosts.resolve("robot-7") == ["10.0.0.7"]
-    assert hosts.meant("ROBOT-7") == "10.0.0.7"
+    assert hosts.mapped("ROBOT-7") == "10.0.0.7"
     assert system == []
     assert hosts.unknown == []
 
