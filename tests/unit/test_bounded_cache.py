@@ -1,4 +1,4 @@
-"""A memory for what peers send stays as small as it was told to."""
+"""The cache for what peers send stays within its limits."""
 
 from __future__ import annotations
 

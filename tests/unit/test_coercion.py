@@ -1,4 +1,4 @@
-"""Numbers of numpy and others become floats at the door."""
+"""Numbers of numpy and others become floats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors as values: they travel between processes whole."""
+"""Errors can be pickled and copied without loss."""
 
 from __future__ import annotations
 

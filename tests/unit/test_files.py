@@ -1,4 +1,4 @@
-"""Files that a person names are read whole, but a device or a pipe that never ends is not."""
+"""Small files are read whole; devices and pipes without an end are refused."""
 
 from __future__ import annotations
 

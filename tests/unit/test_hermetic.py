@@ -1,4 +1,4 @@
-"""The watch over the tests (tests/support/watched) notices what it is for, in this process and in started ones."""
+"""The checks of tests/support/watched detect what they should, in this process and in child processes."""
 
 from __future__ import annotations
 

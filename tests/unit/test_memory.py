@@ -1,4 +1,4 @@
-"""What the tests measure memory with: it sees what is taken, and lets no failure pass."""
+"""The memory measurement used by tests sees allocations, and hides no failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names are ASCII and whole, resolve as rosgraph resolves them, and command lines are sorted as rospy sorts them."""
+"""Names are ASCII, resolve as in rosgraph, and command lines are parsed as in rospy."""
 
 from __future__ import annotations
 

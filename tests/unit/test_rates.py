@@ -1,4 +1,4 @@
-"""Rates, delays and bandwidths: the figures, and the lines people's scripts parse."""
+"""Rates, delays and bandwidths: the figures, and the output that scripts parse."""
 
 from __future__ import annotations
 

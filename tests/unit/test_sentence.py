@@ -1,4 +1,4 @@
-"""A sentence is its English text everywhere, and keeps what it was made of."""
+"""A sentence equals its English text and keeps its template and values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever a peer writes, a terminal shows it and obeys nothing in it."""
+"""Foreign text is escaped for a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values on a command line mean what PyYAML, and so rospy and rosparam, make of them; JSON means JSON."""
+"""Values on a command line are read as by PyYAML, and so rospy and rosparam; JSON as JSON."""
 
 from __future__ import annotations
 

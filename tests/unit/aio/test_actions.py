@@ -1,4 +1,4 @@
-"""Actions awaited, over real nodes and a real master."""
+"""Actions with asyncio, over real nodes and a real master."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way from a thread into the loop: order, bound, waiting, cancellation."""
+"""The queue from threads to the loop: order, limit, waiting, cancellation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The asyncio face over real nodes and a real master: topics, services, parameters, cancellation, views."""
+"""The asyncio API over real nodes and a real master: topics, services, parameters, cancellation, views."""
 
 from __future__ import annotations
 

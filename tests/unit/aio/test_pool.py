@@ -1,4 +1,4 @@
-"""Blocking calls of asyncio programs: threads are shared, bounded, and told about cancellation."""
+"""Blocking calls of asyncio programs: threads are shared, bounded, and notified of cancellation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A master that is called by nodes of its own process: the same answers as over its port, and no connection."""
+"""Calls of a master in the same process: the same replies as over its port, without a connection."""
 
 from __future__ import annotations
 

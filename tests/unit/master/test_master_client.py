@@ -1,4 +1,4 @@
-"""Typed calls of masters and nodes: every method once, and peers whose answers are odd."""
+"""Typed calls of masters and nodes: every method once, and peers with unusual replies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One call to one node: what counts as delivered, as gone, and as silent."""
+"""Calls to one node: delivered, gone, silent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who listens at an old address: what nonsense of an answer is worth. No sockets but the one that is refused."""
+"""Identifying the process at a node's previous URI, with odd replies. The only socket is one that refuses."""
 
 from __future__ import annotations
 

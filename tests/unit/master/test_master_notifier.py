@@ -1,4 +1,4 @@
-"""DeliveryOutcome to nodes: order, coalescing, and that nobody waits for a silent neighbour."""
+"""Notifications to nodes: order, replacement, and that no node waits for a silent one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parameter tree: dict semantics, bounds, and who is told of what under which key."""
+"""The parameter tree: dict semantics, limits, and who is notified under which key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The graph of a master: replies as rosmaster gives them, and who has to be told."""
+"""The graph of a master: rosmaster's replies, and the notifications."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A master over real connections: fan-out, duplicate names, embedding, hostile callers."""
+"""A master over real connections: notifications, duplicate names, embedding, hostile callers."""
 
 from __future__ import annotations
 

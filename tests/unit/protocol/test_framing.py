@@ -1,4 +1,4 @@
-"""Cutting a stream into length-prefixed frames."""
+"""Splitting a stream into length-prefixed frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The client's goal machine: every pair of state and status, and what lies beyond the table."""
+"""The client's goal machine: every pair of state and status, and the rules beyond the table."""
 
 from __future__ import annotations
 

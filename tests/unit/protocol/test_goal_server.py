@@ -1,4 +1,4 @@
-"""The server's goal states and list: commands by table, cancels by id and time, what is kept for how long."""
+"""The server's goal states and list: commands by the table, cancels by id and time, expiry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whole requests as the libraries of other languages write them, read in one piece and byte by byte."""
+"""HTTP requests as libraries of other languages write them, read in one piece and byte by byte."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""UDPROS: requestTopic's parameters, cutting messages, putting them together whatever the network does."""
+"""UDPROS: requestTopic's parameters, cutting messages, reassembly with loss and reordering."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""XML-RPC documents: what is written, what is read, what is refused."""
+"""XML-RPC documents: encoding, decoding, refusals."""
 
 from __future__ import annotations
 

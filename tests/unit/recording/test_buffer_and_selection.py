@@ -1,4 +1,4 @@
-"""The buffer before the disk, and the choice of topics."""
+"""The buffer before the disk, and the selection of topics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of the files, splits, and what is repeated in each."""
+"""Names of the files, splits, and what is repeated in each file."""
 
 from __future__ import annotations
 

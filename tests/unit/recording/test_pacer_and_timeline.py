@@ -1,4 +1,4 @@
-"""The pacer with a clock of the test's own, and the span that is played."""
+"""The pacer, with the test's clock, and the span that is played."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `Player` adds to playing one bag: several bags, latched messages before the start, loops, silence, speed."""
+"""`Player`: several bags, latched messages before the start, loops, gaps, speed."""
 
 from __future__ import annotations
 

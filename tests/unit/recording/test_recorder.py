@@ -1,4 +1,4 @@
-"""What `Recorder` adds to subscribing and writing: ends by itself, several definitions, headers, errors."""
+"""`Recorder`: limits that end it, several definitions, headers, errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The self-test finds what is wrong: each check is shown something wrong once, and what hangs is ended."""
+"""The self-test: each check detects a fault, and one that hangs is ended."""
 
 from __future__ import annotations
 

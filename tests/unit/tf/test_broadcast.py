@@ -1,4 +1,4 @@
-"""Transforms over a real node: broadcaster to listener, static ones for newcomers, nonsense from the wire."""
+"""Transforms over real nodes: broadcaster to listener, static ones for late subscribers, invalid ones."""
 
 from __future__ import annotations
 

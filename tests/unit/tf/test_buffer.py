@@ -1,4 +1,4 @@
-"""The transform tree: lookups over edges and time, and why one cannot be had."""
+"""The transform buffer: lookups over edges and time, and the errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The engine by itself: what is kept of an edge, the way between two frames, and why there is none."""
+"""The frame tree alone: the history of an edge, the path between two frames, and why there is none."""
 
 from __future__ import annotations
 

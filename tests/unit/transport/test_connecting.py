@@ -1,4 +1,4 @@
-"""connecting: one deadline over all addresses, and attempts side by side while nobody answers."""
+"""Connecting: one deadline over all addresses, and parallel attempts while none is answered."""
 
 from __future__ import annotations
 

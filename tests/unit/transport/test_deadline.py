@@ -1,4 +1,4 @@
-"""Deadlines and back-off, on a clock that only moves when told."""
+"""Deadlines and back-off, on a clock that the test advances."""
 
 from __future__ import annotations
 

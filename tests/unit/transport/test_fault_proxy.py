@@ -1,4 +1,4 @@
-"""The fault-injecting proxy that other tests rely on does what it says."""
+"""The fault-injecting proxy that other tests use."""
 
 from __future__ import annotations
 

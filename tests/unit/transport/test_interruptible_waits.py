@@ -1,4 +1,4 @@
-"""Waits in slices, as on Windows, where nothing else lets Ctrl-C through; whole ones elsewhere."""
+"""Waits in slices, as on Windows, where Ctrl-C would not end them otherwise; whole waits elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The addresses of this computer's cards."""
+"""The addresses of this computer's network interfaces."""
 
 from __future__ import annotations
 

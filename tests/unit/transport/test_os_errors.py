@@ -1,4 +1,4 @@
-"""What the operating system says becomes a sentence that a person can read."""
+"""The operating system's errors become readable sentences."""
 
 from __future__ import annotations
 

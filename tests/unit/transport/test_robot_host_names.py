@@ -1,4 +1,4 @@
-"""Names given by hand, and names nobody knows: taken for the master's host, and told so."""
+"""Host names given by the user, and unknown ones, for which the master's host is assumed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A computer that slept, by clocks that are set by hand."""
+"""Detection of a computer that slept, with clocks that the test sets."""
 
 from __future__ import annotations
 

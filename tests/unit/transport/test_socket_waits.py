@@ -1,4 +1,4 @@
-"""Limits of waits on sockets that are not Python's own."""
+"""Time-outs on sockets that are not Python's own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Connecting, listening, tuning; and the connection header on a socket."""
+"""Listening and tuning TCP sockets, and the connection header on a socket."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The accepting server: bounds, states, closing."""
+"""The TCP server: limits, states of connections, closing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the system says of bytes that were written and are not there yet."""
+"""The system's count of unacknowledged bytes."""
 
 from __future__ import annotations
 

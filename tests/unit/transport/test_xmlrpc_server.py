@@ -1,4 +1,4 @@
-"""The XML-RPC server against raw sockets: what hostile and unusual peers get."""
+"""The XML-RPC server against raw sockets: replies to hostile and unusual peers."""
 
 from __future__ import annotations
 

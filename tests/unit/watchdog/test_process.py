@@ -1,4 +1,4 @@
-"""What the watchdog's process does with the lines of its pipe; here it is a thread."""
+"""How the watchdog process handles the lines of its pipe; here it runs in a thread."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said through a watchdog's pipe, and when something is due."""
+"""The lines of the watchdog's pipe, and when a watch is due."""
 
 from __future__ import annotations
 

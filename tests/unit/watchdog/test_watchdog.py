@@ -1,4 +1,4 @@
-"""The watchdog as a process: a program that drives is killed, stopped, forked, ended in order."""
+"""The watchdog process of a program that is killed, stopped, forked, or closed."""
 
 from __future__ import annotations
 
