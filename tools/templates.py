@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeGuard
 
 from woosh_pure import enums, faults
-from woosh_pure.language.table import forms_of, key_of, read_table, words_for
+from woosh_pure.language.table import forms_of, key_of, read_table, translator_for
 
 __all__ = [
     "OWNERS",
@@ -156,7 +156,7 @@ def _is_left_out(node: ast.AST) -> bool:
 
 def missing(language: str = "zh") -> list[tuple[str, Said]]:
     """(place, sentence) of what owners see and the table does not have, or what is an f-string there."""
-    words = words_for(language)
+    words = translator_for(language)
     return [
         (f"{name}:{said.line}", said)
         for name in OWNERS
@@ -167,7 +167,7 @@ def missing(language: str = "zh") -> list[tuple[str, Said]]:
 
 def untold(language: str = "zh") -> list[tuple[str, Said]]:
     """(place, sentence) of the other templates that the table does not have: they are shown in English."""
-    words = words_for(language)
+    words = translator_for(language)
     return [
         (f"{path.relative_to(ROOT).as_posix()}:{said.line}", said)
         for path in _sources()

@@ -107,7 +107,7 @@ class OutputError(OSError):
         return cls(error.errno, error.strerror or str(error))
 
 
-class Guarded:
+class EscapingStream:
     """A text stream whose controls are escaped; everything else is that stream's."""
 
     def __init__(self, stream: TextIO) -> None:
@@ -145,7 +145,7 @@ class Guarded:
 def guarded() -> Iterator[None]:
     """Within the block stdout and stderr escape what a terminal would obey."""
     before: Any = sys.stdout, sys.stderr
-    ours: Any = [stream if stream is None else Guarded(own(stream)) for stream in before]
+    ours: Any = [stream if stream is None else EscapingStream(own(stream)) for stream in before]
     sys.stdout, sys.stderr = ours
     try:
         yield

@@ -148,13 +148,13 @@ class _Printer:
         self.arguments = arguments
         self.filter = Expression(arguments.filter, ("m", "topic")) if arguments.filter else None
         since = Time.from_sec(time.time()) if arguments.offset else None
-        self.view = View(no_arrays=arguments.noarr, no_strings=arguments.nostr, since=since)
+        self.view = ValueFilter(no_arrays=arguments.noarr, no_strings=arguments.nostr, since=since)
         self.take = parse_field_path("")
         self.several = False
         self.topics: list[str] = []
         self.shown = 0
         self.drawn: list[tuple[str, Any]] = []  # topic and what takes the number out of its messages
-        self.curves: Curves | None = None
+        self.curves: PlotSamples | None = None
         self.due = 0.0
 
     def choose(self, topics: list[str], path: str) -> None:
@@ -180,7 +180,7 @@ class _Printer:
                 warn(f"topic [{topic}] does not appear to be published yet{near(topic, known)}")
             self.drawn.append((topic, parse_field_path(path, f"{topic}/{path}")))
         seconds = self.arguments.seconds or (None if self.arguments.bag else 30.0)
-        self.curves = Curves([self.arguments.topic, *self.arguments.topics], seconds)
+        self.curves = PlotSamples([self.arguments.topic, *self.arguments.topics], seconds)
         return list(dict.fromkeys(topic for topic, _ in self.drawn))
 
     @property
@@ -226,7 +226,7 @@ class _Printer:
         since = self.view.since
         print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{row(value, one_line=True)}")
 
-    def _plot(self, curves: Curves, topic: str, message: Any, received: Time) -> None:
+    def _plot(self, curves: PlotSamples, topic: str, message: Any, received: Time) -> None:
         for index, (drawn, take) in enumerate(self.drawn):
             if drawn != topic:
                 continue
@@ -266,7 +266,7 @@ KEPT = 5000
 """Samples of each curve."""
 
 
-class Curves:
+class PlotSamples:
     """The newest samples of some numbers.
 
     Args:
@@ -363,7 +363,7 @@ def _axis(seconds: float, columns: int) -> str:
     return "".join(line).rstrip()
 
 
-class View:
+class ValueFilter:
     """What --noarr, --nostr and --offset make of a value; the value itself is not changed.
 
     Args:
@@ -393,16 +393,16 @@ class View:
     def _field(self, value: Any, kind: str) -> Any:
         base, bracket, _ = kind.partition("[")
         if bracket and self._no_arrays:
-            return _Words(f"<array type: {base}, length: {len(value)}>")
+            return _PlainText(f"<array type: {base}, length: {len(value)}>")
         if base == "string" and self._no_strings:
             total = len(value) if not bracket else sum(map(len, value))
-            return _Words(f"<string length: {total}>")
+            return _PlainText(f"<string length: {total}>")
         if isinstance(value, list):
             return [self(item) for item in value]
         return self(value)
 
 
-class _Words:
+class _PlainText:
     """Text that prints as it is, without the quotes of a string."""
 
     def __init__(self, text: str) -> None:

@@ -14,7 +14,7 @@ from rosproto.text import printable
 _VALUES = frozenset({"getParam", "subscribeParam"})
 
 
-class _Shown:
+class _EscapedCalls:
     """Mixed into a client: translates the strings of its answers, and of what is asked next."""
 
     def call(self, method: str, *params: object, timeout: float | None = None) -> object:
@@ -24,11 +24,11 @@ class _Shown:
         return value if method in _VALUES else _shown(value, theirs)
 
 
-class ShownMaster(_Shown, MasterClient):
+class EscapedMasterClient(_EscapedCalls, MasterClient):
     """A `MasterClient` whose names can be printed."""
 
 
-class ShownNode(_Shown, NodeClient):
+class EscapedNodeClient(_EscapedCalls, NodeClient):
     """A `NodeClient` whose answers can be printed."""
 
 

@@ -15,7 +15,7 @@ import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from .expression_sandbox import FUNCTIONS, STRING_METHODS, Bounds, TooMuch
+from .expression_sandbox import FUNCTIONS, STRING_METHODS, Bounds, LimitExceeded
 
 MAX_TEXT = 4096
 MAX_NODES = 500
@@ -112,7 +112,7 @@ class Expression:
             return _Walk(self.text, values).value(self._root)
         except ExpressionError:
             raise
-        except TooMuch as error:
+        except LimitExceeded as error:
             raise ExpressionError(str(error), self.text) from None
         except Exception as error:  # whatever a value's own operator raises is the filter's error
             raise ExpressionError(f"{type(error).__name__}: {error}", self.text) from error

@@ -34,7 +34,7 @@ STRING_METHODS = frozenset("startswith endswith lower upper strip split find cou
 _COST_NOTHING = ("len", "bool")
 
 
-class TooMuch(ValueError):
+class LimitExceeded(ValueError):
     """An operation would take more than an expression may."""
 
 
@@ -48,11 +48,11 @@ class Bounds:
         """Take so many.
 
         Raises:
-            TooMuch: There are not so many left.
+            LimitExceeded: There are not so many left.
         """
         self.left -= steps
         if self.left < 0:
-            raise TooMuch("takes too many steps for one message")
+            raise LimitExceeded("takes too many steps for one message")
 
     def weigh(self, value: object) -> None:
         """Spend what looking at all of a value costs; what a list holds twice counts twice."""
@@ -75,13 +75,13 @@ class Bounds:
         """A value that goes on: integers have a length, and what was made is paid for.
 
         Raises:
-            TooMuch: It is too long.
+            LimitExceeded: It is too long.
         """
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
-            raise TooMuch(f"integers have {MAX_BITS} bits at most")
+            raise LimitExceeded(f"integers have {MAX_BITS} bits at most")
         if isinstance(value, (str, bytes, list, tuple)):
             if len(value) > MAX_LENGTH and not isinstance(value, bytes):
-                raise TooMuch(f"texts and lists have {MAX_LENGTH} elements at most")
+                raise LimitExceeded(f"texts and lists have {MAX_LENGTH} elements at most")
             self.weigh(value)
         return value
 
@@ -109,14 +109,16 @@ class Bounds:
         elif not (_is_number(left) or hasattr(left, "to_nsec")) or not (
             _is_number(right) or hasattr(right, "to_nsec")
         ):
-            raise TooMuch(f"{name} is not known for {_kind(left)} and {_kind(right)}")
+            raise LimitExceeded(f"{name} is not known for {_kind(left)} and {_kind(right)}")
         elif hasattr(left, "dtype") or hasattr(right, "dtype"):
             _check_fixed_width(left, right)
 
     def _check_arrays(self, left: Any, right: Any) -> None:
         for value in (left, right):
             if not (_is_number(value) or (_is_array(value) and value.ndim == 1 and value.dtype.kind != "O")):
-                raise TooMuch(f"an array is combined with a number or an array, not with {_kind(value)}")
+                raise LimitExceeded(
+                    f"an array is combined with a number or an array, not with {_kind(value)}"
+                )
             self.weigh(value)
         _check_fixed_width(left, right)
 
@@ -127,9 +129,11 @@ class Bounds:
             text, times = (right, left) if isinstance(left, int) else (left, right)
             length = len(text) * max(0, times)
         else:
-            raise TooMuch(f"{name} is not known for {_kind(left)} and {_kind(right)}")
+            raise LimitExceeded(f"{name} is not known for {_kind(left)} and {_kind(right)}")
         if length > MAX_LENGTH:
-            raise TooMuch(f"a sequence is not repeated this often: it has {MAX_LENGTH} elements at most")
+            raise LimitExceeded(
+                f"a sequence is not repeated this often: it has {MAX_LENGTH} elements at most"
+            )
         self.spend(length // PER_STEP)
 
     def unary(self, name: str, value: Any) -> Any:
@@ -144,9 +148,9 @@ class Bounds:
                 return test(left, right)
             flat = [self.element(v) if isinstance(v, (list, tuple)) else v for v in (left, right)]
             if any(isinstance(v, (list, tuple)) and any(map(_has_length, v)) for v in flat):
-                raise TooMuch("an array is compared with numbers, not with lists of lists")
+                raise LimitExceeded("an array is compared with numbers, not with lists of lists")
             if not all(_is_number(v) or _has_length(v) for v in (left, right)):
-                raise TooMuch(f"{_kind(left)} and {_kind(right)} are not compared")
+                raise LimitExceeded(f"{_kind(left)} and {_kind(right)} are not compared")
         self.weigh(left)
         self.weigh(right)
         return test(left, right)
@@ -155,9 +159,9 @@ class Bounds:
         """`owner[index]` for a whole number or a slice of such."""
         parts = (index.start, index.stop, index.step) if isinstance(index, slice) else (index,)
         if any(_is_array(part) for part in parts):
-            raise TooMuch("an index is a whole number or a slice, not an array")
+            raise LimitExceeded("an index is a whole number or a slice, not an array")
         if not all(hasattr(part, "__index__") or (part is None and len(parts) == 3) for part in parts):
-            raise TooMuch(f"an index is a whole number or a slice, not {_kind(index)}")
+            raise LimitExceeded(f"an index is a whole number or a slice, not {_kind(index)}")
         return self.kept(owner[index])
 
     def call(self, name: str, arguments: list[Any]) -> Any:
@@ -166,15 +170,15 @@ class Bounds:
             for value in arguments:
                 self.weigh(value)
         if name == "round" and len(arguments) > 1 and not _at_most(arguments[1], MAX_DIGITS):
-            raise TooMuch(f"rounded to at most {MAX_DIGITS} digits")
+            raise LimitExceeded(f"rounded to at most {MAX_DIGITS} digits")
         if name in ("int", "float") and any(_has_length(v) and len(v) > MAX_NUMBER_TEXT for v in arguments):
-            raise TooMuch(f"a number has at most {MAX_NUMBER_TEXT} characters")
+            raise LimitExceeded(f"a number has at most {MAX_NUMBER_TEXT} characters")
         if name == "sum":
             for value in arguments:
                 if not _is_array(value) and not all(
                     map(_is_number, value if _has_length(value) else [value])
                 ):
-                    raise TooMuch("sum adds numbers")
+                    raise LimitExceeded("sum adds numbers")
         return self.kept(FUNCTIONS[name](*arguments))
 
     def method(self, owner: str, name: str, arguments: list[Any]) -> Any:
@@ -189,13 +193,13 @@ def _check_power(base: Any, exponent: Any) -> None:
         not _at_most(exponent, MAX_EXPONENT)
         or (isinstance(base, int) and base.bit_length() * abs(exponent) > MAX_BITS)
     ):
-        raise TooMuch("numbers this large are not raised to a power")
+        raise LimitExceeded("numbers this large are not raised to a power")
 
 
 def _check_fixed_width(left: Any, right: Any) -> None:
     """numpy computes with what fits into 64 bits; beyond, each element would become an object."""
     if any(isinstance(value, int) and not _at_most(value, (1 << 63) - 1) for value in (left, right)):
-        raise TooMuch("an array is combined with numbers of at most 63 bits")
+        raise LimitExceeded("an array is combined with numbers of at most 63 bits")
 
 
 def _at_most(value: Any, limit: int) -> bool:

@@ -26,10 +26,10 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     Raises:
         ConnectionLost: It is not there, keeps silent, or is no master: the same to a script.
     """
-    from .escaped_api import ShownMaster
+    from .escaped_api import EscapedMasterClient
 
     hosts = host_names(arguments)
-    with ShownMaster(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
+    with EscapedMasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
         try:
             yield master
         except (RosTimeout, RemoteProtocolError) as error:
@@ -38,9 +38,9 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
 
 def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
     """Typed calls to a node's slave API; without `guess` never at the master's host for an unknown one."""
-    from .escaped_api import ShownNode
+    from .escaped_api import EscapedNodeClient
 
-    return ShownNode(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
+    return EscapedNodeClient(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
 
 
 def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:

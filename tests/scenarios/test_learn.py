@@ -19,7 +19,7 @@ from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli.commands import load
 from woosh_pure.cli.output import Output
 from woosh_pure.firmware.learn import KnownDefinitions, compare, make_sets, write_set
-from woosh_pure.firmware.survey import Answer, survey
+from woosh_pure.firmware.survey import SurveyAnswer, survey
 
 FUTURE_BATTERY = "uint16 cells\n" + bundled().message("woosh_msgs/Battery").text.replace(
     "uint8 batteryPercentage", "uint32 batteryPercentage"
@@ -188,7 +188,7 @@ def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
 )
 def test_a_lie_is_not_learned(definition: str, md5sum: str, words: str) -> None:
     """A text counts only when it can be parsed and has the md5sum that was announced."""
-    finding = compare(Answer("topic", "/t", "my_msgs/T", md5sum, definition), KnownDefinitions())
+    finding = compare(SurveyAnswer("topic", "/t", "my_msgs/T", md5sum, definition), KnownDefinitions())
     assert finding.verdict == "unusable"
     assert words in finding.note
 
@@ -200,8 +200,14 @@ def test_a_lie_is_not_learned(definition: str, md5sum: str, words: str) -> None:
 def test_no_name_leads_out_of_the_folder(name: str) -> None:
     """What is no ROS name of a type is not learned, however well its text and md5sum agree."""
     md5sum = define("my_msgs/T", "uint8 a")._md5sum
-    assert compare(Answer("topic", "/t", "my_msgs/T", md5sum, "uint8 a"), KnownDefinitions()).verdict == "new"
-    assert compare(Answer("topic", "/t", name, md5sum, "uint8 a"), KnownDefinitions()).verdict == "unusable"
+    assert (
+        compare(SurveyAnswer("topic", "/t", "my_msgs/T", md5sum, "uint8 a"), KnownDefinitions()).verdict
+        == "new"
+    )
+    assert (
+        compare(SurveyAnswer("topic", "/t", name, md5sum, "uint8 a"), KnownDefinitions()).verdict
+        == "unusable"
+    )
 
 
 @pytest.mark.promise("`--dry-run` writes nothing")

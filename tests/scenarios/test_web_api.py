@@ -705,12 +705,12 @@ def test_a_parameter_of_the_address_is_refused_the_same_way(web: Served) -> None
 @pytest.mark.structure
 def test_what_is_said_to_clients_in_place_of_advice_for_python_is_said_by_somebody() -> None:
     from tools.templates import texts
-    from woosh_pure.language.table import key_of, words_for
+    from woosh_pure.language.table import key_of, translator_for
     from woosh_pure.web.http_errors import ADVICE
 
     said = texts(leaving_out="woosh_pure/web/http_errors.py")
     assert [template for template in ADVICE if key_of(template) not in said] == []
-    assert [text for text in ADVICE.values() if not words_for("zh").has(text)] == []
+    assert [text for text in ADVICE.values() if not translator_for("zh").has(text)] == []
 
 
 def test_errors_of_the_robot_are_problems_with_its_sentence(web: Served) -> None:

@@ -118,9 +118,9 @@ def spoken(text: str, language: str) -> str:
     """The text in a language of `woosh_pure.language`."""
     if language == "en":
         return text
-    from woosh_pure.language.table import words_for
+    from woosh_pure.language.table import translator_for
 
-    return words_for(language).say(text)
+    return translator_for(language).say(text)
 
 
 def _show_life(what: str, done: threading.Event) -> None:

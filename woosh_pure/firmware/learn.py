@@ -18,7 +18,7 @@ from rosproto.codec import differences
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_full_text
 from rosproto.sentence import say
-from woosh_pure.firmware.survey import Answer
+from woosh_pure.firmware.survey import SurveyAnswer
 
 
 class Comparison(NamedTuple):
@@ -35,7 +35,7 @@ class Comparison(NamedTuple):
         library: Definitions as the robot has them; None when they are not known.
     """
 
-    answer: Answer
+    answer: SurveyAnswer
     verdict: str
     source: str = ""
     note: str = ""
@@ -68,7 +68,7 @@ class KnownDefinitions:
         return None
 
 
-def compare(answer: Answer, knowledge: KnownDefinitions) -> Comparison:
+def compare(answer: SurveyAnswer, knowledge: KnownDefinitions) -> Comparison:
     """Compare an answer with what is known."""
     if answer.error:
         return Comparison(answer, "silent", note=answer.error)
@@ -91,7 +91,7 @@ def compare(answer: Answer, knowledge: KnownDefinitions) -> Comparison:
     return Comparison(answer, "new", "", "", _compare(answer.type, kind, library), library)
 
 
-def _service_advice(answer: Answer) -> str:
+def _service_advice(answer: SurveyAnswer) -> str:
     where = f"{answer.type.replace('/', '/srv/', 1)}.srv"
     if not answer.type or answer.type == "*":
         return "its provider does not tell the type"

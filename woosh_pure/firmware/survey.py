@@ -18,7 +18,7 @@ from rosproto.transport import Deadline
 ONE_QUESTION = 3.0  # seconds for one peer
 
 
-class Answer(NamedTuple):
+class SurveyAnswer(NamedTuple):
     """What one topic or service is, by its peer's own word.
 
     Attributes:
@@ -46,8 +46,8 @@ def survey(
     timeout: float = 30.0,
     parallel: int = 8,
     kinds: Collection[str] = ("topic", "service"),
-    progress: Callable[[Answer], object] | None = None,
-) -> list[Answer]:
+    progress: Callable[[SurveyAnswer], object] | None = None,
+) -> list[SurveyAnswer]:
     """Ask every topic that somebody publishes and every service, each once.
 
     A topic with several publishers is answered by the first that can be reached.
@@ -73,7 +73,7 @@ def survey(
             others = [peer for peer in peers if peer != node.name]
             if others:
                 questions.put((kind, name, others))
-    answers: list[Answer] = []
+    answers: list[SurveyAnswer] = []
 
     def work() -> None:
         while True:
@@ -97,7 +97,7 @@ def survey(
     return sorted(answers, key=lambda answer: (answer.kind != "topic", answer.name))
 
 
-def _ask_topic(node: rosproto.Node, name: str, peers: list[str], deadline: Deadline) -> Answer:
+def _ask_topic(node: rosproto.Node, name: str, peers: list[str], deadline: Deadline) -> SurveyAnswer:
     error = "not asked: the time was up"
     for peer in peers:
         if deadline.expired:
@@ -107,15 +107,15 @@ def _ask_topic(node: rosproto.Node, name: str, peers: list[str], deadline: Deadl
         except (RosError, OSError) as problem:
             error = str(problem)
             continue
-        return Answer("topic", name, reply.type_name, reply.md5sum, reply.message_definition, peer)
-    return Answer("topic", name, peer=peers[0], error=error)
+        return SurveyAnswer("topic", name, reply.type_name, reply.md5sum, reply.message_definition, peer)
+    return SurveyAnswer("topic", name, peer=peers[0], error=error)
 
 
-def _ask_service(node: rosproto.Node, name: str, peers: list[str], deadline: Deadline) -> Answer:
+def _ask_service(node: rosproto.Node, name: str, peers: list[str], deadline: Deadline) -> SurveyAnswer:
     if deadline.expired:
-        return Answer("service", name, peer=peers[0], error="not asked: the time was up")
+        return SurveyAnswer("service", name, peer=peers[0], error="not asked: the time was up")
     try:
         header = probe_service(node, name, deadline.at_most(ONE_QUESTION))
     except (RosError, OSError) as problem:
-        return Answer("service", name, peer=peers[0], error=str(problem))
-    return Answer("service", name, header.get("type", ""), header.get("md5sum", ""), "", peers[0])
+        return SurveyAnswer("service", name, peer=peers[0], error=str(problem))
+    return SurveyAnswer("service", name, header.get("type", ""), header.get("md5sum", ""), "", peers[0])

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 from rosproto.sentence import Sentence
 
-__all__ = ["Row", "Words", "forms_of", "key_of", "read_table", "words_for"]
+__all__ = ["Translation", "Translator", "forms_of", "key_of", "read_table", "translator_for"]
 
 _BETWEEN = "; "
 _BOTH, _LISTED = "{first}; {second}", "{first}, {second}"
@@ -33,7 +33,7 @@ _CHINESE = re.compile("[\u3400-\u9fff]")
 _BLANK_BEHIND, _BLANK_BEFORE = re.compile(" [\u3400-\u9fff]"), re.compile("[\u3400-\u9fff] $")
 
 
-class Row(NamedTuple):
+class Translation(NamedTuple):
     """A row of the table.
 
     Attributes:
@@ -45,7 +45,7 @@ class Row(NamedTuple):
     translated: str
 
 
-class Words:
+class Translator:
     """Says English sentences in another language; without rows, as they are.
 
     Args:
@@ -53,7 +53,7 @@ class Words:
         language: Its language, for values that know their own translation.
     """
 
-    def __init__(self, rows: Iterable[Row] = (), language: str = "en") -> None:
+    def __init__(self, rows: Iterable[Translation] = (), language: str = "en") -> None:
         self._rows = {row.english: row.translated for row in rows}
         self._language = language
         self._mark = self._rows.get(_BOTH, _BOTH).removeprefix("{first}").removesuffix("{second}")
@@ -153,7 +153,7 @@ def _is_place(key: str) -> bool:
     return key.startswith("{") and key.endswith("}") and key[1:-1].isidentifier()
 
 
-def read_table(text: str, name: str = "table") -> Iterator[Row]:
+def read_table(text: str, name: str = "table") -> Iterator[Translation]:
     """The rows of a table.
 
     Raises:
@@ -167,7 +167,7 @@ def read_table(text: str, name: str = "table") -> Iterator[Row]:
             raise ValueError(
                 f"{name}: {lines[0]!r}: expected a sentence and its translation, got {len(lines)} lines"
             )
-        row = Row(*lines)
+        row = Translation(*lines)
         there, here = (sorted({place for place, _ in forms_of(side)}) for side in row)
         if there != here:
             raise ValueError(f"{name}: {row.english!r}: the places are {there}, in the translation {here}")
@@ -175,13 +175,13 @@ def read_table(text: str, name: str = "table") -> Iterator[Row]:
 
 
 @lru_cache(maxsize=4)
-def words_for(language: str) -> Words:
+def translator_for(language: str) -> Translator:
     """The words of a language of `LANGUAGES`; English are none."""
     if language == "en":
-        return Words()
+        return Translator()
     folder = resources.files(__package__).joinpath(language)
     tables = sorted(
         (entry for entry in folder.iterdir() if entry.name.endswith(".txt")), key=lambda e: e.name
     )
     rows = (row for entry in tables for row in read_table(entry.read_text(encoding="utf-8"), entry.name))
-    return Words(rows, language)
+    return Translator(rows, language)

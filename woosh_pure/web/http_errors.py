@@ -116,9 +116,9 @@ def _said(text: str, language: str) -> str:
     text = shown(text)
     if language == "en":
         return text
-    from woosh_pure.language.table import words_for
+    from woosh_pure.language.table import translator_for
 
-    return words_for(language).say(text)
+    return translator_for(language).say(text)
 
 
 def language_of(headers: Mapping[str, str]) -> str:

@@ -16,7 +16,7 @@ from rosproto.text import printable
 from woosh_pure.faults import Faults, with_words
 from woosh_pure.feed.feed import Reading
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.language.table import words_for
+from woosh_pure.language.table import translator_for
 from woosh_pure.lease import LeaseState
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.stopping.report import StopReport
@@ -158,7 +158,7 @@ def said_part(text: str) -> dict[str, str] | None:
     words = getattr(said, "values", {}).get("words")
     if words is not None:  # a status code alone: what it means
         return {"text": printable(words.said("en")), "text_zh": printable(words.said("zh"))}
-    return {"text": printable(said), "text_zh": printable(words_for("zh").say(said))}
+    return {"text": printable(said), "text_zh": printable(translator_for("zh").say(said))}
 
 
 def faults_part(faults: Faults) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def pythons() -> Iterator[list[WarmPython]]:
         yield [stack.enter_context(WarmPython()) for _ in range(8)]
 
 
-def words_for(prog: str, path: str, peer: HostilePeer, folder: Path) -> list[str]:
+def translator_for(prog: str, path: str, peer: HostilePeer, folder: Path) -> list[str]:
     """The command with something for each argument that it needs."""
     parser = dict(places(prog))[path]
     words = path.split()[1:]
@@ -123,7 +123,7 @@ def test_no_command_lets_a_peer_write_to_the_terminal(
         folder = tmp_path / str(number)
         folder.mkdir()
         hostile_bag(folder / "evil.bag")
-        words = [*words_for(prog, path, peer, folder), *forms[number], *loud]
+        words = [*translator_for(prog, path, peer, folder), *forms[number], *loud]
         return outcome(pythons[number], prog, words, folder)
 
     # All at once, since most of them wait; but not those that listen, on the same port.

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 
-from rosproto.cli.echo import Curves
+from rosproto.cli.echo import PlotSamples
 
 
-def two() -> Curves:
+def two() -> PlotSamples:
     """One that rises and one that falls, ten samples over nine seconds."""
-    curves = Curves(["/a", "/b"])
+    curves = PlotSamples(["/a", "/b"])
     for i in range(10):
         curves.add(0, 100.0 + i, float(i))
         curves.add(1, 100.0 + i, 9.0 - i)
@@ -31,7 +31,7 @@ def test_each_curve_has_its_sign_and_the_axes_their_numbers() -> None:
 
 def test_time_runs_by_the_stamps_not_by_the_count() -> None:
     """A curve that is silent for a while has a gap."""
-    curves = Curves(["/a"])
+    curves = PlotSamples(["/a"])
     for moment in (0.0, 1.0, 9.0, 10.0):
         curves.add(0, moment, 1.0)
     row = curves.picture(45, 2, ascii_only=True).splitlines()[0].split("|")[1]
@@ -39,7 +39,7 @@ def test_time_runs_by_the_stamps_not_by_the_count() -> None:
 
 
 def test_old_samples_leave_and_a_clock_that_jumps_back_begins_anew() -> None:
-    curves = Curves(["/a"], seconds=5.0)
+    curves = PlotSamples(["/a"], seconds=5.0)
     for moment in range(100):
         curves.add(0, float(moment), float(moment))
     assert curves.picture(40, 4, ascii_only=True).splitlines()[2].startswith("94 |")
@@ -56,7 +56,7 @@ def test_colours_and_braille() -> None:
 
 
 def test_nothing_finite_is_said() -> None:
-    curves = Curves(["/a", "/b"])
+    curves = PlotSamples(["/a", "/b"])
     assert curves.picture(40, 5) == "(no finite values yet)"
     curves.add(0, 1.0, math.nan)
     assert curves.picture(40, 5) == "(no finite values yet)"

@@ -14,7 +14,7 @@ from rosproto.text import width
 from woosh_pure.cli.output import Output
 from woosh_pure.faults import all_codes, decode_status_code, with_words
 from woosh_pure.language import LANGUAGES
-from woosh_pure.language.table import Row, Words, read_table, words_for
+from woosh_pure.language.table import Translation, Translator, read_table, translator_for
 from woosh_pure.stopping.report import StopReport
 
 TABLE = """
@@ -72,8 +72,8 @@ class Fault:
 
 
 @pytest.fixture
-def words() -> Words:
-    return Words(read_table(TABLE), "zh")
+def words() -> Translator:
+    return Translator(read_table(TABLE), "zh")
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def words() -> Words:
         (say("cancelled {what}", what="{what} %s {0}"), "已取消 {what} %s {0}"),
     ],
 )  # fmt: skip
-def test_a_sentence_is_found_by_its_template(words: Words, sentence: str, chinese: str) -> None:
+def test_a_sentence_is_found_by_its_template(words: Translator, sentence: str, chinese: str) -> None:
     """Nobody reads its text: a name that looks like words, or has the marks of a sentence, stays as it is."""
     assert words.say(sentence) == chinese
     assert words.say(chinese) == chinese  # said once is said
@@ -125,7 +125,7 @@ def test_what_a_stop_has_done_is_said_by_its_parts() -> None:
     assert report.sentence() == (
         "the robot stands still; cancelled mark ready; {x}; asked again until it is seen to end: task 3"
     )
-    said = words_for("zh").say(report.sentence())
+    said = translator_for("zh").say(report.sentence())
     assert said == "机器人已停稳；已取消标记点 ready; {x}；再次请求，直到看到它结束：task 3"
 
 
@@ -164,7 +164,7 @@ def test_a_wrong_table_is_an_error(table: str, complaint: str) -> None:
 
 
 def test_status_codes_have_the_words_of_the_vendor() -> None:
-    words = words_for("zh")
+    words = translator_for("zh")
     for code in random.Random(3).sample(list(all_codes()), 50):
         assert str(code) == f"{code.english} ({code.code})"
         assert words.say(str(code)) == f"{code.chinese}（{code.code}）"
@@ -174,11 +174,11 @@ def test_status_codes_have_the_words_of_the_vendor() -> None:
 
 
 def test_what_a_chassis_says_of_a_code_has_the_words_of_the_vendor() -> None:
-    said = words_for("zh").say(with_words("status code 110201000013"))
+    said = translator_for("zh").say(with_words("status code 110201000013"))
     assert said == f"状态码 110201000013（{decode_status_code(110201000013).chinese}）"
 
 
 def test_english_is_said_as_it_is() -> None:
-    assert not words_for("en")
-    assert words_for("en").say("the robot stands still") == "the robot stands still"
-    assert bool(Words([Row("a", "b")]))
+    assert not translator_for("en")
+    assert translator_for("en").say("the robot stands still") == "the robot stands still"
+    assert bool(Translator([Translation("a", "b")]))
