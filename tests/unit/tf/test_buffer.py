@@ -250,6 +250,6 @@ def test_former_parents_are_dropped_seldom(monkeypatch):
         tree.edges[f"c{i}"] = History(10)
         tree.edges[f"c{i}"].add(Sample(0, f"p{i}", (0, 0, 0), (0, 0, 0, 1)))
     for i in range(1000):
-        tree.note("c0", f"new{i}")
+        tree.remember_names("c0", f"new{i}")
         assert len(tree.names) <= 250
     assert len(count) <= 21
