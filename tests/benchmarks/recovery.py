@@ -18,7 +18,7 @@ from typing import Any
 
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
-from rosproto.transport import listening
+from rosproto.transport import own_address
 from tests.support import ros
 from tests.support.proxy import FaultProxy
 from tests.support.ros import free_port
@@ -158,7 +158,7 @@ def publisher_killed(*, same_port: bool) -> float:
 def address_changed() -> float:
     """From the change of the address towards the master to the first message from the new one."""
     address = ["127.0.0.1"]
-    real, listening.local_address_towards = listening.local_address_towards, lambda *_: address[0]
+    real, own_address.local_address_towards = own_address.local_address_towards, lambda *_: address[0]
     try:
         with (
             Master() as master,
@@ -172,7 +172,7 @@ def address_changed() -> float:
                 lambda: "127.0.0.2" in a.uri and publisher.connections == 1 and subscriber.connections == 1
             )
     finally:
-        listening.local_address_towards = real
+        own_address.local_address_towards = real
 
 
 def master_killed(*, debian: bool) -> float:

@@ -19,7 +19,7 @@ from rosproto.master import Master
 from rosproto.node import EventKind, MasterClient, Node
 from rosproto.node.incoming import publisher_link_state
 from rosproto.node.incoming.tcpros_link import FrameReader
-from rosproto.transport import listening, tcp
+from rosproto.transport import own_address, tcp
 from tests.support.load import crowd
 from tests.support.proxy import FaultProxy
 from tests.support.ros import free_port
@@ -302,7 +302,7 @@ def test_the_address_changes_under_way_many_times(monkeypatch: pytest.MonkeyPatc
     except OSError:
         pytest.skip("this computer has only one loopback address")
     address = ["127.0.0.1"]
-    monkeypatch.setattr(listening, "local_address_towards", lambda *_: address[0])
+    monkeypatch.setattr(own_address, "local_address_towards", lambda *_: address[0])
     with (
         Master() as master,
         Node("/roams", master_uri=master.uri, intraprocess=False) as roams,

@@ -115,11 +115,11 @@ class RevisedDelivery(Delivery):
     A message that cannot be carried over is dropped, told of and counted, and the link lives on.
     """
 
-    __slots__ = ("_announce_batch",)
+    __slots__ = ("_logged",)
 
     def __init__(self, topic: DeliveryTopic, queues: Sequence[SubscriberQueue], type_: TopicType) -> None:
         super().__init__(topic, queues, type_)
-        self._announce_batch = False
+        self._logged = False
         self.offer_one = None
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
@@ -137,8 +137,8 @@ class RevisedDelivery(Delivery):
         self._topic.unfit += len(unfit)
         for error in unfit:
             self._topic.report(error)
-        if not self._announce_batch:
-            self._announce_batch = True
+        if not self._logged:
+            self._logged = True
             name = self._topic.name
             text = "! %s: messages are dropped that do not fit: %s"
             self._topic.context.peer_log.warning(name, text, name, unfit[0])

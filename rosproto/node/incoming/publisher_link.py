@@ -117,7 +117,7 @@ class PublisherLink:
         self._sessions = 0
         self._attempts = 0
         self._begun_at: float | None = None
-        self._announce_batch: type | None = None  # kind of the last failure that was logged
+        self._logged: type | None = None  # kind of the last failure that was logged
         self._revised: RevisedType | None = None
         self._last_error: Exception | None = None
         self._past_bytes = 0
@@ -273,11 +273,11 @@ class PublisherLink:
     def _log_failure(self, error: Exception, was: LinkState) -> None:
         """Once for each kind, until a session has lasted."""
         if (self._lasted or 0.0) >= STEADY:
-            self._announce_batch = None
+            self._logged = None
         if self._is_ordinary(error, was):
             _log.debug("! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
-        elif self._announce_batch is not type(error):
-            self._announce_batch = type(error)
+        elif self._logged is not type(error):
+            self._logged = type(error)
             text = "! %s: publisher %s: %s"
             self._context.peer_log.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
 
