@@ -11,14 +11,14 @@ from rosproto.codec.conversion import Conversion, ValuesLost, differences
 from rosproto.codec.encode_decode import decode, decoder, encode, encode_parts, encoder, prepare
 from rosproto.codec.message import AnyMsg, Message, ServiceType
 from rosproto.codec.text import strify_message
-from rosproto.codec.value_style import Flavour
+from rosproto.codec.value_style import ValueStyle
 
 __all__ = [
     "AnyMsg",
     "Conversion",
-    "Flavour",
     "Message",
     "ServiceType",
+    "ValueStyle",
     "ValuesLost",
     "decode",
     "decoder",

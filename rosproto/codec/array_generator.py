@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rosproto.codec.collector_pause import pause, resume
-from rosproto.codec.fixed_fields_generator import RunWriter
+from rosproto.codec.fixed_fields_generator import FixedFieldsWriter
 from rosproto.codec.generated_source import flat_codes, length_offsets, merge_codes, strings_inside, structs
 from rosproto.codec.layout import FieldLayout, Layout
 
@@ -22,7 +22,7 @@ PROBE_FROM = 3
 """Elements from which guessing that all strings are as long as the first one's pays."""
 
 
-class ArrayWriter(RunWriter):
+class ArrayWriter(FixedFieldsWriter):
     """Adds arrays to runs; single fields and nested messages are the subclass's."""
 
     if TYPE_CHECKING:

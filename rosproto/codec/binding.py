@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout, resolve
-from rosproto.codec.value_style import Flavour
+from rosproto.codec.value_style import ValueStyle
 from rosproto.errors import CodecError
 from rosproto.msg import DefinitionLibrary, MessageSpec
 
@@ -29,22 +29,22 @@ class Binding:
         cls: The message class.
         spec: Its definition.
         library: Where nested definitions come from.
-        flavour: Which values the class is made of.
+        value_style: Which values the class is made of.
     """
 
-    __slots__ = ("_class_for", "_functions", "_layout", "cls", "flavour", "library", "spec")
+    __slots__ = ("_class_for", "_functions", "_layout", "cls", "library", "spec", "value_style")
 
     def __init__(
         self,
         spec: MessageSpec,
         library: DefinitionLibrary,
-        flavour: Flavour,
+        value_style: ValueStyle,
         class_for: Callable[[str], type],
     ) -> None:
         self.cls: type = object
         self.spec: MessageSpec = spec
         self.library: DefinitionLibrary = library
-        self.flavour: Flavour = flavour
+        self.value_style: ValueStyle = value_style
         self._class_for = class_for
         self._layout: Layout | None = None
         self._functions: dict[str, Callable[..., Any]] = {}
@@ -63,7 +63,7 @@ class Binding:
     @property
     def has_views(self) -> bool:
         """Whether decoded messages refer to the bytes they came from."""
-        return self.flavour.views and self.layout.has_numbers and not self.layout.sparse
+        return self.value_style.views and self.layout.has_numbers and not self.layout.sparse
 
     def class_for(self, name: str) -> type:
         """The class of a nested type."""
@@ -76,9 +76,9 @@ class Binding:
         in C: 42 ns against 55 for `object.__new__` and 74 with an empty `__init__`.
         """
         if name == "time":
-            return partial(object.__new__, self.flavour.time)
+            return partial(object.__new__, self.value_style.time)
         if name == "duration":
-            return partial(object.__new__, self.flavour.duration)
+            return partial(object.__new__, self.value_style.duration)
         cls = self._class_for(name)
         maker: Callable[[], Any] = type.__call__.__get__(cls)
         return maker
@@ -106,7 +106,7 @@ class Binding:
     def _make_fill(self) -> Callable[..., Any]:
         from rosproto.codec.default_generator import fill_function
 
-        return fill_function(self.layout, self.flavour, self.maker)
+        return fill_function(self.layout, self.value_style, self.maker)
 
     def _make_decode(self) -> Callable[..., Any]:
         if self.layout.sparse:
@@ -114,7 +114,7 @@ class Binding:
         from rosproto.codec.decode_generator import decode_function
 
         return decode_function(
-            self.layout, self.flavour, self.maker, fail=self._decode_again, other=self._decode_general
+            self.layout, self.value_style, self.maker, fail=self._decode_again, other=self._decode_general
         )
 
     def _make_whole(self) -> Callable[..., Any]:
@@ -124,7 +124,7 @@ class Binding:
 
         return decode_function(
             self.layout,
-            self.flavour,
+            self.value_style,
             self.maker,
             whole=True,
             fail=self._whole_again,
@@ -134,22 +134,24 @@ class Binding:
     def _make_encode(self) -> Callable[..., Any]:
         from rosproto.codec.encode_generator import encode_function
 
-        return encode_function(self.layout, self.flavour, fail=self._encode_again)
+        return encode_function(self.layout, self.value_style, fail=self._encode_again)
 
     def _make_parts(self) -> Callable[..., Any]:
         from rosproto.codec.encode_generator import encode_function
 
-        return encode_function(self.layout, self.flavour, parts=True, fail=self._parts_again)
+        return encode_function(self.layout, self.value_style, parts=True, fail=self._parts_again)
 
     def _make_general_decode(self) -> Callable[..., Any]:
         from rosproto.codec.decode_generator import decode_function
 
-        return decode_function(self.layout, self.flavour, self.maker, general=True, fail=self._decode_slowly)
+        return decode_function(
+            self.layout, self.value_style, self.maker, general=True, fail=self._decode_slowly
+        )
 
     def _make_general_encode(self) -> Callable[..., Any]:
         from rosproto.codec.encode_generator import encode_function
 
-        return encode_function(self.layout, self.flavour, general=True, fail=self._encode_slowly)
+        return encode_function(self.layout, self.value_style, general=True, fail=self._encode_slowly)
 
     # -- when the fast way fails -------------------------------------------------------------
 
@@ -173,7 +175,7 @@ class Binding:
         try:
             plain = decode_layout(self.layout, data, start, end)
         except CodecError as found:
-            raise self.flavour.decode_error(found) from None
+            raise self.value_style.decode_error(found) from None
         return from_plain(self, plain)
 
     def _encode_again(self, message: Any, error: Exception) -> bytes:
@@ -190,7 +192,7 @@ class Binding:
         try:
             return encode_layout(self.layout, to_plain(self.layout, message))
         except CodecError as found:
-            raise self.flavour.encode_error(found) from None
+            raise self.value_style.encode_error(found) from None
 
 
 def _copied(data: Any) -> bytes:
@@ -276,13 +278,13 @@ def _build_one(binding: Binding, field: FieldLayout, value: Any) -> Any:
     if field.layout is not None:
         return _build(binding, field.layout, value)
     if field.kind == "time":
-        flavour = binding.flavour
-        return (flavour.time if field.base == "time" else flavour.duration).from_wire(*value)
+        value_style = binding.value_style
+        return (value_style.time if field.base == "time" else value_style.duration).from_wire(*value)
     return value
 
 
 def _numbers(binding: Binding, field: FieldLayout, value: Any) -> Any:
-    if not binding.flavour.views:
+    if not binding.value_style.views:
         return value if isinstance(value, bytes) else value if field.code == "?" else tuple(value)
     import numpy as np
 

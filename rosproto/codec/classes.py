@@ -1,4 +1,4 @@
-"""Classes by name: made once per library and flavour, cached there."""
+"""Classes by name: made once per library and value style, cached there."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rosproto.bounded_cache import BoundedCache
 from rosproto.codec.binding import Binding
 from rosproto.codec.layout import attribute_name, check_field_name
 from rosproto.codec.message import DynamicMessage, Message, MessageMeta, ServiceType
-from rosproto.codec.value_style import Flavour, flavour_named
+from rosproto.codec.value_style import ValueStyle, value_style_named
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled, library_from_full_text
 from rosproto.msg.spec import MessageSpec
@@ -18,7 +18,7 @@ _lock = RLock()
 _DEFINED_KEPT = 256
 _DEFINED_CHARACTERS = 2 << 20  # of all their texts; a class takes thirty times its text
 _defined_since = 0  # characters, since the collector was run for them
-_defined: BoundedCache[tuple[str, str, Flavour], type[DynamicMessage]] = BoundedCache(
+_defined: BoundedCache[tuple[str, str, ValueStyle], type[DynamicMessage]] = BoundedCache(
     _DEFINED_KEPT, _DEFINED_CHARACTERS
 )
 
@@ -27,7 +27,7 @@ def message_class(
     type: str | MessageSpec,
     library: DefinitionLibrary | None = None,
     *,
-    flavour: str | Flavour = "numpy",
+    value_style: str | ValueStyle = "numpy",
 ) -> type[DynamicMessage]:
     """The class of a message type; the same object every time.
 
@@ -35,42 +35,44 @@ def message_class(
         type: "package/Type" (an action's messages and a service's request and response too), or a parsed
             definition, which then need not be in the library.
         library: Where definitions come from; `rosproto.msg.bundled()` by default.
-        flavour: "numpy", "rospy", or a `Flavour`.
+        value_style: "numpy", "rospy", or a `ValueStyle`.
 
     Raises:
         DefinitionError: There is no such type, or its definition is wrong. (Types it uses are looked up when
             the class is first used.)
     """
-    return _message_class(type, bundled() if library is None else library, flavour_named(flavour), "msg")
+    return _message_class(
+        type, bundled() if library is None else library, value_style_named(value_style), "msg"
+    )
 
 
 def _message_class(
-    type_: str | MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
+    type_: str | MessageSpec, library: DefinitionLibrary, value_style: ValueStyle, kind: str
 ) -> type[DynamicMessage]:
     classes = _cache(library)
-    key = _key(type_, flavour)
+    key = _key(type_, value_style)
     found = _kept(classes, key, type_)
     if found is not None:
         return found
     with _lock:
         # Once more: another thread may have made it meanwhile.
-        return _kept(classes, key, type_) or _add_class(type_, library, flavour, kind)
+        return _kept(classes, key, type_) or _add_class(type_, library, value_style, kind)
 
 
-def _key(type_: str | MessageSpec, flavour: Flavour) -> tuple[str, str, Flavour]:
+def _key(type_: str | MessageSpec, value_style: ValueStyle) -> tuple[str, str, ValueStyle]:
     name = type_ if isinstance(type_, str) else type_.name
-    return "msg", "std_msgs/Header" if name == "Header" else name, flavour
+    return "msg", "std_msgs/Header" if name == "Header" else name, value_style
 
 
 def _kept(
-    classes: dict[Any, Any], key: tuple[str, str, Flavour], type_: str | MessageSpec
+    classes: dict[Any, Any], key: tuple[str, str, ValueStyle], type_: str | MessageSpec
 ) -> type[DynamicMessage] | None:
     cls: type[DynamicMessage] | None = classes.get(key)
     return cls if cls is not None and (isinstance(type_, str) or cls._spec == type_) else None
 
 
 def _add_class(
-    type_: str | MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
+    type_: str | MessageSpec, library: DefinitionLibrary, value_style: ValueStyle, kind: str
 ) -> type[DynamicMessage]:
     if isinstance(type_, str):
         spec = library.message(type_)
@@ -83,8 +85,8 @@ def _add_class(
         if not known:
             library = library.fork()
             library.add(spec)
-            return _message_class(spec.name, library, flavour, kind)
-    cls = _cache(library)[_key(type_, flavour)] = _make_class(spec, library, flavour, kind)
+            return _message_class(spec.name, library, value_style, kind)
+    cls = _cache(library)[_key(type_, value_style)] = _make_class(spec, library, value_style, kind)
     return cls
 
 
@@ -95,12 +97,12 @@ def _cache(library: DefinitionLibrary) -> dict[Any, Any]:
 
 
 def _make_class(
-    spec: MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
+    spec: MessageSpec, library: DefinitionLibrary, value_style: ValueStyle, kind: str
 ) -> type[DynamicMessage]:
     def class_for(name: str) -> type[DynamicMessage]:
-        return cls if name == spec.name else _message_class(name, library, flavour, "msg")
+        return cls if name == spec.name else _message_class(name, library, value_style, "msg")
 
-    binding = Binding(spec, library, flavour, class_for)
+    binding = Binding(spec, library, value_style, class_for)
     names = [field.name for field in spec.fields]
     for name in names:
         check_field_name(name, spec.name)
@@ -110,7 +112,7 @@ def _make_class(
         namespace.pop(name, None)
     namespace.update(
         __slots__=names,
-        __module__=flavour.module.format(package=package, kind=kind),
+        __module__=value_style.module.format(package=package, kind=kind),
         __qualname__=base_name,
         __doc__=_docstring(spec.text),
         _type=spec.name,
@@ -129,7 +131,7 @@ def _make_class(
         _decode=binding.stub("decode"),
         _whole=binding.stub("whole"),
     )
-    cls: Any = MessageMeta(base_name, (flavour.base or Message,), namespace)
+    cls: Any = MessageMeta(base_name, (value_style.base or Message,), namespace)
     for name in names:
         if attribute_name(name, names) != name:
             type.__setattr__(cls, attribute_name(name, names), cls.__dict__[name])
@@ -152,7 +154,7 @@ def second_names(library: DefinitionLibrary, type_name: str, names: list[str]) -
 
 
 def service_class(
-    name: str, library: DefinitionLibrary | None = None, *, flavour: str | Flavour = "numpy"
+    name: str, library: DefinitionLibrary | None = None, *, value_style: str | ValueStyle = "numpy"
 ) -> type[ServiceType]:
     """The class of a service type, with `Request` and `Response`.
 
@@ -160,7 +162,7 @@ def service_class(
         DefinitionError: There is no such service, or its definition is wrong.
     """
     library = bundled() if library is None else library
-    kind = flavour_named(flavour)
+    kind = value_style_named(value_style)
     classes = _cache(library)
     key = ("srv", name, kind)
     with _lock:
@@ -170,16 +172,16 @@ def service_class(
     return cls
 
 
-def _make_service(name: str, library: DefinitionLibrary, flavour: Flavour) -> type[ServiceType]:
+def _make_service(name: str, library: DefinitionLibrary, value_style: ValueStyle) -> type[ServiceType]:
     spec = library.service(name)
-    request = _message_class(spec.request.name, library, flavour, "srv")
-    response = _message_class(spec.response.name, library, flavour, "srv")
+    request = _message_class(spec.request.name, library, value_style, "srv")
+    response = _message_class(spec.response.name, library, value_style, "srv")
     package, _, base_name = name.partition("/")
     return type(
         base_name,
         (ServiceType,),
         {
-            "__module__": flavour.module.format(package=package, kind="srv"),
+            "__module__": value_style.module.format(package=package, kind="srv"),
             "__doc__": _docstring(spec.text),
             "_type": name,
             "_md5sum": library.md5sum(name, kind="srv"),
@@ -196,7 +198,7 @@ def define(
     full_text: str,
     *,
     base: DefinitionLibrary | None = None,
-    flavour: str | Flavour = "numpy",
+    value_style: str | ValueStyle = "numpy",
 ) -> type[DynamicMessage]:
     """A class from a full definition text, as connection headers and bags carry it.
 
@@ -208,12 +210,12 @@ def define(
         name: "package/Type" that the text begins with.
         full_text: Its definition, then "=" * 80, "MSG: package/Type" and the text for each type it uses.
         base: Where types are taken from that the text does not define; nowhere by default.
-        flavour: As for `message_class`.
+        value_style: As for `message_class`.
 
     Raises:
         DefinitionError: The text is wrong, incomplete or too large.
     """
-    kind = flavour_named(flavour)
+    kind = value_style_named(value_style)
     key = (name, full_text, kind)
     with _lock:
         cls = _defined.get(key) if base is None else None
@@ -249,20 +251,20 @@ def pickled(message: Message) -> tuple[Any, ...]:
     assert binding is not None
     known = binding.library is bundled()
     text = None if known else message._full_text
-    found = (binding.spec.name, message._md5sum, text, binding.flavour.name)
+    found = (binding.spec.name, message._md5sum, text, binding.value_style.name)
     return restore, found, message.__getstate__()
 
 
-def restore(name: str, md5sum: str, full_text: str | None, flavour: str) -> Message:
+def restore(name: str, md5sum: str, full_text: str | None, value_style: str) -> Message:
     """An empty message for `pickle` to fill.
 
     Raises:
         DefinitionError: The bundled definition is not the one that was pickled.
     """
     cls = (
-        message_class(name, flavour=flavour)
+        message_class(name, value_style=value_style)
         if full_text is None
-        else define(name, full_text, flavour=flavour)
+        else define(name, full_text, value_style=value_style)
     )
     if cls._md5sum != md5sum:
         raise DefinitionError(

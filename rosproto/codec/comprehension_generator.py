@@ -48,7 +48,7 @@ class _Part(NamedTuple):
         return ", ".join(self.values), " ".join(self.loops)
 
 
-class AtOnceWriter:
+class ComprehensionWriter:
     """The part of the encode writer that packs whole arrays."""
 
     src: Source

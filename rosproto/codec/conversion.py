@@ -177,11 +177,14 @@ class Conversion:
 
     def _nested(self, wanted: Field) -> Convert | None:
         base = wanted.type.base
-        source = message_class(base, self.source._binding.library, flavour=self.source._binding.flavour)  # type: ignore[union-attr]
-        target = message_class(base, self.target._binding.library, flavour=self.target._binding.flavour)  # type: ignore[union-attr]
-        if source is target:
+        source, target = self.source._binding, self.target._binding
+        assert source is not None
+        assert target is not None
+        source_class = message_class(base, source.library, value_style=source.value_style)
+        target_class = message_class(base, target.library, value_style=target.value_style)
+        if source_class is target_class:
             return None
-        inner = Conversion(source, target)
+        inner = Conversion(source_class, target_class)
         self.dropped += [f"{wanted.name}.{path}" for path in inner.dropped]
         self.defaulted += [f"{wanted.name}.{path}" for path in inner.defaulted]
         if wanted.type.is_array:
@@ -220,7 +223,7 @@ def _differs(given: Any, default: Any, path: list[str], cls: type[Message]) -> b
     if len(path) == 1:
         return _unequal(value, usual)
     field = next(field for field in cls._spec.fields if field.name == path[0])
-    inner = message_class(field.type.base, cls._binding.library, flavour=cls._binding.flavour)  # type: ignore[union-attr]
+    inner = message_class(field.type.base, cls._binding.library, value_style=cls._binding.value_style)  # type: ignore[union-attr]
     blank = inner()
     return any(_differs(item, blank, path[1:], inner) for item in (value if field.type.is_array else [value]))
 

@@ -28,14 +28,14 @@ from typing import Any
 from rosproto.codec import arrays
 from rosproto.codec.array_generator import MAX_STATEMENTS, ArrayWriter
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.value_style import Flavour
+from rosproto.codec.value_style import ValueStyle
 
 ERRORS = (struct.error, ValueError, TypeError, AttributeError, OverflowError)
 
 
 def decode_function(
     layout: Layout,
-    flavour: Flavour,
+    value_style: ValueStyle,
     maker: Callable[[str], Any],
     *,
     general: bool = False,
@@ -48,7 +48,7 @@ def decode_function(
 
     Args:
         layout: The type.
-        flavour: Which values to make.
+        value_style: Which values to make.
         maker: Gives a cheap creator of instances for a type name ("time" and "duration" too).
         general: Any buffer and any text, slower; else bytes (or bytearray when no views are made).
         partial: Return (message, next offset), check no end, catch nothing.
@@ -56,7 +56,7 @@ def decode_function(
         fail: Called with the arguments and the exception when anything is wrong.
         other: Called with the arguments for buffers that are not bytes.
     """
-    writer = _DecodeWriter(layout, flavour, maker, general=general, whole=whole)
+    writer = _DecodeWriter(layout, value_style, maker, general=general, whole=whole)
     writer.write(partial=partial, fail=fail, other=other)
     return writer.src.compile("decode", layout.spec.name)
 
@@ -139,6 +139,6 @@ class _DecodeWriter(ArrayWriter):
     def call(self, layout: Layout, target: str) -> None:
         """Leave a nested message to a function of its own."""
         self.flush()
-        function = decode_function(layout, self.flavour, self.maker, general=self.general, partial=True)
+        function = decode_function(layout, self.value_style, self.maker, general=self.general, partial=True)
         self.src.line(f"{target}, i = {self.src.constant(function, 'd')}(b, {self.at()}, e)")
         self.base, self.delta = "i", 0

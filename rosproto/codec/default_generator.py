@@ -3,7 +3,7 @@
 Numbers are 0, strings empty, times zero, nested messages and elements of `T[N]` defaults of their own. Arrays
 of messages, strings and times are lists. Arrays of numbers are writable numpy arrays, empty or of zeros, so
 that `msg.pose.covariance[0] = 0.1` works and `msg.ranges` is an array before and after the wire; a list
-may be assigned. (In the rospy flavour they are lists, and bytes for uint8[] and char[], as in genpy.)
+may be assigned. (In the rospy value style they are lists, and bytes for uint8[] and char[], as in genpy.)
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ from typing import Any
 from rosproto.codec.array_generator import MAX_STATEMENTS
 from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.value_style import Flavour
+from rosproto.codec.value_style import ValueStyle
 
 
-def fill_function(layout: Layout, flavour: Flavour, maker: Callable[[str], Any]) -> Callable[[Any], None]:
+def fill_function(
+    layout: Layout, value_style: ValueStyle, maker: Callable[[str], Any]
+) -> Callable[[Any], None]:
     """Generate `fill(message)`."""
-    writer = _FillWriter(flavour, maker)
+    writer = _FillWriter(value_style, maker)
     writer.fields(layout, "m")
     writer.src.line("m._connection_header = None")
     function: Callable[[Any], None] = writer.src.compile("fill", layout.spec.name)
@@ -27,8 +29,8 @@ def fill_function(layout: Layout, flavour: Flavour, maker: Callable[[str], Any])
 
 
 class _FillWriter:
-    def __init__(self, flavour: Flavour, maker: Callable[[str], Any]) -> None:
-        self.flavour = flavour
+    def __init__(self, value_style: ValueStyle, maker: Callable[[str], Any]) -> None:
+        self.value_style = value_style
         self.maker = maker
         self.src = Source("def fill(m):")
         self.src.globals["range"] = range
@@ -65,7 +67,7 @@ class _FillWriter:
         if field.layout is None:
             self.src.line(f"{var}.secs = {var}.nsecs = 0")
         elif self.statements > MAX_STATEMENTS:
-            function = fill_function(field.layout, self.flavour, self.maker)
+            function = fill_function(field.layout, self.value_style, self.maker)
             self.src.line(f"{self.src.constant(function, 'f')}({var})")
         else:
             self.fields(field.layout, var)
@@ -80,15 +82,17 @@ class _FillWriter:
             self.src.line(f"{items} = {target} = []")
             if field.layout is None:
                 make: Callable[..., Any] = (
-                    self.flavour.time if field.base == "time" else self.flavour.duration
+                    self.value_style.time if field.base == "time" else self.value_style.duration
                 )
             else:
-                make = _factory(self.maker(field.base), fill_function(field.layout, self.flavour, self.maker))
+                make = _factory(
+                    self.maker(field.base), fill_function(field.layout, self.value_style, self.maker)
+                )
             self.src.line(f"for _ in range({field.length}): {items}.append({self.src.constant(make, 'd')}())")
 
     def numbers(self, field: FieldLayout) -> str:
         src = self.src
-        if self.flavour.views:
+        if self.value_style.views:
             import numpy as np
 
             return f"{src.constant(np.zeros, 'z')}({field.length or 0}, '{DTYPES[field.base]}')"

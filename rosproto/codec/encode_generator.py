@@ -31,12 +31,12 @@ from typing import Any
 
 from rosproto.codec import arrays
 from rosproto.codec.array_generator import MAX_LOOP_DEPTH, MAX_STATEMENTS
-from rosproto.codec.comprehension_generator import AtOnceWriter, fits_at_once, fits_in_fours
+from rosproto.codec.comprehension_generator import ComprehensionWriter, fits_at_once, fits_in_fours
 from rosproto.codec.decode_generator import ERRORS
 from rosproto.codec.fixed_fields_generator import shared_dtype
 from rosproto.codec.generated_source import Source, merge_codes, quickest, strings_inside
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.value_style import Flavour
+from rosproto.codec.value_style import ValueStyle
 
 MAX_STRINGS = 6
 """More strings in one run than this are packed one by one: their lengths never repeat together."""
@@ -48,7 +48,7 @@ SMALL_ARRAY = 1024
 
 def encode_function(
     layout: Layout,
-    flavour: Flavour,
+    value_style: ValueStyle,
     *,
     general: bool = False,
     parts: bool = False,
@@ -59,21 +59,23 @@ def encode_function(
 
     Args:
         layout: The type.
-        flavour: Which values to expect first; others are accepted, slower.
+        value_style: Which values to expect first; others are accepted, slower.
         general: Also bytes as strings, lone surrogates, strided arrays, any iterable.
         parts: Return the list of parts that, joined, are the bytes.
         nested: Take (message, parts) and append to the list `parts`; catch nothing.
         fail: Called with (message, exception) when anything is wrong.
     """
-    writer = _EncodeWriter(layout, flavour, general=general, parts=parts, nested=nested)
+    writer = _EncodeWriter(layout, value_style, general=general, parts=parts, nested=nested)
     writer.write(fail)
     return writer.src.compile("encode", layout.spec.name)
 
 
-class _EncodeWriter(AtOnceWriter):
-    def __init__(self, layout: Layout, flavour: Flavour, *, general: bool, parts: bool, nested: bool) -> None:
+class _EncodeWriter(ComprehensionWriter):
+    def __init__(
+        self, layout: Layout, value_style: ValueStyle, *, general: bool, parts: bool, nested: bool
+    ) -> None:
         self.layout = layout
-        self.flavour = flavour
+        self.value_style = value_style
         self.general = general
         self.parts = parts
         self.nested = nested
@@ -209,7 +211,7 @@ class _EncodeWriter(AtOnceWriter):
     def call(self, layout: Layout, value: str) -> None:
         """Leave a nested message to a function of its own."""
         self.flush()
-        function = encode_function(layout, self.flavour, general=self.general, nested=True)
+        function = encode_function(layout, self.value_style, general=self.general, nested=True)
         self.src.line(f"{self.src.constant(function, 'e')}({value}, parts)")
 
     def string(self, value: str) -> None:
@@ -323,7 +325,7 @@ class _EncodeWriter(AtOnceWriter):
         otherwise = f"{part}({array}, '{field.code}', '{DTYPES[field.base]}', {field.length})"
         if condition == "0":
             src.line(f"{array} = {otherwise}")
-        elif self.flavour.views:
+        elif self.value_style.views:
             src.line(f"{array} = {array}.tobytes() if {condition} else {otherwise}")
         else:
             src.line(f"if not {condition}: {array} = {otherwise}")
@@ -336,7 +338,7 @@ class _EncodeWriter(AtOnceWriter):
         src = self.src
         if self.general:
             return "0", "0"
-        if not self.flavour.views:
+        if not self.value_style.views:
             src.globals["bytes"] = bytes
             return (f"type({array}) is bytes", f"len({array})") if field.code == "B" else ("0", "0")
         import numpy as np

@@ -10,10 +10,10 @@ from typing import Any
 from rosproto.codec import arrays
 from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.value_style import Flavour
+from rosproto.codec.value_style import ValueStyle
 
 
-class RunWriter:
+class FixedFieldsWriter:
     """Collects fixed-size fields until something of variable size comes, then reads them with one struct.
 
     `base` is the local that holds a position, `delta` what is known to lie between it and the present one.
@@ -22,17 +22,17 @@ class RunWriter:
     def __init__(
         self,
         layout: Layout,
-        flavour: Flavour,
+        value_style: ValueStyle,
         maker: Callable[[str], Any],
         *,
         general: bool,
         whole: bool = False,
     ) -> None:
         self.layout = layout
-        self.flavour = flavour
+        self.value_style = value_style
         self.maker = maker
         self.general = general
-        self.views = flavour.views and layout.has_numbers
+        self.views = value_style.views and layout.has_numbers
         self.whole = whole
         self.exact = whole and bool(layout.fixed_size) and not _has_arrays(layout)
         """One struct reads all of it, and sees by itself whether the buffer is of that size."""
@@ -105,11 +105,11 @@ class RunWriter:
         if not self.general:
             return f"{expression}.decode()"
         self.src.globals["str"] = str
-        return f"str({expression}, 'utf-8', {self.src.constant(self.flavour.text_errors)})"
+        return f"str({expression}, 'utf-8', {self.src.constant(self.value_style.text_errors)})"
 
     def number_array(self, field: FieldLayout, n: str, where: str) -> str:
         src = self.src
-        if self.flavour.views:
+        if self.value_style.views:
             import numpy as np
 
             if field.code == "?":

@@ -1,8 +1,8 @@
-"""A flavour says which Python values a family of message classes is made of.
+"""A value style says which Python values a family of message classes is made of.
 
 Ours decodes arrays of numbers to numpy views. Unchanged rospy programs rely on genpy's values (tuples,
 bytes, genpy's Time, genpy's errors); the compatibility layer makes a second family by handing its own
-`Flavour` to `message_class`. The generated code asks a flavour nothing per message: it is baked in.
+`ValueStyle` to `message_class`. The generated code asks a value style nothing per message: it is baked in.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def _same(error: CodecError) -> Exception:
     return error
 
 
-class Flavour:
+class ValueStyle:
     """Values and errors of one family of classes.
 
     Attributes:
@@ -67,28 +67,30 @@ class Flavour:
         self.text_errors = text_errors
 
     def __repr__(self) -> str:
-        return f"Flavour({self.name!r})"
+        return f"ValueStyle({self.name!r})"
 
 
-NUMPY = Flavour("numpy", views=True)
+NUMPY = ValueStyle("numpy", views=True)
 """Ours: numpy views."""
-ROSPY = Flavour("rospy", views=False, module="{package}.{kind}")
+ROSPY = ValueStyle("rospy", views=False, module="{package}.{kind}")
 """genpy's values with our own errors; the rospy layer adds genpy's errors and time classes."""
 
 _NAMED = {"numpy": NUMPY, "rospy": ROSPY}
 
 
-def flavour_named(flavour: str | Flavour) -> Flavour:
-    """The flavour itself, or the one with that name.
+def value_style_named(value_style: str | ValueStyle) -> ValueStyle:
+    """The value style itself, or the one with that name.
 
     Raises:
         ValueError: There is none with that name.
     """
-    if isinstance(flavour, Flavour):
+    if isinstance(value_style, ValueStyle):
         # The latest one with a name is what pickles of that name come back as.
-        _NAMED[flavour.name] = flavour
-        return flavour
-    found = _NAMED.get(flavour)
+        _NAMED[value_style.name] = value_style
+        return value_style
+    found = _NAMED.get(value_style)
     if found is None:
-        raise ValueError(f"flavour {flavour!r} is unknown: give a Flavour, or one of {sorted(_NAMED)}")
+        raise ValueError(
+            f"value style {value_style!r} is unknown: give a value style, or one of {sorted(_NAMED)}"
+        )
     return found

@@ -128,7 +128,7 @@ class _Reader:
         if type(value) is not dict:
             raise self.wrong(f"an object with the fields of {layout.spec.name}", value, path)
         if layout.spec.name in _HEADERS and self.now is not None:
-            message.stamp = self.binding.flavour.time.from_wire(self.now.secs, self.now.nsecs)
+            message.stamp = self.binding.value_style.time.from_wire(self.now.secs, self.now.nsecs)
         fields = self.fields.get(layout.spec.name)
         if fields is None:
             fields = self.fields[layout.spec.name] = {field.name: field for field in layout.fields}
@@ -191,13 +191,13 @@ class _Reader:
         return value
 
     def time(self, field: FieldLayout, value: Any, path: str, present: Any) -> Any:
-        flavour = self.binding.flavour
+        value_style = self.binding.value_style
         if value == "now" and field.base == "time":
             if self.now is None:
                 raise CodecError(
                     "'now' means nothing here: there is no clock", type_name=self.top, field_path=path
                 )
-            return flavour.time.from_wire(self.now.secs, self.now.nsecs)
+            return value_style.time.from_wire(self.now.secs, self.now.nsecs)
         if type(value) is not dict or not value.keys() <= set(self.parts):
             names = ", ".join(f'"{name}"' for name in self.parts)
             raise self.wrong(f"an object {{{names}}}" + ', or "now"' * (field.base == "time"), value, path)
@@ -210,7 +210,7 @@ class _Reader:
             if type(part) is not int or not least <= part <= greatest:
                 raise self.wrong(f"a whole number from {least} to {greatest}", part, f"{path}.{name}")
             parts.append(part)
-        return (flavour.time if field.base == "time" else flavour.duration).from_wire(*parts)
+        return (value_style.time if field.base == "time" else value_style.duration).from_wire(*parts)
 
     def array(self, field: FieldLayout, value: Any, path: str) -> Any:
         if field.code == "B" and type(value) is str:
@@ -253,7 +253,7 @@ class _Reader:
             else:
                 if field.code == "B":
                     return packed
-                return _view(packed, field) if self.binding.flavour.views else value
+                return _view(packed, field) if self.binding.value_style.views else value
         # Find the wrong element.
         return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
 

@@ -11,14 +11,14 @@ from importlib import import_module
 from io import BytesIO
 from typing import Any
 
-from rosproto.codec import Flavour, Message, message_class, service_class
+from rosproto.codec import Message, ValueStyle, message_class, service_class
 from rosproto.rospy.definitions import library
 
 
 @cache
-def flavour() -> Flavour:
-    """The flavour of these classes: base, values and errors."""
-    made: Flavour = import_module("genpy.message").FLAVOUR  # our own, in modules/
+def value_style() -> ValueStyle:
+    """The value style of these classes: base, values and errors."""
+    made: ValueStyle = import_module("genpy.message").FLAVOUR  # our own, in modules/
     return made
 
 
@@ -28,12 +28,12 @@ def message(name: str) -> Any:
     Raises:
         DefinitionError: There is none, or its definition is wrong.
     """
-    return message_class(name, library(), flavour=flavour())
+    return message_class(name, library(), value_style=value_style())
 
 
 def service(name: str) -> Any:
     """The class of a service, as `message`; it names the file that genpy would have written it to."""
-    made = service_class(name, library(), flavour=flavour())
+    made = service_class(name, library(), value_style=value_style())
     package, _, base = name.partition("/")
     made.__module__ = f"{package}.srv._{base}"
     return made

@@ -176,7 +176,7 @@ def test_the_text_is_genpys(cases: list[Case]) -> None:
     """`str(msg)` is the same."""
     wrong = []
     for case in (case for case in cases if case.seed == 0):
-        rospy = decode(message_class(case.name, flavour="rospy"), case.data)
+        rospy = decode(message_class(case.name, value_style="rospy"), case.data)
         theirs = case.answer["text"]
         if case.name == "woosh_msgs/NavMode":
             theirs = theirs.replace("in_:", "in:")  # genpy renames fields that are Python keywords

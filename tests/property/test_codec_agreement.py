@@ -49,14 +49,14 @@ def test_encoding_gives_the_bytes_of_the_reference(case: Case) -> None:
             setattr(with_lists, field.name, case[2][field.name])
     assert encode(with_lists) == expected
     assert b"".join(encode_parts(with_lists)) == expected
-    rospy = message_class(case[1].name, binding.library, flavour="rospy")
+    rospy = message_class(case[1].name, binding.library, value_style="rospy")
     assert encode(decode(rospy, expected)) == expected
 
 
 @COMMON
 @given(cases())
 def test_decoding_gives_the_values_back(case: Case) -> None:
-    """From whole buffers of every kind and from slices of larger ones, in both flavours."""
+    """From whole buffers of every kind and from slices of larger ones, in both value styles."""
     cls, binding, data = prepared(case)
     assert values_of(decode(cls, data)) == data
     assert values_of(decode(cls, bytearray(data))) == data
@@ -64,7 +64,7 @@ def test_decoding_gives_the_values_back(case: Case) -> None:
     within = b"\xff\xff" + data + b"\xff" * 9
     for buffer in (within, bytearray(within), memoryview(within)):
         assert values_of(decoder(cls)(buffer, 2, 2 + len(data))) == data
-    rospy = message_class(case[1].name, binding.library, flavour="rospy")
+    rospy = message_class(case[1].name, binding.library, value_style="rospy")
     assert values_of(decode(rospy, data)) == data
     assert values_of(decoder(rospy)(bytearray(within), 2, 2 + len(data))) == data
 
@@ -142,16 +142,16 @@ def test_the_fast_way_needs_no_help(case: Case) -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(comprehension_generator, "AT_ONCE_FROM", 2)  # arrays drawn here are short
-        at_once_encode = encode_function(binding.layout, binding.flavour, fail=refuse)
+        at_once_encode = encode_function(binding.layout, binding.value_style, fail=refuse)
     general_decode = decode_function(
-        binding.layout, binding.flavour, binding.maker, general=True, fail=refuse
+        binding.layout, binding.value_style, binding.maker, general=True, fail=refuse
     )
-    general_encode = encode_function(binding.layout, binding.flavour, general=True, fail=refuse)
+    general_encode = encode_function(binding.layout, binding.value_style, general=True, fail=refuse)
     message = general_decode(data, 0, len(data))
     assert general_encode(message) == data
     if "\\udc" in ascii(case[2]):
         return  # text that is not UTF-8 is what the general code is for
-    fast_decode = decode_function(binding.layout, binding.flavour, binding.maker, fail=refuse)
-    fast_encode = encode_function(binding.layout, binding.flavour, fail=refuse)
+    fast_decode = decode_function(binding.layout, binding.value_style, binding.maker, fail=refuse)
+    fast_encode = encode_function(binding.layout, binding.value_style, fail=refuse)
     assert fast_encode(fast_decode(data, 0, len(data))) == data
     assert at_once_encode(fast_decode(data, 0, len(data))) == data

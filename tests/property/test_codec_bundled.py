@@ -43,9 +43,9 @@ def attempt(work: Callable[[], Any]) -> tuple[Any, CodecError | None]:
 
 @COMMON
 @given(st.sampled_from(NAMES), FLAVOURS, NOISE)
-def test_any_bytes_give_a_message_or_a_codec_error(name: str, flavour: str, data: bytes) -> None:
+def test_any_bytes_give_a_message_or_a_codec_error(name: str, value_style: str, data: bytes) -> None:
     """And what gives a message can be encoded again, in whole and in parts, to something stable."""
-    cls = message_class(name, flavour=flavour)
+    cls = message_class(name, value_style=value_style)
     message, error = attempt(lambda: decode(cls, data))
     if error is not None:
         assert error.type_name == name
@@ -59,9 +59,9 @@ def test_any_bytes_give_a_message_or_a_codec_error(name: str, flavour: str, data
 
 @COMMON
 @given(st.sampled_from(NAMES), FLAVOURS, st.data())
-def test_a_message_with_changed_bytes(name: str, flavour: str, data: Any) -> None:
+def test_a_message_with_changed_bytes(name: str, value_style: str, data: Any) -> None:
     """Defaults, grown by noise: a message or a documented error; also inside a larger buffer."""
-    cls = message_class(name, flavour=flavour)
+    cls = message_class(name, value_style=value_style)
     right = bytearray(encode(cls()))
     for _ in range(data.draw(st.integers(0, 3))):
         at = data.draw(st.integers(0, len(right)))

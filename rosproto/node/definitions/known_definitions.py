@@ -110,7 +110,7 @@ class KnownDefinitions:
     def _find(self, ours: Any, md5sum: str) -> type[Message] | None:
         binding = ours._binding
         for library in self._libraries(ours._type, md5sum, "msg", binding.library):
-            return message_class(ours._type, library, flavour=binding.flavour)
+            return message_class(ours._type, library, value_style=binding.value_style)
         return None
 
     @staticmethod
@@ -118,7 +118,7 @@ class KnownDefinitions:
         if not definition:
             return None
         try:
-            learned = define(ours._type, definition, flavour=ours._binding.flavour)
+            learned = define(ours._type, definition, value_style=ours._binding.value_style)
         except (DefinitionError, CodecError, ValueError) as error:
             _log.debug("! %s: the definition a peer sent cannot be used: %s", ours._type, error)
             return None
@@ -129,7 +129,7 @@ class KnownDefinitions:
         if binding is None:
             return None
         for library in self._libraries(ours._type, md5sum, "srv", binding.library):
-            return service_class(ours._type, library, flavour=binding.flavour)
+            return service_class(ours._type, library, value_style=binding.value_style)
         return None
 
     def _libraries(

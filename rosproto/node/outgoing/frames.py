@@ -185,7 +185,7 @@ class FrameEncoder:
         return frame if frame.size >= LARGE else frame.owned()
 
     def check_class(self, message: Any) -> None:
-        """Another class of the same type is as good (another flavour, another copy of the definition).
+        """Another class of the same type is as good (another value style, another copy of the definition).
 
         Raises:
             CodecError: It is of another type.

@@ -10,9 +10,9 @@ from rosproto.errors import DefinitionError
 from rosproto.msg.library import bundled
 
 
-@pytest.mark.parametrize("flavour", ["numpy", "rospy"])
-def test_the_parts_are_what_a_message_has(flavour: str) -> None:
-    cls = rosproto.message_class("move_base_msgs/MoveBaseAction", bundled().fork(), flavour=flavour)
+@pytest.mark.parametrize("value_style", ["numpy", "rospy"])
+def test_the_parts_are_what_a_message_has(value_style: str) -> None:
+    cls = rosproto.message_class("move_base_msgs/MoveBaseAction", bundled().fork(), value_style=value_style)
     found = action_type(cls)
     assert "fill" not in cls._binding._functions, "code was generated"  # type: ignore[union-attr]
     message = cls()

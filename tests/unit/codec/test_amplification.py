@@ -37,13 +37,15 @@ def outcome(cls: type[Message], data: bytes) -> str:
 
 
 @pytest.mark.promise("is decoded within about 150 times")
-@pytest.mark.parametrize("flavour", ["numpy", "rospy"])
+@pytest.mark.parametrize("value_style", ["numpy", "rospy"])
 @pytest.mark.parametrize("element", ELEMENTS.values(), ids=ELEMENTS.keys())
 @pytest.mark.parametrize("padding", [0, 200_000])
-def test_a_message_takes_a_bounded_multiple_of_its_bytes(element: str, padding: int, flavour: str) -> None:
+def test_a_message_takes_a_bounded_multiple_of_its_bytes(
+    element: str, padding: int, value_style: str
+) -> None:
     """Either it decodes within 150 bytes of memory for each of its own, or it is refused within them."""
     text = "E[] e\nuint8[] pad" + SEPARATOR + element + SEPARATOR.replace("a/E", "a/N")
-    cls = define("a/Light", text, flavour=flavour)
+    cls = define("a/Light", text, value_style=value_style)
     layout = resolve(cls._binding.library.message("a/E"), cls._binding.library)  # type: ignore[union-attr]
     count = 50_000 if layout.min_size < 4 else 20_000
     for number in (count, 200):  # first the many, then a few that pass

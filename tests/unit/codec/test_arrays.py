@@ -169,9 +169,9 @@ def test_parts_of_received_and_strided_arrays(padding: int) -> None:
 
 
 @pytest.mark.promise("rospy has `uint8[]` as bytes")
-def test_the_rospy_flavour_has_genpys_values() -> None:
+def test_the_rospy_value_style_has_genpys_values() -> None:
     """Tuples, bytes for octets, lists by default."""
-    cls = message_class("a/Numbers", NUMBERS._binding.library, flavour="rospy")  # type: ignore[union-attr]
+    cls = message_class("a/Numbers", NUMBERS._binding.library, value_style="rospy")  # type: ignore[union-attr]
     assert (cls().f, cls().u, cls().d, cls().c) == ([], b"", [0.0, 0.0, 0.0], b"\0\0")
     message = decode(cls, encode(NUMBERS(f=[1], u=[1, 2], b=[True], s=[5])))
     assert (message.f, message.u, message.s, message.c) == ((1.0,), b"\1\2", (5,), b"\0\0")

@@ -15,8 +15,8 @@ import pytest
 
 from rosproto.codec import (
     AnyMsg,
-    Flavour,
     Message,
+    ValueStyle,
     classes,
     decode,
     decoder,
@@ -31,7 +31,7 @@ from rosproto.codec import (
 from rosproto.codec.dicts import from_dict, to_dict
 from rosproto.codec.layout import resolve
 from rosproto.codec.reference import decode_layout, encode_layout
-from rosproto.codec.value_style import flavour_named
+from rosproto.codec.value_style import value_style_named
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.msg import Field, FieldType, MessageSpec, bundled
 from rosproto.time import Time
@@ -211,13 +211,13 @@ def test_equality_of_arrays_with_what_is_none() -> None:
     assert a.__eq__("text") is NotImplemented
 
 
-def test_flavours_by_name() -> None:
+def test_value_styles_by_name() -> None:
     """An unknown name is an error that lists the known ones; one's own is found by pickles."""
-    with pytest.raises(ValueError, match=r"flavour .nump. is unknown.*numpy.*rospy"):
-        message_class("std_msgs/Bool", flavour="nump")
-    own = Flavour("corner", views=False)
-    assert repr(own) == "Flavour('corner')"
-    assert flavour_named(own) is flavour_named("corner") is own
+    with pytest.raises(ValueError, match=r"value style .nump. is unknown.*numpy.*rospy"):
+        message_class("std_msgs/Bool", value_style="nump")
+    own = ValueStyle("corner", views=False)
+    assert repr(own) == "ValueStyle('corner')"
+    assert value_style_named(own) is value_style_named("corner") is own
 
 
 def test_definitions_by_text_on_top_of_a_library() -> None:
@@ -386,14 +386,14 @@ def test_two_threads_make_one_class() -> None:
     assert len(set(map(id, found))) == 1
 
 
-def test_defaults_of_fixed_arrays_in_both_flavours() -> None:
+def test_defaults_of_fixed_arrays_in_both_value_styles() -> None:
     """Elements are objects of their own; numbers are zeros, as arrays or in genpy's kinds."""
     text = (
         "time[2] t\nduration[1] d\nP[2] p\nuint8[3] u\nfloat64[3] f\nint8[2] i\nbool[2] b"
         + SEPARATOR
         + "a/P\nint8 x"
     )
-    ours, genpys = (define("a/Defaults", text, flavour=flavour) for flavour in ("numpy", "rospy"))
+    ours, genpys = (define("a/Defaults", text, value_style=value_style) for value_style in ("numpy", "rospy"))
     for cls in (ours, genpys):
         message = cls()
         assert message.t == [Time(), Time()]
@@ -421,8 +421,8 @@ def test_sparse_definitions_hold_all_kinds_of_values() -> None:
         + SEPARATOR
         + "a/I\nint8 x"
     )
-    for flavour in ("numpy", "rospy"):
-        cls = define("a/SparseAll", text, flavour=flavour)
+    for value_style in ("numpy", "rospy"):
+        cls = define("a/SparseAll", text, value_style=value_style)
         message = cls(t=Time(1, 2), u=b"ab", i=[1, -1], b=[True, False])
         message.d = [type(message.t - message.t)(3, 4)]
         back = decode(cls, encode(message))

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.codec import AnyMsg, Flavour, decode, define, encode, encode_parts, message_class
+from rosproto.codec import AnyMsg, ValueStyle, decode, define, encode, encode_parts, message_class
 from rosproto.codec.binding import Binding
 from rosproto.codec.encode_decode import prepare
 from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
@@ -188,7 +188,7 @@ def test_numpy_scalars_and_odd_truths_are_values() -> None:
     assert encode(message_class("std_msgs/Float32")(data=np.float32(0.5))) == b"\0\0\0?"
 
 
-def test_a_flavour_brings_its_own_errors_and_times() -> None:
+def test_a_value_style_brings_its_own_errors_and_times() -> None:
     """The seam for the rospy layer."""
 
     class StampError(Exception):
@@ -197,8 +197,8 @@ def test_a_flavour_brings_its_own_errors_and_times() -> None:
     class Stamp(Time):
         pass
 
-    flavour = Flavour("test", views=False, time=Stamp, encode_error=lambda e: StampError(str(e)))
-    header = message_class("std_msgs/Header", flavour=flavour)
+    value_style = ValueStyle("test", views=False, time=Stamp, encode_error=lambda e: StampError(str(e)))
+    header = message_class("std_msgs/Header", value_style=value_style)
     assert type(header().stamp) is Stamp
     assert type(decode(header, encode(Header())).stamp) is Stamp
     with pytest.raises(StampError, match="seq"):

@@ -107,7 +107,7 @@ def test_scan_points() -> None:
 
 
 def test_grids() -> None:
-    """(H, W) int8, a view, row 0 lowest; both flavours."""
+    """(H, W) int8, a view, row 0 lowest; both value styles."""
     cells = np.array([[0, 100, -1], [50, 0, 0]])
     grid = array_to_grid(cells, 0.05)
     data = encode(grid)
@@ -115,7 +115,7 @@ def test_grids() -> None:
     assert np.array_equal(grid_to_array(received), cells)
     assert grid_to_array(received).dtype == np.int8
     assert np.shares_memory(grid_to_array(received), received.data)
-    rospy = decode(message_class("nav_msgs/OccupancyGrid", flavour="rospy"), data)
+    rospy = decode(message_class("nav_msgs/OccupancyGrid", value_style="rospy"), data)
     assert np.array_equal(grid_to_array(rospy), cells)
     assert (received.info.width, received.info.height, received.info.origin.orientation.w) == (3, 2, 1.0)
     received.info.width = 4

@@ -82,9 +82,9 @@ def test_strided_arrays_become_images() -> None:
 
 
 def test_compressed_images_are_files() -> None:
-    """The bytes as they are, in both flavours."""
+    """The bytes as they are, in both value styles."""
     cls = message_class("sensor_msgs/CompressedImage")
     data = encode(cls(format="jpeg", data=b"\xff\xd8\xff"))
-    for flavour in ("numpy", "rospy"):
-        received = decode(message_class("sensor_msgs/CompressedImage", flavour=flavour), data)
+    for value_style in ("numpy", "rospy"):
+        received = decode(message_class("sensor_msgs/CompressedImage", value_style=value_style), data)
         assert compressed_image_bytes(received) == b"\xff\xd8\xff"

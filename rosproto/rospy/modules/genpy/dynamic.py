@@ -13,7 +13,7 @@ def generate_dynamic(core_type, msg_cat):
     try:
         library = library_from_full_text(core_type, msg_cat)
         names = [core_type, *library.dependencies(core_type)]
-        made = {name: message_class(name, library, flavour=FLAVOUR) for name in names}
+        made = {name: message_class(name, library, value_style=FLAVOUR) for name in names}
     except DefinitionError as error:
         raise MessageException(str(error)) from None
     for name, cls in made.items():  # its own library, so that these classes are shared with nobody

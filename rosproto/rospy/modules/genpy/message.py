@@ -10,11 +10,11 @@ import logging
 import struct
 import sys
 
-from rosproto.codec import Flavour
 from rosproto.codec import Message as CodecMessage
+from rosproto.codec import ValueStyle
 from rosproto.codec.layout import attribute_name
 from rosproto.codec.message import MessageMeta
-from rosproto.codec.value_style import flavour_named
+from rosproto.codec.value_style import value_style_named
 from rosproto.errors import CodecError
 
 from ._encoding import encode_message, sendable
@@ -264,7 +264,7 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
     __reduce__ = object.__reduce__  # pickled by the name of the class, as genpy's are
 
 
-FLAVOUR = Flavour(
+FLAVOUR = ValueStyle(
     "rospy",
     views=False,
     base=RosMessage,
@@ -273,7 +273,7 @@ FLAVOUR = Flavour(
     module="{package}.{kind}",
     text_errors="rosmsg",
 )
-NUMPY_FLAVOUR = Flavour(
+NUMPY_FLAVOUR = ValueStyle(
     "rospy-numpy",
     views=True,
     base=RosMessage,
@@ -282,15 +282,15 @@ NUMPY_FLAVOUR = Flavour(
     module="{package}.{kind}",
     text_errors="rosmsg",
 )
-flavour_named(FLAVOUR)
-flavour_named(NUMPY_FLAVOUR)
+value_style_named(FLAVOUR)
+value_style_named(NUMPY_FLAVOUR)
 
 
 def numpy_class(cls):
     """The class of the same type whose arrays are numpy's."""
     from rosproto.codec import message_class
 
-    made = message_class(cls._spec, cls._binding.library, flavour=NUMPY_FLAVOUR)
+    made = message_class(cls._spec, cls._binding.library, value_style=NUMPY_FLAVOUR)
     if made is not cls:
         made.__name__ = made.__qualname__ = "Numpy_%s" % cls._type.replace("/", "__")
         made._tuple_class = cls

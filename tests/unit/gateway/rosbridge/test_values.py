@@ -282,6 +282,6 @@ def test_arguments_of_a_call() -> None:
 
 
 def test_classes_of_rospys_values() -> None:
-    """The flavour of unchanged rospy programs: tuples and bytes."""
-    cls = define("test_msgs/Everything", ALL, base=bundled(), flavour="rospy")
+    """The value style of unchanged rospy programs: tuples and bytes."""
+    cls = define("test_msgs/Everything", ALL, base=bundled(), value_style="rospy")
     assert sent(cls, VALUES) == VALUES
