@@ -218,7 +218,7 @@ TABLE = [*READING, *MOVING, *TELLING, *RECORDING]
 ALL = [*TABLE, *ALONE]
 NEEDS_A_TERMINAL = {"woosh drive"}
 SERVERS = ("woosh web", "woosh foxglove", "woosh vda5050")
-"""In test_web_api.py and test_web_dead_man.py, tests/unit/cli/test_foxglove_command.py, tests/interop/fleet."""
+"""In test_web_command.py and test_web_dead_man.py, tests/unit/cli/test_foxglove_command.py, tests/interop/fleet."""
 
 
 def run_case(case: Case, words: list[str], place: SimpleNamespace) -> None:
