@@ -256,7 +256,7 @@ def test_costmaps_are_switched_and_cleared(sim, chassis):
     assert not sim.world.costmaps_enabled
     chassis.enable_costmaps(True)
     chassis.clear_costmaps()
-    assert sim.world.around.seen == []
+    assert sim.world.collisions.seen_obstacles == []
 
 
 def test_a_refusing_service_is_an_error(sim, chassis, monkeypatch):

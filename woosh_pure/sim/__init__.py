@@ -1,6 +1,4 @@
-"""The simulated chassis: a pure world (`world`, stepped by hand in tests) and its ROS side
-(`SimulatedChassis`).
-"""
+"""The simulated chassis: a pure world (`world`) and its ROS side (`SimulatedChassis`)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What surrounds the simulated robot, and what its navigation does about it: wait, plan another way, drive
-off, or brake. Pure.
+"""Obstacles of the simulated navigation: `CollisionMap` finds them; `Avoidance` waits, plans another path,
+drives off or brakes. Pure.
 """
 
 from __future__ import annotations
@@ -26,40 +26,48 @@ Obstacle = tuple[float, float, float]
 _SIGHT = 4.0  # m
 
 
-class Surroundings:
-    """Walls and things, and whether a round robot touches them.
+class CollisionMap:
+    """Walls and obstacles, and whether a round robot would touch them.
 
     Attributes:
-        things: Obstacles that are not on the map.
-        seen: Those of them that the costmaps know.
+        obstacles: Obstacles that are not on the map.
+        seen_obstacles: Those that the costmaps know.
     """
 
     def __init__(self, walls: GridMap, radius: float) -> None:
         self._walls = walls
         self._radius = radius  # of the robot, m
-        self.things: list[Obstacle] = []
-        self.seen: list[Obstacle] = []
+        self.obstacles: list[Obstacle] = []
+        self.seen_obstacles: list[Obstacle] = []
 
-    def look(self, pose: Pose2D) -> None:
-        """Note the obstacles in sight, and forget those that have gone."""
+    def update_seen(self, pose: Pose2D) -> None:
+        """Add the obstacles in sight, and remove those that are gone."""
 
-        def in_sight(thing: Obstacle) -> bool:
-            return math.hypot(thing[0] - pose.x, thing[1] - pose.y) < _SIGHT + thing[2]
+        def in_sight(obstacle: Obstacle) -> bool:
+            return math.hypot(obstacle[0] - pose.x, obstacle[1] - pose.y) < _SIGHT + obstacle[2]
 
-        self.seen = [thing for thing in self.seen if thing in self.things or not in_sight(thing)]
-        self.seen += [thing for thing in self.things if in_sight(thing) and thing not in self.seen]
+        self.seen_obstacles = [
+            obstacle
+            for obstacle in self.seen_obstacles
+            if obstacle in self.obstacles or not in_sight(obstacle)
+        ]
+        self.seen_obstacles += [
+            obstacle
+            for obstacle in self.obstacles
+            if in_sight(obstacle) and obstacle not in self.seen_obstacles
+        ]
 
     def touches(self, x: float, y: float, *, more: float = 0.0, known: bool = False) -> bool:
-        """Whether the robot, standing there, would touch something; outside of the map is a wall.
+        """Whether the robot would touch something at a place; outside the map is a wall.
 
         Args:
             x, y: m in the map.
-            more: By how much it is taken to be larger, m.
-            known: Look at walls and what the costmaps know, not at all that is there.
+            more: Margin added to the robot's radius, m.
+            known: Check walls and the obstacles of the costmaps only.
         """
         radius = self._radius + more
-        things = self.seen if known else self.things
-        if any(math.hypot(ox - x, oy - y) < r + radius for ox, oy, r in things):
+        obstacles = self.seen_obstacles if known else self.obstacles
+        if any(math.hypot(ox - x, oy - y) < r + radius for ox, oy, r in obstacles):
             return True
         grid = self._walls
         row, column = grid.cell_of(x, y)
@@ -80,8 +88,8 @@ class Surroundings:
         return False
 
     def is_clear(self, a: Pose2D, b: Pose2D, *, more: float = 0.0, step: float = 0.025) -> bool:
-        """Whether the robot, larger by `more` m, touches nothing that it knows on the straight way from one
-        place to another, looked at every `step` m.
+        """Whether the straight line between two places is free of known obstacles, with a margin of `more` m,
+        checked every `step` m.
         """
         dx, dy = b.x - a.x, b.y - a.y
         parts = max(1, math.ceil(math.hypot(dx, dy) / step))
@@ -100,27 +108,26 @@ def _disc(reach: int, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.
     return result
 
 
-class Touch(Protocol):
-    """`Surroundings.touches`."""
+class CollisionCheck(Protocol):
+    """The signature of `CollisionMap.touches`."""
 
     def __call__(self, x: float, y: float, *, more: float = 0.0, known: bool = False) -> bool:
         """Whether the robot would touch something at x, y."""
 
 
-def leaves_room_to_stop(body: Body, wanted: Velocity, dt: float, touches: Touch) -> bool:
-    """Whether the base, after `dt` s of a commanded velocity, can brake hard and touches nothing it knows.
+def leaves_room_to_stop(body: Body, wanted: Velocity, dt: float, touches: CollisionCheck) -> bool:
+    """Whether the base, after `dt` s of a commanded velocity, can still brake hard without touching a known
+    obstacle.
 
-    The navigation gives out no velocity from which it could not stop. A goal may be replaced at any speed,
-    cancelled, or paused, and none of it makes the robot run into what it knows: before each velocity is
-    passed on, the stop that would have to follow it is looked at, step by step, as the base would do it.
-    Where that stop would touch something the robot brakes now; that it can is what was looked at one step
-    before.
-    (move_base's local planners sort out such velocities, too.)
+    A goal may be replaced, cancelled or paused at any speed, and the robot must not hit a known obstacle
+    then. So before each velocity the stop after it is simulated step by step. If that stop would touch
+    something, the robot brakes now, which the check of the step before has shown to be possible. (move_base's
+    local planners discard such velocities, too.)
     """
     velocity = body.approached(body.velocity, wanted, dt)
     size = math.hypot(velocity.vx, velocity.vy)
     if size == 0.0:
-        return True  # a round robot turns in its own place
+        return True  # a round robot can turn in place
     reach = size * size / (2.0 * body.limits.hard_acceleration) + 2.0 * size * dt + 0.1
     if not touches(body.pose.x, body.pose.y, more=reach, known=True):
         return True
@@ -139,7 +146,7 @@ _NAV_BLOCKED, _NAV_FAILED = 130104000011, 130104000042
 
 @dataclass(frozen=True, slots=True)
 class NavigationSettings:
-    """What /navigation_mode has set."""
+    """The settings of /navigation_mode."""
 
     mode: NavigationMode = NavigationMode.FUZZY_AVOIDANCE
     waiting_timeout: float = 0.0
@@ -147,12 +154,12 @@ class NavigationSettings:
 
 
 class NavigationWorld(Protocol):
-    """What the avoidance needs of the world it drives in; `woosh_pure.sim.world.World` is one."""
+    """The part of `woosh_pure.sim.world.World` that the avoidance uses."""
 
     settings: Settings
     body: Body
     planner: Planner
-    around: Surroundings
+    collisions: CollisionMap
     navigation: NavigationSettings
 
     def report(self, code: int) -> None:
@@ -160,33 +167,33 @@ class NavigationWorld(Protocol):
 
 
 class Avoidance:
-    """Decides for a running motion which velocity it may have."""
+    """Limits the velocity of a running motion."""
 
     def __init__(self, world: NavigationWorld) -> None:
         self._world = world
 
-    def way_to(self, goal: Pose2D, *, cramped: bool = False) -> list[Pose2D] | None:
-        """A path from here, around the obstacles the costmaps know; None when there is none.
+    def way_to(self, goal: Pose2D, *, too_close: bool = False) -> list[Pose2D] | None:
+        """A path from here around the known obstacles; None if there is none.
 
-        Where the robot stands too near to something for the cells of the planner, or was found to be cramped,
-        it first drives off from it, straight.
+        If the robot is too close to something for the planner's cells, or `too_close`, it first drives away
+        straight.
         """
-        planner, around, here = self._world.planner, self._world.around, self._world.body.pose
-        path = planner.plan(here, goal, around.seen)
-        free = planner.is_free(here.x, here.y, around.seen)
-        clear = partial(around.is_clear, step=0.005)
-        if path is None or (not cramped and (free or all(clear(a, b) for a, b in pairwise(path[:4])))):
+        planner, collisions, here = self._world.planner, self._world.collisions, self._world.body.pose
+        path = planner.plan(here, goal, collisions.seen_obstacles)
+        free = planner.is_free(here.x, here.y, collisions.seen_obstacles)
+        clear = partial(collisions.is_clear, step=0.005)
+        if path is None or (not too_close and (free or all(clear(a, b) for a, b in pairwise(path[:4])))):
             return path
         for k in range(16 * 5):
             turn, away = (k % 16) * math.pi / 8.0, 0.1 * (1 + k // 16)
             place = Pose2D(here.x + away * math.cos(turn), here.y + away * math.sin(turn))
-            if planner.is_free(place.x, place.y, around.seen) and clear(here, place):
-                rest = planner.plan(place, goal, around.seen)
+            if planner.is_free(place.x, place.y, collisions.seen_obstacles) and clear(here, place):
+                rest = planner.plan(place, goal, collisions.seen_obstacles)
                 return path if rest is None else [here, *rest]
         return path
 
     def velocity(self, motion: Motion, dt: float) -> tuple[Velocity, bool]:
-        """The velocity of a running motion for the next `dt` s, and whether to brake hard for it."""
+        """The velocity of a running motion for the next `dt` s, and whether to brake hard."""
         if self._blocked(motion, dt):
             return Velocity(), True
         wanted = motion.command(self._world.body, dt)
@@ -194,17 +201,19 @@ class Avoidance:
             return wanted, False
         if self.leaves_room(wanted, dt):
             if wanted.vx and isinstance(motion, PathMotion):
-                motion.cramped_for = 0.0
+                motion.too_close_for = 0.0
             return wanted, False
         if not self._world.body.velocity.is_standing(0.01, math.inf):
             return Velocity(), True
-        if isinstance(motion, PathMotion) and abs(wanted.wz) < 0.1:  # turned as it should, and no room ahead
+        if (
+            isinstance(motion, PathMotion) and abs(wanted.wz) < 0.1
+        ):  # it has turned, and there is no room ahead
             self._find_another_way(motion, dt)
         return Velocity(0.0, 0.0, wanted.wz), False
 
     def leaves_room(self, wanted: Velocity, dt: float) -> bool:
-        """Whether the robot could still stop in front of everything after `dt` s of this velocity."""
-        return leaves_room_to_stop(self._world.body, wanted, dt, self._world.around.touches)
+        """Whether the robot can still stop before all obstacles after `dt` s of a velocity."""
+        return leaves_room_to_stop(self._world.body, wanted, dt, self._world.collisions.touches)
 
     def _blocked(self, motion: Motion, dt: float) -> bool:
         if isinstance(motion, StepMotion):
@@ -213,16 +222,16 @@ class Avoidance:
 
     def _step_blocked(self, motion: StepMotion, dt: float) -> bool:
         d = motion.current.direction()
-        if not (d.vx or d.vy) or not self._world.around.obstructed(self._world.body.pose, d, 0.25):
+        if not (d.vx or d.vy) or not self._world.collisions.obstructed(self._world.body.pose, d, 0.25):
             motion.blocked_for = 0.0
             return False
         return self._wait_for_room(motion, dt, _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT)
 
     def _path_blocked(self, motion: PathMotion, dt: float) -> bool:
-        body, around, navigation = self._world.body, self._world.around, self._world.navigation
-        # Standing, it may turn away from what is in front of it.
+        body, collisions, navigation = self._world.body, self._world.collisions, self._world.navigation
+        # A standing robot may turn away from an obstacle.
         ahead = 0.0 if body.velocity.vx < 0.01 and motion.blocked_for == 0.0 else 0.5
-        if not around.seen or not around.obstructed(body.pose, Velocity(1.0), ahead):
+        if not collisions.seen_obstacles or not collisions.obstructed(body.pose, Velocity(1.0), ahead):
             motion.blocked_for = 0.0
             return False
         patience = {
@@ -241,14 +250,14 @@ class Avoidance:
         return self._wait_for_room(motion, dt, _NAV_BLOCKED, _NAV_FAILED)
 
     def _find_another_way(self, motion: PathMotion, dt: float) -> None:
-        """It stands too near to something to go on: plan from here, now and every half second."""
-        if motion.cramped_for == 0.0:
+        """Plan a new path now and every half second, because the robot is too close to something to go on."""
+        if motion.too_close_for == 0.0:
             self._world.report(_NAV_BLOCKED)
-        if round(motion.cramped_for / dt) % 25 == 0:
-            path = self.way_to(motion.goal, cramped=True)
+        if round(motion.too_close_for / dt) % 25 == 0:
+            path = self.way_to(motion.goal, too_close=True)
             motion.path = motion.path if path is None else path[1:]
-        motion.cramped_for += dt
-        if motion.cramped_for > self._world.settings.obstacle_patience:
+        motion.too_close_for += dt
+        if motion.too_close_for > self._world.settings.obstacle_patience:
             motion.end(MotionState.FAILED, _NAV_FAILED)
 
     def _wait_for_room(self, motion: Motion, dt: float, blocked: int, failed: int) -> bool:

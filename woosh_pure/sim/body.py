@@ -11,10 +11,10 @@ from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
 
 @dataclass(frozen=True, slots=True)
 class BodyLimits:
-    """What the drives can do.
+    """Limits of the drives.
 
     Attributes:
-        linear, angular: Highest speeds, m/s and rad/s, whatever is commanded.
+        linear, angular: Highest speeds, m/s and rad/s.
         acceleration, angular_acceleration: Of a smoothed command, m/s² and rad/s².
         hard_acceleration, hard_angular_acceleration: Of an unsmoothed command and of an emergency stop.
         omnidirectional: Whether it can move sideways.
@@ -30,7 +30,7 @@ class BodyLimits:
 
 
 class Body:
-    """True pose and velocity, and what the wheels believe.
+    """True pose and velocity, and the odometry.
 
     Attributes:
         pose: True pose in the map.
@@ -47,7 +47,7 @@ class Body:
         self.odometry = Pose2D(0.0, 0.0, 0.0, "odom")
         self.wheel_odometry = Pose2D(0.0, 0.0, 0.0, "odom")
         self.distance = 0.0
-        # A systematic error, as of a worn wheel, drawn once: runs with one seed are equal.
+        # A systematic error, such as a worn wheel, drawn once, so that equal seeds give equal runs.
         self._scale = 1.0 + rng.uniform(-drift, drift)
         self._turn_scale = 1.0 + rng.uniform(-drift, drift)
 
@@ -56,7 +56,7 @@ class Body:
         self.velocity = self.approached(self.velocity, wanted, dt, hard=hard)
 
     def approached(self, v: Velocity, wanted: Velocity, dt: float, *, hard: bool = False) -> Velocity:
-        """What becomes of a velocity in `dt` s, with `wanted` commanded."""
+        """A velocity after `dt` s with `wanted` commanded."""
         m = self.limits
         linear = (m.hard_acceleration if hard else m.acceleration) * dt
         angular = (m.hard_angular_acceleration if hard else m.angular_acceleration) * dt
@@ -67,11 +67,11 @@ class Body:
         )
 
     def moved(self, dt: float) -> Pose2D:
-        """Where `dt` s at the present velocity lead."""
+        """The pose after `dt` s at the present velocity."""
         return integrate(self.pose, self.velocity, dt)
 
     def advance(self, dt: float) -> None:
-        """Move for `dt` s and let the odometry follow."""
+        """Move for `dt` s and update the odometry."""
         v = self.velocity
         self.pose = self.moved(dt)
         self.distance += math.hypot(v.vx, v.vy) * dt
@@ -83,17 +83,17 @@ class Body:
         return Velocity(v.vx * linear, v.vy * linear, v.wz * (1.0 + (self._turn_scale - 1.0) * share))
 
     def block(self) -> None:
-        """Something solid: the velocity is gone at once."""
+        """Set the velocity to zero at once, after a collision."""
         self.velocity = Velocity()
 
     def place(self, pose: Pose2D) -> None:
-        """Put the robot somewhere else, standing."""
+        """Put the robot at another pose, standing."""
         self.pose = replace(pose, yaw=normalize_angle(pose.yaw))
         self.velocity = Velocity()
 
 
 def integrate(pose: Pose2D, v: Velocity, dt: float) -> Pose2D:
-    """Where `dt` s at a velocity lead."""
+    """The pose after `dt` s at a velocity."""
     # Mid-point rule: exact for straight lines and for turning in place, good enough for 20 ms of an arc.
     middle = pose.yaw + v.wz * dt / 2.0
     c, s = math.cos(middle), math.sin(middle)

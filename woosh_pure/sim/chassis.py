@@ -2,12 +2,11 @@
 
     with SimulatedChassis(speed=2) as sim, Chassis(sim.master_uri) as chassis: ...
 
-One thread drives the world in wall time times `speed` and publishes; handlers run in the library's threads
-and take `lock` for a moment. Stamps run with simulated time, from the moment of the start.
+One thread steps the world at `speed` times real time and publishes; handlers run in the library's threads and
+hold `lock` briefly. Stamps are in simulated time, which begins at the time of the start.
 
-Not modelled: what `world` names, the contents of beacons, RFID and scanners (their topics exist and are
-silent), and what a real chassis does where its documentation is silent; such places are marked "assumed" in
-the code.
+Not modelled: the list in `world.py`, and the contents of beacons, RFID and scanners (their topics exist
+without messages). Behaviour that the vendor does not document is marked "assumed" in the code.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from woosh_pure.sim.message_builders import FILLERS, RATES, fill_plan, fill_stat
 from woosh_pure.sim.motions import PathMotion
 from woosh_pure.sim.navigation_client import NavigationClient
 from woosh_pure.sim.network import Network
-from woosh_pure.sim.ros_handlers import Server
+from woosh_pure.sim.ros_handlers import RosHandlers
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site
 from woosh_pure.sim.tasks import StatusRecord
@@ -44,43 +43,43 @@ from woosh_pure.values.messages import message_type
 
 logger = get_logger("woosh_pure.sim")
 MOST_FILES = 1024
-"""Forty nodes and a few clients have 600 open, sockets included; beyond 1024 others' `select` would fail."""
+"""Forty nodes and a few clients have 600 open files and sockets; above 1024 `select` would fail in other
+libraries."""
 _TICK = 0.02
-_CODE_EVERY = 1.0  # s of wall time after which the last status code is said again
+_CODE_EVERY = 1.0  # s of wall time after which the last status code is published again
 _STEP = 0.02
 
 PLAN_EVERY = 1.0
-"""Seconds between two plans while it drives, as move_base's planner_frequency makes it (assumed: 1 Hz)."""
+"""Seconds between two plans while it drives, by move_base's planner_frequency (assumed: 1 Hz)."""
 COSTMAP_EVERY = 1.0
-"""Seconds between two costmaps, while somebody listens (assumed)."""
+"""Seconds between two costmaps while the topic has subscribers (assumed)."""
 
 
 class SimulatedChassis:
-    """A chassis without a robot. Use it in a `with` block, or call `start` and `close`.
+    """A simulated chassis. Use it in a `with` block, or call `start` and `close`.
 
-    Where the system lets this process open fewer than 1024 files (macOS: 256), it is asked for as many.
+    If this process may open fewer than 1024 files (macOS: 256), it raises the limit.
 
     Args:
-        master_uri: Join this master; None starts one of its own.
+        master_uri: Join this master; None starts its own.
         host: Address to bind to; the default is reachable from this computer only.
-        port: Port of its own master; 0 takes a free one.
+        port: Port of its own master; 0 uses a free one.
         speed: Simulated seconds per second.
         site: Map and marks; None is the built-in hall.
         settings: Options of the world.
-        latch_status: Whether /robot_status is latched, so that each new subscriber is told the state; False
-            says it on change only, so that a later subscriber hears nothing (not known of the real one).
-        repeat_status_code: Whether /status_code says its last code again every second; False says each once,
-            so that a later subscriber hears nothing (not known of the real one).
-        reply_delay: Seconds by which /exec_task answers late, so that status messages come first.
-        full_graph: Also the parts of the real graph that carry no content: second publishers, internal
-            listeners,
-            the internal clients of /ros_interface.
-        firmware: Whose definitions it speaks on the wire: a version of the vendor's message package, or
-            "page" (`woosh_pure.firmware`).
-        assumed_types: Also `/volume/*`, whose definition is not published, with a definition of ours.
+        latch_status: Whether /robot_status is latched, so that each new subscriber receives the state; with
+            False it is published on change only (the real behaviour is not known).
+        repeat_status_code: Whether /status_code repeats its last code every second; with False each is
+            published once (the real behaviour is not known).
+        reply_delay: Seconds by which replies of /exec_task are delayed, so that status messages come first.
+        full_graph: Add the parts of the real graph without content: second publishers, internal subscribers,
+            and the internal clients of /ros_interface.
+        firmware: Whose definitions it uses on the wire: a version of the vendor's message package, or "page"
+            (`woosh_pure.firmware`).
+        assumed_types: Add `/volume/*`, whose definition is not published, with an assumed definition.
 
     Attributes:
-        world: The simulated world; hold `lock` while touching it.
+        world: The simulated world; hold `lock` while using it.
         lock: A condition, notified after every step.
     """
 
@@ -135,7 +134,7 @@ class SimulatedChassis:
     # -- life ------------------------------------------------------------------------------------------------
 
     def start(self) -> SimulatedChassis:
-        """Bring master, nodes and world up; returns this object."""
+        """Start master, nodes and world; return this object."""
         if self._thread is not None:
             return self
         allow_open_files(MOST_FILES)
@@ -156,7 +155,7 @@ class SimulatedChassis:
         host = None if self._given_uri else self._host
         self._graph = Graph(
             self.master_uri,
-            Server(self),
+            RosHandlers(self),
             host=host,
             full=self._full,
             latch_status=self._latch,
@@ -170,10 +169,10 @@ class SimulatedChassis:
         self.world.tasks.drive = self._navigation.drive
         self._publish_static()
         if not self._latch:
-            self._status = self.world.status()  # told on change only, and the start is none
+            self._status = self.world.status()  # published on change only, and the start is not a change
 
     def close(self) -> None:
-        """Take everything down; idempotent, bounded."""
+        """Close everything. Idempotent; takes bounded time."""
         with self.lock:
             self.closing = True
             self.lock.notify_all()
@@ -204,7 +203,7 @@ class SimulatedChassis:
 
     @property
     def master_uri(self) -> str:
-        """Where to connect."""
+        """The URI of its master."""
         if self._given_uri is not None:
             return self._given_uri
         if self._master is None:
@@ -220,7 +219,7 @@ class SimulatedChassis:
 
     @property
     def now(self) -> float:
-        """Simulated time of day, s since 1970; it skips what a busy computer has lost."""
+        """Simulated time of day, s since 1970; it jumps ahead if the computer was too busy."""
         return self._epoch + self.world.time
 
     # -- time ------------------------------------------------------------------------------------------------
@@ -236,20 +235,20 @@ class SimulatedChassis:
                 while debt >= _STEP and not self.closing:
                     self.world.step(_STEP)
                     debt -= _STEP
-                    self._note_codes()
-                    self._note_status()
+                    self._publish_new_codes()
+                    self._publish_status_changes()
                 self.lock.notify_all()
             self._publish()
             rest = next_tick - time.monotonic()
-            if rest < -0.5:  # the computer was busy: the clock is set, and the robot does not hurry
+            if rest < -0.5:  # the computer was busy: set the clock instead of catching up
                 next_tick -= rest
                 self._epoch -= rest
             self._stop.wait(max(rest, 0.001))
 
-    def _note_status(self) -> None:
-        """On change, and every change: a state that lasts one step only is published too.
+    def _publish_status_changes(self) -> None:
+        """Publish every change of the state, even if it lasts one step only.
 
-        What changes in a silence is lost, but a latched state is told after it: newcomers get no old one.
+        Changes during a silence are lost, but a latched state is published after it, so that it is never old.
         """
         record = self.world.status()
         if record != self._status and not (self._latch and self.network.silent):
@@ -268,7 +267,7 @@ class SimulatedChassis:
         with self.lock:
             self._publish_plan()
             if self._repeats_code and now >= self._code_due:
-                self._say_code(self.world.last_code)
+                self._publish_code(self.world.last_code)
             if now >= self._tf_due:
                 self._tf_due = now + 0.1
                 self._publish_transforms()
@@ -284,15 +283,15 @@ class SimulatedChassis:
         filler(self.world, message, self.now)
         _publish(publisher, self.firmware.convert(message, publisher.message_class))
 
-    def _note_codes(self) -> None:
-        """Before the state they explain: two topics, but at least sent in the order of what happened."""
+    def _publish_new_codes(self) -> None:
+        """Publish new codes, before the state that they explain."""
         for code in self.world.take_reports():
             if not self.network.silent:
-                self._say_code(code)
+                self._publish_code(code)
 
-    def _say_code(self, code: int) -> None:
+    def _publish_code(self, code: int) -> None:
         self._code_due = time.monotonic() + _CODE_EVERY
-        publisher = self.graph.publishers.get((_speaker(code), "/status_code")) or self.graph.first(
+        publisher = self.graph.publishers.get((_reporting_node(code), "/status_code")) or self.graph.first(
             "/status_code"
         )
         if publisher is not None:
@@ -312,16 +311,20 @@ class SimulatedChassis:
         self._plan = path
 
     def _publish_costmap(self, now: float) -> None:
-        """Outside of the lock: a large map takes a moment."""
+        """Publish the costmap. It is made without the lock, because a large map takes time."""
         publisher = self.graph.costmap
         if publisher is None or not publisher.connections or now < self._costmap_due:
             return
         self._costmap_due = now + COSTMAP_EVERY
         with self.lock:
-            grid, things, radius = self.world.map_seen, [*self.world.around.seen], self.world.settings.radius
+            grid, obstacles, radius = (
+                self.world.map_seen,
+                [*self.world.collisions.seen_obstacles],
+                self.world.settings.radius,
+            )
         if self._costmap is None or self._costmap_of is not grid:
             self._costmap, self._costmap_of = Costmap(grid, radius), grid
-        message = grid_message(self._costmap.with_things(things))
+        message = grid_message(self._costmap.with_obstacles(obstacles))
         stamp(message, "map", self.now)
         _publish(publisher, self.firmware.convert(message, publisher.message_class))
 
@@ -354,50 +357,50 @@ class SimulatedChassis:
         if volume is not None:
             volume.publish(percent=50)
 
-    # -- things that happen to a robot -----------------------------------------------------------------------
+    # -- events of the robot ---------------------------------------------------------------------------------
 
     def press_emergency_stop(self) -> None:
-        """Somebody presses the red button."""
+        """Press the emergency stop button."""
         with self.lock:
             self.world.press_emergency_stop()
 
     def release_emergency_stop(self) -> None:
-        """The button is pulled out again; nothing resumes."""
+        """Release the emergency stop button; nothing resumes."""
         with self.lock:
             self.world.release_emergency_stop()
 
     def release_bumper(self) -> None:
-        """Somebody has freed the robot that hit something; nothing resumes."""
+        """Release the bumper after a collision; nothing resumes."""
         with self.lock:
             self.world.release_bumper()
 
     def lose_localization(self) -> None:
-        """The robot no longer knows where it is."""
+        """Lose the localisation."""
         with self.lock:
             self.world.lose_localization()
 
     def set_mode(self, mode: RobotMode) -> None:
-        """The key switch."""
+        """Turn the key switch."""
         with self.lock:
             self.world.set_mode(mode)
 
     def plug_cable(self, plugged: bool = True) -> None:
-        """The charging cable."""
+        """Plug the charging cable in or out."""
         with self.lock:
             self.world.plug_cable(plugged)
 
     def fail_task(self, message: str = "injected failure") -> None:
-        """The running task, or the next one, fails."""
+        """Fail the running task, or the next one."""
         with self.lock:
             self.world.tasks.fail_next = message
 
     def add_obstacle(self, x: float, y: float, radius: float = 0.25) -> None:
-        """Put something round in the way, m in the map."""
+        """Add a round obstacle; m in the map."""
         with self.lock:
             self.world.obstacles.append((x, y, radius))
 
     def remove_obstacles(self) -> None:
-        """Take everything away again."""
+        """Remove all obstacles."""
         with self.lock:
             self.world.obstacles.clear()
 
@@ -407,21 +410,21 @@ class SimulatedChassis:
             self.world.report(code)
 
     def fall_silent(self, seconds: float) -> None:
-        """The topics the chassis publishes by itself end for a while; commands still arrive."""
-        self.network.fall_silent(_seconds("seconds", seconds))
+        """Stop the topics that the chassis publishes for a while; commands still arrive."""
+        self.network.fall_silent(_duration("seconds", seconds))
 
     def drop_link(self, seconds: float) -> None:
-        """The cable is pulled for a while: nothing arrives, in either direction. What was sent meanwhile
-        arrives afterwards, as TCP delivers it; a velocity, too.
+        """Interrupt the network for a while in both directions. Messages sent meanwhile arrive afterwards, as
+        with TCP, velocities included.
         """
-        self.network.drop(_seconds("seconds", seconds))
+        self.network.drop(_duration("seconds", seconds))
 
     def slow_network(self, delay: float) -> None:
-        """Everything takes `delay` s each way from now on: topics, commands, requests, goals; 0 ends it."""
-        self.network.delay = _seconds("delay", delay)
+        """Delay topics, commands, requests and goals by `delay` s each way; 0 ends it."""
+        self.network.delay = _duration("delay", delay)
 
     def crash_node(self, name: str) -> None:
-        """End one of its nodes."""
+        """Close one of its nodes, as after a crash."""
         if name not in self.graph.nodes:
             raise ValueError(
                 say(
@@ -436,7 +439,7 @@ class SimulatedChassis:
                 self.world.tasks.fail("navigation failed")  # its client notices (assumed)
 
     def compete(self, x: float, y: float, yaw: float = 0.0) -> None:
-        """The robot's own /ros_interface sends a goal to /move_base, as it does for its own tasks."""
+        """Send a goal to /move_base from the robot's own /ros_interface, as for its own tasks."""
         from woosh_pure.values.messages import stamped_pose
 
         client = self.graph.client("/move_base")
@@ -446,7 +449,7 @@ class SimulatedChassis:
         client.send_goal(self.firmware.convert(goal, client.type.goal))
 
     def restart_master(self) -> None:
-        """The master ends and comes back empty on the same port."""
+        """Restart the master on the same port, without registrations."""
         if self._master is None:
             raise RuntimeError("this chassis uses a master that is not its own")
         self._master.close()
@@ -455,21 +458,21 @@ class SimulatedChassis:
 
     @property
     def pose(self) -> Pose2D:
-        """Where the robot really is."""
+        """The true pose of the robot."""
         with self.lock:
             return self.world.body.pose
 
 
 def _publish(publisher: rosproto.Publisher, message: Any) -> None:
-    """Publish, unless its node has crashed: the others live on."""
+    """Publish, unless the node has crashed."""
     try:
         publisher.publish(message)
     except RosError as error:
         logger.debug("! publishing failed: %s", error)
 
 
-def _seconds(name: str, value: float) -> float:
-    """A time of the caller's, as a float: one that is none would end the simulation later, in its thread."""
+def _duration(name: str, value: float) -> float:
+    """Check a duration now; an invalid one would end the simulation's thread later."""
     seconds = as_float(value)
     if not 0.0 <= seconds < math.inf:
         raise ValueError(
@@ -478,8 +481,8 @@ def _seconds(name: str, value: float) -> float:
     return seconds
 
 
-def _speaker(code: int) -> str:
-    """Which node reports a code (assumed from its department)."""
+def _reporting_node(code: int) -> str:
+    """The node that reports a code (assumed from its department)."""
     text = f"{code:012d}"
     if text[1:4] == "301":
         return "/woosh_localization" if text[4:6] == "03" else "/move_base"

@@ -1,4 +1,4 @@
-"""The costmap of the simulated navigation: how near the walls and the things it has seen are. Pure."""
+"""The costmap of the simulated navigation: costs by the distance to walls and seen obstacles. Pure."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 TOPIC = "/move_base/global_costmap/costmap"
-"""As move_base names it; whether the real one publishes it is not known (assumed)."""
+"""The name that move_base uses; it is not known whether the real chassis publishes it (assumed)."""
 _CELL = 0.1  # m
-_BEYOND = 0.5  # m beyond the robot's radius that still cost something
+_BEYOND = 0.5  # m beyond the robot's radius that have a cost
 _OCCUPIED, _TOUCHES = 100, 99
 
 
@@ -25,8 +25,8 @@ class Costmap:
     """Costs for a round robot in a map.
 
     Args:
-        grid: Its walls.
-        radius: Of the robot, m.
+        grid: The walls.
+        radius: The robot's radius, m.
     """
 
     def __init__(self, grid: GridMap, radius: float) -> None:
@@ -35,17 +35,17 @@ class Costmap:
         self._grid, self._radius = grid, radius
         self._walls: NDArray[np.int8] | None = None
 
-    def with_things(self, things: Iterable[tuple[float, float, float]]) -> GridMap:
-        """100 where something stands, 99 where the robot would touch it, less farther away.
+    def with_obstacles(self, obstacles: Iterable[tuple[float, float, float]]) -> GridMap:
+        """Costs: 100 at an obstacle, 99 where the robot would touch it, less with distance.
 
         Args:
-            things: Round ones: x, y, radius in m in the map.
+            things: Round obstacles: x, y, radius in m in the map.
         """
         if self._walls is None:
             self._walls = self._costs(self._coarse())
         cells = self._walls.copy()
         rows, columns = np.ogrid[: cells.shape[0], : cells.shape[1]]
-        for x, y, radius in things:
+        for x, y, radius in obstacles:
             row, column = (place / self._factor for place in self._grid.place_of(x, y))
             away = np.hypot(rows + 0.5 - row, columns + 0.5 - column) * self._size - radius
             np.maximum(cells, self._cost(np.maximum(away, 0.0)), out=cells)
@@ -71,7 +71,7 @@ class Costmap:
         return out
 
     def _cost(self, away: NDArray[np.float64]) -> NDArray[np.int8]:
-        """From metres to what stands there."""
+        """Costs for distances in m."""
         beyond = (away - self._radius) / _BEYOND
         falling = np.clip(np.rint(98.0 * (1.0 - beyond) ** 2), 1.0, 98.0)
         near = np.where(beyond < 1.0, np.where(beyond < 1e-6, _TOUCHES, falling), 0.0)

@@ -1,4 +1,5 @@
-"""The ROS graph of the simulated chassis: nodes with the real names, and every row of the table on them."""
+"""`Graph`: the nodes of the simulated chassis with their real names, and every row of the interface table on
+them."""
 
 from __future__ import annotations
 
@@ -18,41 +19,42 @@ from woosh_pure.sim.network import Network, RobotNode
 from woosh_pure.values.messages import message_type
 
 _ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
-"""Types whose definition is not published: what the simulated chassis has instead; clients learn it."""
+"""Assumed definitions of types whose definition is not published; clients learn them."""
 
-_PATIENCE = {True: 60.0, False: 10.0}
-"""Seconds for a node to find the master. One of our own is there; only a busy computer makes it late."""
-_PERIOD, _SELDOM = 5.0, 12  # s between looks at our own master; looks between comparisons of the graph
+_MASTER_TIMEOUT = {True: 60.0, False: 10.0}
+"""Seconds for a node to find the master, by whether it is its own; that one is only late on a busy
+computer."""
+_PERIOD, _SELDOM = 5.0, 12  # s between checks of its own master; checks between comparisons of the graph
 
 _RI = "/ros_interface"
-_NOBODY_LISTENS = {
+_TOPICS_WITHOUT_SUBSCRIBER = {
     "/enable_follower": "std_msgs/Bool",
     "/follow_base/local_costmap/set_footprint": "geometry_msgs/Polygon",
 }
-_NOBODY_PUBLISHES = {"/follow/remote_control_request": "woosh_msgs/IOs"}
-_NOBODY_SERVES = {"/xarm_base": "woosh_msgs/Arm"}
+_TOPICS_WITHOUT_PUBLISHER = {"/follow/remote_control_request": "woosh_msgs/IOs"}
+_ACTIONS_WITHOUT_SERVER = {"/xarm_base": "woosh_msgs/Arm"}
 
 
 class Handlers(Protocol):
-    """What answers on the graph; `woosh_pure.sim.ros_handlers.Server` is one."""
+    """The part of `woosh_pure.sim.ros_handlers.RosHandlers` that the graph uses."""
 
     @property
     def services(self) -> Mapping[str, Callable[[Any], dict[str, object]]]:
-        """By name: from a request to the fields of its reply."""
+        """Service handlers by name: from a request to the fields of its reply."""
 
     @property
     def topics(self) -> Mapping[str, Callable[[Any], None]]:
-        """By name: what obeys a message."""
+        """Message handlers by topic."""
 
     @property
     def actions(self) -> Mapping[str, Callable[[Any], None]]:
-        """By name: what carries out a goal."""
+        """Goal handlers by action name."""
 
     def accessory(self, action_type: str, goal: Any) -> None:
-        """Carry out a goal of a server without a handler of its own."""
+        """Handle a goal of any other action server."""
 
-    def distant(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
-        """An action's handler behind the network."""
+    def delayed(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
+        """Delay an action's handler by the network."""
 
 
 class Graph:
@@ -63,7 +65,7 @@ class Graph:
         publishers: (node, topic) to publisher.
         lights: Last LED message of each strip, by topic.
         heard: Last message on each written topic.
-        costmap: The navigation's, which is in no table (assumed).
+        costmap: Publisher of the navigation's costmap, which is not in the table (assumed).
     """
 
     def __init__(
@@ -92,16 +94,16 @@ class Graph:
         self.costmap: rosproto.Publisher | None = None
         self._keep: list[Any] = []
         self._building: ExitStack | None = None
-        # Told as the real one's nodes are connected.
+        # Reported as TCPROS, as between the real nodes.
         self._robot = LocalNodes(told_as="TCPROS", master=own_master)
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
     def node(self, name: str) -> rosproto.Node:
-        """The node of that name, made on first use.
+        """The node with a name, created on first use.
 
-        Its links to others are real sockets also within this process; those of the robot within itself need
-        none. It refuses every definition that is not its own, as the real one does: to agree is the client's
-        part.
+        Links to other programs are real sockets, also within this process; links between the robot's nodes
+        are not.
+        It refuses every definition but its own, as the real node does: the client must adapt.
         """
         if name not in self.nodes:
             node = RobotNode(
@@ -110,11 +112,11 @@ class Graph:
                 master_uri=self._uri,
                 host=self._host,
                 intraprocess=self._robot,
-                timeout=_PATIENCE[self._own_master],
+                timeout=_MASTER_TIMEOUT[self._own_master],
             )
             if self._own_master:
-                # Nothing is lost between it and us, and its restart is told (`look_at_master`). Forty nodes
-                # that asked for it every second were most of what an idle robot cost.
+                # A restart is announced by `look_at_master`. Checks every second by forty nodes were most of
+                # the processor time of an idle robot.
                 node.watch_master(period=_PERIOD, full_check_every=_SELDOM)
             node.revisions = OwnDefinitionsOnly()
             if self._building is not None:
@@ -123,7 +125,7 @@ class Graph:
         return self.nodes[name]
 
     def build(self) -> None:
-        """Bring everything up."""
+        """Create all nodes and their parts."""
         with ExitStack() as stack:
             stack.callback(setattr, self, "_building", None)
             self._building = stack  # each node registers what it has with one request, at the end
@@ -138,19 +140,19 @@ class Graph:
                 }
                 builder[row.flow](row)
             if self._full:
-                self._leave_loose_ends()
+                self._add_unconnected_endpoints()
             self.client("/move_base")
             grid = self._firmware.message_class("nav_msgs/OccupancyGrid")
             self.costmap = self.node("/move_base").publisher(COSTMAP, grid, queue_size=1)
 
-    def _leave_loose_ends(self) -> None:
-        """What /ros_interface has ready for parts that this chassis does not have."""
+    def _add_unconnected_endpoints(self) -> None:
+        """Add the endpoints of /ros_interface for parts that this chassis does not have."""
         node = self.node(_RI)
-        for topic, type_ in _NOBODY_LISTENS.items():
+        for topic, type_ in _TOPICS_WITHOUT_SUBSCRIBER.items():
             self._keep.append(node.publisher(topic, self._firmware.message_class(type_), queue_size=1))
-        for topic, type_ in _NOBODY_PUBLISHES.items():
+        for topic, type_ in _TOPICS_WITHOUT_PUBLISHER.items():
             self._keep.append(node.subscriber(topic, self._firmware.message_class(type_), callback=_ignore))
-        for name, type_ in _NOBODY_SERVES.items():
+        for name, type_ in _ACTIONS_WITHOUT_SERVER.items():
             action = self._firmware.message_class(f"{type_}Action")
             self._keep.append(rosproto.ActionClient(node, name, action, status_timeout=None))
 
@@ -176,31 +178,33 @@ class Graph:
         providers = row.providers if self._full else row.providers[-1:]
         for index, name in enumerate(providers):
             obey = self._server.topics.get(row.name, _ignore) if index == 0 else _ignore
-            callback = partial(self._hear, row.name, obey)
+            callback = partial(self._receive, row.name, obey)
             if row.definition_known:
                 callback = revised_listener(self._firmware, row.type, callback)
             type_ = self._class_of(row)
             self._keep.append(self.node(name).subscriber(row.name, type_, callback=callback, queue_size=10))
         if self._full:
             for name in row.written_by:
-                # Seen on the shelf's strip: the robot itself writes it under its other name.
+                # Seen on the shelf's light strip: the robot itself writes to the alias.
                 for topic in row.aliases or (row.name,):
                     self._keep.append(self.node(name).publisher(topic, self._class_of(row), queue_size=1))
 
-    def _hear(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
-        self._network.carry(lambda: self._obey(topic, obey, message))
+    def _receive(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
+        self._network.carry(lambda: self._handle_message(topic, obey, message))
 
-    def _obey(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
+    def _handle_message(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
         self.heard[topic] = message
         obey(message)
 
     def _serve(self, row: Row) -> None:
         node = self.node(row.providers[0])
-        handler = self._distant(revised_service(self._firmware, row.type, self._server.services[row.name]))
+        handler = self._delayed_service(
+            revised_service(self._firmware, row.type, self._server.services[row.name])
+        )
         self._keep.append(node.service_server(row.name, self._firmware.service_class(row.type), handler))
 
-    def _distant(self, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        """A service behind the network: request and reply take their time."""
+    def _delayed_service(self, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """Delay a service's request and reply by the network."""
 
         def handle(request: Any) -> Any:
             self._network.travel()
@@ -214,7 +218,7 @@ class Graph:
         handler = self._server.actions.get(row.name) or partial(self._server.accessory, row.type)
         node = self.node(row.providers[0])
         type_ = self._firmware.message_class(f"{row.type}Action")
-        revised = revised_action(self._firmware, row.type, self._server.distant(handler))
+        revised = revised_action(self._firmware, row.type, self._server.delayed(handler))
         self._keep.append(rosproto.ActionServer(node, row.name, type_, revised))
         if self._full:
             self.client(row.name)
@@ -223,23 +227,23 @@ class Graph:
                 self._keep.append(listener)
 
     def client(self, name: str) -> rosproto.ActionClient:
-        """The client /ros_interface keeps on an action server: the robot itself competes with us."""
+        """The client of /ros_interface for an action server, by which the robot itself sends goals."""
         if name not in self.internal_clients:
             row = interface.row(name)
             type_ = self._firmware.message_class(f"{row.type}Action")
-            # It never takes the server for gone: what a dropped link keeps back reaches the robot itself.
+            # Without a time-out: a simulated interruption does not affect links within the robot.
             self.internal_clients[name] = rosproto.ActionClient(
                 self.node(_RI), name, type_, status_timeout=None
             )
         return self.internal_clients[name]
 
     def first(self, topic: str) -> rosproto.Publisher | None:
-        """The publisher that carries a topic's content (the first provider's)."""
+        """The publisher of a topic's content (that of the first provider)."""
         row = interface.row(topic)
         return self.publishers.get((row.providers[0], topic))
 
     def look_at_master(self) -> None:
-        """The master was replaced: have every node register again."""
+        """Make every node register again, after the master was replaced."""
         for node in self.nodes.values():
             node.look_at_master()
 
@@ -255,13 +259,12 @@ def type_goal(action: Any) -> Any:
 
 
 def _ignore(message: Any) -> None:
-    """For topics that the real node subscribes to, and that change nothing here."""
+    """Callback for topics that have no effect in the simulation."""
 
 
-# -- an older firmware: on the wire it has that firmware's definitions ---------------------------------------
+# -- other firmware versions: conversion from and to their definitions ---------------------------------------
 #
-# Handlers and fillers know the current definitions only. On the way out and in, messages are carried over by
-# field name, as the real robot's program was written for its own.
+# Handlers and fillers use the current definitions only. Messages are converted by field name.
 
 
 def revised_listener(firmware: Firmware, type_name: str, callback: Callable[[Any], object]) -> Any:

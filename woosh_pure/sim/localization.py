@@ -1,7 +1,7 @@
-"""Where the simulated robot believes it is, in the map. Pure.
+"""The simulated localisation: the pose in the map that the robot reports. Pure.
 
-Located, it knows its pose exactly. Lost, it goes on by dead reckoning: from the pose it last believed, by
-what its odometry says since.
+A localised robot knows its pose exactly. Afterwards it uses dead reckoning: the last pose, moved by the
+odometry.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.sim.body import Body
 
 _LOCATED, _LOST, _STARTED, _NOT_THERE = 130103000000, 130103000012, 130103000021, 140201000022
-_NEAR, _NEAR_ANGLE = 1.0, 0.6  # m, rad: a hint this near to the truth lets the localisation converge
+_NEAR, _NEAR_ANGLE = 1.0, 0.6  # m, rad: the localisation converges from a hint within these
 
 
 class Localization:
     """The localisation of a simulated robot.
 
     Attributes:
-        located: Whether it knows where it is.
+        located: Whether the robot is localised.
         running: Whether the localisation runs (/start_localization).
     """
 
@@ -30,11 +30,13 @@ class Localization:
         self.running = True
         self._body = body
         self._report = report
-        self._lost_at: tuple[Pose2D, Pose2D] | None = None  # pose believed, and odometry, when it was lost
+        self._lost_at: tuple[Pose2D, Pose2D] | None = (
+            None  # estimated pose and odometry when the localisation was lost
+        )
 
     @property
     def pose(self) -> Pose2D:
-        """What the localisation says; dead reckoning while the robot is lost."""
+        """The estimated pose; dead reckoning while the localisation is lost."""
         if self._lost_at is None:
             pose = self._body.pose
             return Pose2D(pose.x, pose.y, normalize_angle(pose.yaw))
@@ -42,7 +44,7 @@ class Localization:
         return _composed(belief, odometry, self._body.odometry)
 
     def in_map(self, pose: Pose2D) -> Pose2D | None:
-        """A pose of a command, in the map; None for a frame this robot does not have."""
+        """Convert a pose to the map frame; None for an unknown frame."""
         frame = pose.frame.lstrip("/")
         if frame == "map":
             return pose
@@ -52,11 +54,11 @@ class Localization:
             return _composed(self.pose, self._body.odometry, replace(pose, frame="odom"))
         return None
 
-    def take_hint(self, pose: Pose2D) -> bool:
-        """A hint where the robot is: near the truth the localisation converges, otherwise nothing changes.
+    def apply_pose_hint(self, pose: Pose2D) -> bool:
+        """Localise from a pose hint. The localisation converges near the true pose; else nothing changes.
 
         Returns:
-            Whether it was taken.
+            Whether it has converged.
         """
         truth = self._body.pose
         near = math.hypot(pose.x - truth.x, pose.y - truth.y) < _NEAR
@@ -68,14 +70,14 @@ class Localization:
         return True
 
     def start(self) -> None:
-        """Run again, beginning where the robot believes it is."""
+        """Start the localisation at the estimated pose."""
         if not self.running:
             self.running = True
             self._report(_STARTED)
-            self.take_hint(self.pose)
+            self.apply_pose_hint(self.pose)
 
     def lose(self) -> None:
-        """The robot no longer knows where it is."""
+        """Lose the localisation."""
         self._lost_at = (self.pose, self._body.odometry)
         self.located = False
         self._report(_LOST)

@@ -1,4 +1,4 @@
-"""From the world to messages: one function per published topic. Called with the world's lock held."""
+"""Fill messages from the world: one function for each published topic. Called with the world's lock held."""
 
 from __future__ import annotations
 
@@ -233,7 +233,7 @@ FILLERS: dict[str, Callable[[World, Any, float], None]] = {
     "/localization_state": _localization_state,
     "/IO_input": _inputs,
 }
-"""Topics published steadily, by their first provider in the table."""
+"""The functions of the periodic topics, which their first provider in the table publishes."""
 
 RATES = {
     "/movebase_pose2d": 10.0,

@@ -1,7 +1,7 @@
-"""Motions of the simulated base: a path being followed, a list of steps. Pure: each gives a velocity for
-the next dt.
+"""Motions of the simulated base: `PathMotion` follows a path, `StepMotion` a list of steps. Pure: each
+returns a velocity for the next `dt`.
 
-Every motion ends in exactly one final state; who started it looks at `state` and `code` afterwards.
+Every motion ends in exactly one final state; its owner reads `state` and `code` afterwards.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from woosh_pure.sim.body import Body
 
 
 class MotionState(Enum):
-    """Where a motion is, or how it ended."""
+    """The state of a motion, or how it ended."""
 
     RUNNING = "running"
     PAUSED = "paused"
@@ -29,7 +29,7 @@ class MotionState(Enum):
 
     @property
     def is_final(self) -> bool:
-        """True when it will not move again."""
+        """Whether it has ended."""
         return self not in (MotionState.RUNNING, MotionState.PAUSED)
 
 
@@ -37,10 +37,10 @@ class Motion:
     """Base of the motions.
 
     Attributes:
-        owner: Who commanded it ("move_base", "step", "task").
+        owner: The source of the command ("move_base", "step", "task").
         state: See `MotionState`.
-        code: Status code that says why it ended, 0 while it runs.
-        blocked_for: Seconds it has been waiting for an obstacle.
+        code: Status code of the end; 0 while it runs.
+        blocked_for: Seconds of waiting for an obstacle.
     """
 
     def __init__(self, owner: str) -> None:
@@ -53,31 +53,31 @@ class Motion:
         """Velocity for the next `dt` s; called only while RUNNING."""
         raise NotImplementedError
 
-    def account(self, body: Body, dt: float) -> None:
-        """Take in what the body really did in the last `dt` s."""
+    def update(self, body: Body, dt: float) -> None:
+        """Update the motion by what the body did in the last `dt` s."""
 
     def pause(self) -> None:
-        """Hold it."""
+        """Pause."""
         self.state = MotionState.PAUSED
 
     def resume(self) -> None:
-        """Go on."""
+        """Resume."""
         self.state = MotionState.RUNNING
 
     def end(self, state: MotionState, code: int = 0) -> None:
-        """Final state; the first one stands."""
+        """Set the final state; later calls change nothing."""
         if not self.state.is_final:
             self.state, self.code = state, code
 
 
 class PathMotion(Motion):
-    """Drives way points: turn towards the next one, drive, at the end turn to the final yaw.
+    """Follows way points: turns towards the next one, drives, and turns to the final yaw at the end.
 
     Attributes:
-        path: Way points left, the last one is the goal.
+        path: Remaining way points; the last one is the goal.
         speed: Highest forward speed, m/s.
-        cramped_for: Seconds it has stood too near to something to go on as planned.
-        clear: Whether the straight way between two places is free: where it is not, no corner is cut.
+        too_close_for: Seconds of standing too close to something to go on as planned.
+        clear: Whether the straight line between two places is free, so that a corner may be cut.
     """
 
     POSITION_TOLERANCE = 0.01
@@ -91,7 +91,7 @@ class PathMotion(Motion):
         self.path = list(path[1:]) or list(path)
         self.speed = speed
         self.point_by_point = point_by_point
-        self.cramped_for = 0.0
+        self.too_close_for = 0.0
         self.clear: Callable[[Pose2D, Pose2D], bool] = lambda a, b: True
         self._turning = False
 
@@ -121,7 +121,7 @@ class PathMotion(Motion):
             self.path.pop(0)
 
     def _room(self, distance: float) -> float:
-        # Corners are taken slowly: count only a bit of the next leg.
+        # Corners are driven slowly: only a part of the next leg counts.
         return distance if len(self.path) == 1 else distance + 0.1
 
     def _turn_to_goal(self, pose: Pose2D, body: Body, dt: float) -> Velocity:
@@ -132,17 +132,17 @@ class PathMotion(Motion):
         return Velocity(0.0, 0.0, _profile(rest, 1.0, body.limits.angular_acceleration, dt))
 
     def remaining(self, pose: Pose2D) -> float:
-        """Metres left along the path."""
+        """Remaining length of the path, m."""
         points = [pose, *self.path]
         return sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(points))
 
 
 class StepMotion(Motion):
-    """Works through a list of steps by dead reckoning.
+    """Carries out a list of steps by dead reckoning.
 
     Attributes:
         steps: All steps of the goal.
-        index: The step being done.
+        index: Index of the current step.
         avoid: Whether obstacles stop it.
     """
 
@@ -155,12 +155,12 @@ class StepMotion(Motion):
 
     @property
     def current(self) -> Step:
-        """The step being done (the last one when all are done)."""
+        """The current step; the last one when all are done."""
         return self.steps[min(self.index, len(self.steps) - 1)]
 
     @property
     def percent(self) -> float:
-        """How much of the current step is done."""
+        """Completed part of the current step."""
         if self.index >= len(self.steps):
             return 100.0
         whole = abs(self.current.data)
@@ -171,18 +171,18 @@ class StepMotion(Motion):
         rest = abs(step.data) - self._travelled
         rotating = step.mode is StepMode.ROTATE
         limits = body.limits
-        # Brake a little more gently than the drives can, so that the target is met and not passed.
+        # Brake a little more gently than the drives can, so that the target is not passed.
         slow_down = 0.8 * (limits.angular_acceleration if rotating else limits.acceleration)
         speed = _profile(rest, step.highest_speed, slow_down, dt)
         d = step.direction()
         return Velocity(d.vx * speed, d.vy * speed, d.wz * speed)
 
     def coast(self, body: Body, dt: float) -> None:
-        """Count how far the body goes; also while it comes to rest after a pause."""
+        """Add the travelled distance; also while the body stops after a pause."""
         v, d = body.velocity, self.current.direction()
         self._travelled += (v.vx * d.vx + v.vy * d.vy + v.wz * d.wz) * dt
 
-    def account(self, body: Body, dt: float) -> None:
+    def update(self, body: Body, dt: float) -> None:
         step, v = self.current, body.velocity
         self.coast(body, dt)
         if abs(step.data) - self._travelled < 5e-4 and v.is_standing(0.02, 0.02):
@@ -192,7 +192,7 @@ class StepMotion(Motion):
                 self.end(MotionState.DONE, 130701000000)
 
     def remaining_steps(self) -> list[Step]:
-        """What is left: the rest of the current step and all later ones."""
+        """The rest of the current step, and all later steps."""
         if self.index >= len(self.steps):
             return []
         step = self.current
@@ -201,6 +201,6 @@ class StepMotion(Motion):
 
 
 def _profile(rest: float, most: float, deceleration: float, dt: float) -> float:
-    """Signed speed that can still stop within `rest`."""
+    """The highest signed speed from which the base can stop within `rest`."""
     size = abs(rest)
     return math.copysign(min(most, math.sqrt(2.0 * deceleration * size), size / dt), rest)

@@ -1,7 +1,7 @@
-"""The robot's own client: /ros_interface drives its tasks through /move_base, as everybody else must.
+"""The robot's own client of /move_base, by which /ros_interface drives its tasks.
 
-So a task is seen on the topics of /move_base, another client's goal replaces it there, and a cancel of all
-goals ends it, as on the real graph (`/ros_interface` keeps a goal publisher on every action server).
+So a task is visible on the topics of /move_base, another client's goal replaces it, and a cancel of all goals
+ends it, as on the real graph (`/ros_interface` keeps a goal publisher on every action server).
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ logger = get_logger("woosh_pure.sim")
 
 
 class NavigationMotion(Motion):
-    """A motion that somebody else carries out: a goal of /move_base.
+    """A motion carried out as a goal of /move_base.
 
-    Pausing cancels the goal, resuming sends what remains of the way (assumed).
+    Pausing cancels the goal; resuming sends the rest of the way (assumed).
     """
 
     def __init__(self, client: NavigationClient, way: Sequence[Pose2D], keep_path: bool) -> None:
@@ -52,7 +52,7 @@ class NavigationMotion(Motion):
 
 
 class NavigationClient:
-    """Sends goals and cancels from a thread of its own: nobody waits for them with the world locked."""
+    """Sends goals and cancels in a thread, so that the world is not locked meanwhile."""
 
     def __init__(self, graph: Graph, firmware: Firmware, lock: threading.Condition) -> None:
         self._graph = graph
@@ -63,19 +63,19 @@ class NavigationClient:
         self._thread.start()
 
     def drive(self, way: Sequence[Pose2D], keep_path: bool) -> Motion:
-        """Begin to drive; called with the world locked."""
+        """Start to drive; called with the world locked."""
         motion = NavigationMotion(self, way, keep_path)
         self.send(motion)
         return motion
 
     def send(self, motion: NavigationMotion) -> None:
-        """Send its goal, soon."""
+        """Queue sending its goal."""
         motion.sent += 1
         number = motion.sent
         self._todo.put(lambda: self._send(motion, number))
 
     def cancel(self, motion: NavigationMotion) -> None:
-        """Cancel its goal, soon."""
+        """Queue cancelling its goal."""
         goal, motion.goal = motion.goal, None
         if goal is not None:
             self._todo.put(lambda: goal.cancel())
@@ -118,7 +118,7 @@ class NavigationClient:
         handle.cancel()  # paused or ended while it was sent
 
     def _shorten(self, motion: NavigationMotion, left: int) -> None:
-        # The simulated /move_base tells in nav_state how many points are left.
+        # nav_state of the simulated /move_base is the number of remaining points.
         if motion.keep_path and 0 < left < len(motion.way):
             with self._lock:
                 motion.way = motion.way[-left:]

@@ -1,8 +1,8 @@
-"""The network between the simulated robot and everybody else: a delay, silence, a link that is down.
+"""The simulated network of the robot: delay, silence and interruptions.
 
-Everything passes here, both ways: messages the robot's nodes publish, and the commands they receive. A link
-that is down keeps what is sent meanwhile and delivers it afterwards, as TCP does when a cable was pulled for
-some seconds; so velocities of before the gap arrive after it.
+The messages that the robot's nodes publish and the commands they receive pass through it. During an
+interruption messages are kept and delivered afterwards, as TCP does when a cable was pulled for some seconds;
+so old velocities arrive after it.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import Any
 
 import rosproto
 
-_KEPT = 10  # messages of one publisher that wait for the link: as many as a publisher's queue holds
+_KEPT = 10  # messages of one publisher that are kept during an interruption, as in a publisher's queue
 
 
 class Network:
     """Delays and interruptions, the same for all nodes of one robot. Safe from any thread.
 
     Attributes:
-        delay: Seconds that everything takes, each way.
+        delay: Delay of each message in seconds, each way.
     """
 
     def __init__(self) -> None:
@@ -34,44 +34,44 @@ class Network:
         self._closing = threading.Event()
 
     def fall_silent(self, seconds: float) -> None:
-        """The steady topics end for a while; everything else goes on."""
+        """Stop the periodic topics for a while; everything else goes on."""
         self._silent_until = time.monotonic() + seconds
 
     def drop(self, seconds: float) -> None:
-        """Nothing passes for a while, in either direction; what is sent meanwhile comes afterwards."""
+        """Interrupt both directions for a while; messages are delivered afterwards."""
         self._down_until = time.monotonic() + seconds
 
     @property
     def silent(self) -> bool:
-        """True while the steady topics are not to be published."""
+        """Whether the periodic topics are stopped."""
         return time.monotonic() < self._silent_until
 
     @property
-    def _quick(self) -> bool:
+    def _is_immediate(self) -> bool:
         return not self.delay and not self._queue and time.monotonic() >= self._down_until
 
     def carry(self, act: Callable[[], object], sender: object = None) -> None:
-        """Do something when it arrives: now, or in `deliver`. The order is kept.
+        """Deliver a message: now, or later in `deliver`, in the order of sending.
 
         Args:
-            act: What the message does at the other end.
-            sender: Of one sender only the last few are kept while the link is down; None keeps all.
+            act: Called on delivery.
+            sender: Only the last few messages of a sender are kept during an interruption; None keeps all.
         """
-        if self._quick:
+        if self._is_immediate:
             act()
             return
         with self._lock:
             self._queue.append((self.arrival(), sender, act))
             if sender is not None:
-                self._bound(sender)
+                self._drop_excess(sender)
 
-    def _bound(self, sender: object) -> None:
+    def _drop_excess(self, sender: object) -> None:
         mine = [item for item in self._queue if item[1] is sender and item[0] >= self._down_until > 0.0]
         if len(mine) > _KEPT and time.monotonic() < self._down_until:
             self._queue.remove(mine[0])
 
     def deliver(self) -> None:
-        """Do what has arrived by now; called again and again by the simulation's thread."""
+        """Deliver the messages that are due; called periodically by the simulation's thread."""
         while True:
             with self._lock:
                 if not self._queue or self._queue[0][0] > time.monotonic():
@@ -80,22 +80,22 @@ class Network:
             act()
 
     def arrival(self) -> float:
-        """When something sent now arrives, by our monotonic clock."""
+        """The monotonic time at which a message sent now arrives."""
         return max(time.monotonic() + self.delay, self._down_until)
 
     def travel(self) -> None:
-        """Wait for as long as a request or a reply travels."""
+        """Wait for the delay of a request or reply."""
         rest = self.arrival() - time.monotonic()
         if rest > 0.0:
             self._closing.wait(rest)
 
     def close(self) -> None:
-        """Let nobody wait any longer."""
+        """End all waits."""
         self._closing.set()
 
 
 class RobotNode(rosproto.Node):
-    """A node of the robot: what it publishes passes the robot's network, also what an action server says."""
+    """A node of the robot, whose messages pass the simulated network, those of action servers included."""
 
     def __init__(self, name: str, network: Network, **options: Any) -> None:
         self.network = network
@@ -107,16 +107,16 @@ class RobotNode(rosproto.Node):
         directly = publisher.publish
 
         def publish(message: Any = None, **fields: Any) -> None:
-            if self.network._quick:
+            if self.network._is_immediate:
                 directly(message, **fields)
             else:
-                self.network.carry(lambda: _late(publisher, directly, message, fields), publisher)
+                self.network.carry(lambda: _publish_if_open(publisher, directly, message, fields), publisher)
 
         publisher.publish = publish  # type: ignore[method-assign]
         return publisher
 
 
-def _late(
+def _publish_if_open(
     publisher: rosproto.Publisher, directly: Callable[..., None], message: Any, fields: dict[str, Any]
 ) -> None:
     if not publisher.closed:

@@ -1,4 +1,4 @@
-"""A* on the inflated grid, and shortening of what it finds. Pure."""
+"""The path planner: A* on the inflated grid, then shortening of the path. Pure."""
 
 from __future__ import annotations
 
@@ -23,11 +23,9 @@ _NEIGHBOURS = [(-1, 0, 1.0), (1, 0, 1.0), (0, -1, 1.0), (0, 1, 1.0)] + [
 
 
 class Planner:
-    """Plans for a round robot of `radius` m that keeps `clearance` m from things; works on cells of about
-    0.1 m.
+    """Plans for a round robot of `radius` m that keeps `clearance` m from obstacles, on cells of about 0.1 m.
 
-    A robot that stands closer than that may leave, but only over cells where it touches nothing: the way out
-    does not lead through a wall.
+    A robot that stands closer may leave, but only over cells where it touches nothing.
     """
 
     def __init__(self, grid: GridMap, radius: float, clearance: float = 0.0) -> None:
@@ -46,9 +44,9 @@ class Planner:
         obstacles: Iterable[tuple[float, float, float]] = (),
         tolerance: float = 0.0,
     ) -> list[Pose2D] | None:
-        """Way points from `start` to `goal` (both included), or None when there is no way.
+        """Way points from `start` to `goal` (both included); None if there is no path.
 
-        With a `tolerance` in m a blocked goal may be replaced by the nearest free cell within it.
+        A blocked goal is replaced by the nearest free cell within `tolerance` m.
         """
         blocked = self._with(obstacles)
         first, last = self._cell(start), self._cell(goal)
@@ -64,12 +62,12 @@ class Planner:
         return [start, *middle, target]
 
     def nearest_free(self, x: float, y: float, within: float) -> tuple[float, float] | None:
-        """The nearest place where the robot's centre may be, in m; None when none is within `within` m."""
+        """The nearest free place for the robot's centre, in m; None if there is none within `within` m."""
         cell = self._nearest_free(self._static, self._cell(Pose2D(x, y)), within)
         return None if cell is None else self._point(cell)
 
     def is_free(self, x: float, y: float, obstacles: Iterable[tuple[float, float, float]] = ()) -> bool:
-        """True when the robot's centre may be there."""
+        """Whether a place is free for the robot's centre."""
         cell = self._cell(Pose2D(x, y))
         blocked = self._with(obstacles)
         return self._inside(cell) and not bool(blocked[cell])
@@ -86,7 +84,7 @@ class Planner:
         return self._grid.resolution * self._factor
 
     def _inflate(self, occupied: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
-        """Cells from whose middle the robot would reach the edge (not only the middle) of an occupied one."""
+        """Cells at whose centre the robot would touch an occupied cell."""
         reach = math.ceil(radius / self._size + 0.5)
         padded = np.pad(occupied, reach, constant_values=True)
         out = np.zeros_like(occupied)
@@ -107,7 +105,7 @@ class Planner:
             blocked = blocked.copy() if blocked is given else blocked
             rows, columns = np.ogrid[: blocked.shape[0], : blocked.shape[1]]
             r, c = self._exact(x, y)
-            reach = (radius + own) / self._size + 0.5  # it may pass at the edge of a cell, too
+            reach = (radius + own) / self._size + 0.5  # it may pass at the edge of a cell
             np.logical_or(
                 blocked, (rows + 0.5 - r) ** 2 + (columns + 0.5 - c) ** 2 <= reach * reach, out=blocked
             )
@@ -122,7 +120,7 @@ class Planner:
         return math.floor(r), math.floor(c)
 
     def _point(self, cell: _Cell) -> tuple[float, float]:
-        middle = (self._factor - 1) / 2.0  # of the fine cells that make this one
+        middle = (self._factor - 1) / 2.0  # of the fine cells in this one
         return self._grid.point_of(cell[0] * self._factor + middle, cell[1] * self._factor + middle)
 
     def _inside(self, cell: _Cell) -> bool:
@@ -143,7 +141,7 @@ class Planner:
     def _search(
         self, blocked: NDArray[np.bool_], touching: NDArray[np.bool_], start: _Cell, goal: _Cell
     ) -> list[_Cell] | None:
-        # The start may lie in an inflated cell (the robot stands close to something): it may leave it.
+        # The robot may stand in an inflated cell, and leave it.
         queue: list[tuple[float, float, _Cell]] = [(0.0, 0.0, start)]
         came: dict[_Cell, _Cell] = {}
         cost = {start: 0.0}

@@ -1,4 +1,4 @@
-"""What the simulated chassis answers: services, commands it listens to, and action servers."""
+"""`RosHandlers`: what the simulated chassis does for service requests, command messages and action goals."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _finite(*numbers: float) -> bool:
 
 
 class Simulation(Protocol):
-    """What the handlers work on; `SimulatedChassis` is one, and describes it."""
+    """The part of `SimulatedChassis` that the handlers use."""
 
     world: World
     lock: threading.Condition
@@ -52,8 +52,8 @@ class Simulation(Protocol):
         """Simulated time of day, s since 1970."""
 
 
-class Server:
-    """Handlers, called by the library's threads; each takes the world's lock for a moment."""
+class RosHandlers:
+    """The handlers, called in the library's threads; each holds the world's lock briefly."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -82,9 +82,9 @@ class Server:
             "/navigation_mode": self.navigation_mode,
         }
 
-    def distant(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
-        """An action's handler behind the network: goal and cancel arrive late."""
-        return lambda goal: handler(DistantGoal(goal, self._sim.network))
+    def delayed(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
+        """Delay an action's goal and cancel by the network."""
+        return lambda goal: handler(DelayedGoal(goal, self._sim.network))
 
     # -- services --------------------------------------------------------------------------------------------
 
@@ -104,7 +104,7 @@ class Server:
                     request.custom,
                 )
             )
-        # The reply may come long after the status: both orders happen.
+        # The reply may arrive after the status.
         time.sleep(self._sim.reply_delay)
         return {"success": reply.success, "message": reply.message, "statusCode": reply.code}
 
@@ -171,7 +171,7 @@ class Server:
         return {"plan": plan}
 
     def _in_map(self, poses: list[Pose2D]) -> list[Pose2D] | None:
-        """The poses in the map; None when one makes no sense there. With the world locked."""
+        """The poses in the map; None if one cannot be converted. Called with the world locked."""
         if not all(_finite(pose.x, pose.y, pose.yaw) for pose in poses):
             return None
         found = [self._world.localization.in_map(pose) for pose in poses]
@@ -222,7 +222,7 @@ class Server:
                 keep_path=bool(path),
                 point_by_point=goal.goal.execution_mode == 1,
             )
-        self._attend(goal, motion, self._navigation_feedback, lambda ok: None)
+        self._run_motion(goal, motion, self._navigation_feedback, lambda ok: None)
 
     def _navigation_feedback(self, motion: Motion) -> Any:
         assert isinstance(motion, PathMotion)
@@ -240,10 +240,10 @@ class Server:
         if motion is None:
             self._answer_step_command(goal, mode, done)
             return
-        self._attend(goal, motion, self._step_feedback, lambda ok: self._step_result(motion, ok))
+        self._run_motion(goal, motion, self._step_feedback, lambda ok: self._step_result(motion, ok))
 
     def _answer_step_command(self, goal: Any, mode: StepControlMode, done: bool) -> None:
-        """The end of a goal that moves nothing: pause, cancel, or a resume without anything paused."""
+        """Answer a goal without motion: pause, cancel, or resume while nothing is paused."""
         result = _new("woosh_msgs/StepControlResult", result=1 if done else -1)
         if not done:
             goal.abort(result, text="nothing to do")
@@ -253,7 +253,7 @@ class Server:
         goal.succeed(result)
 
     def _describe_pause(self, result: Any) -> None:
-        """How far the paused step is, told when the robot stands."""
+        """Add the progress of the paused step, after the robot has stopped."""
         sim, world = self._sim, self._world
         with sim.lock:
             end = world.time + 5.0
@@ -287,18 +287,16 @@ class Server:
         mode, code = int(motion.current.mode), 1 if ok else -1
         return _new("woosh_msgs/StepControlResult", result=code, executeMode=mode, percent=motion.percent)
 
-    def _attend(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
-        """Wait until a motion ends or its client cancels it; never leave one without its
-        handler.
-        """
+    def _run_motion(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
+        """Wait until a motion ends or its client cancels it; cancel the motion if this fails."""
         try:
-            self._attend_until_end(goal, motion, feedback, result)
+            self._wait_for_end(goal, motion, feedback, result)
         finally:
             with self._sim.lock:
                 if motion.state is MotionState.RUNNING:
                     self._world.end_motion(motion, MotionState.CANCELLED)
 
-    def _attend_until_end(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
+    def _wait_for_end(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
         sim = self._sim
         last = 0.0
         while True:
@@ -327,7 +325,7 @@ class Server:
             goal.abort(outcome, text=f"status code {code}")
 
     def _preempt(self, motion: Motion) -> None:
-        # A pause arrives as a new goal, which preempts this one: what is left must survive it for a moment.
+        # A pause arrives as a new goal that preempts this one, so the remaining steps are kept.
         if isinstance(motion, StepMotion):
             if self._world.motion is motion:
                 self._world.pause_step()
@@ -348,7 +346,7 @@ class Server:
         goal.succeed(_new("woosh_msgs/NavigationModeResult", result=1))
 
     def accessory(self, action_type: str, goal: Any) -> None:
-        """Lift, roller, tractor, docking ...: they take two simulated seconds and succeed (assumed)."""
+        """Lift, roller, tractor, docking ...: succeed after two simulated seconds (assumed)."""
         sim = self._sim
         with sim.lock:
             end = self._world.time + 2.0
@@ -360,8 +358,8 @@ class Server:
             goal.succeed(_success(action_type))
 
 
-class DistantGoal:
-    """A goal that came over the robot's network; what the handler says goes back through it by itself."""
+class DelayedGoal:
+    """A goal whose arrival and cancel are delayed by the network."""
 
     def __init__(self, goal: Any, network: Network) -> None:
         self._goal = goal
@@ -373,9 +371,9 @@ class DistantGoal:
         return getattr(self._goal, name)
 
     def cancel_arrived(self) -> bool:
-        """Look for a request to cancel; True when it has come all the way.
+        """Whether a cancel request has arrived.
 
-        Its way through the network begins with the first call that finds it, so call this again and again.
+        Its delay begins with the first call that finds it, so this must be called repeatedly.
         """
         if not self._goal.cancel_requested:
             return False
@@ -385,7 +383,7 @@ class DistantGoal:
 
 
 def _success(action_type: str, *, ok: bool = True) -> Any:
-    """A result message that says success, in the words of its own definition (SUCCESS, or 1)."""
+    """A result message with the success value of its definition (SUCCESS, or 1)."""
     result = message_type(f"{action_type}Result")()
     if hasattr(result, "result"):
         result.result = getattr(type(result), "SUCCESS", 1) if ok else -1

@@ -1,5 +1,5 @@
-"""What the lidar and a depth camera see: rays through the grid, round obstacles, walls of 2 m height and a
-floor, seen from 0.5 m. Pure numpy.
+"""The simulated lidar and depth camera: rays through the grid and round obstacles, walls of 2 m, a floor, and
+a camera at 0.5 m. Pure numpy.
 
 Not modelled: lens distortion, noise, texture, light.
 """
@@ -31,15 +31,15 @@ def cast(
 
     Args:
         grid: The map; the outside counts as occupied.
-        pose: Of the lidar, in the map.
+        pose: Pose of the lidar in the map.
         angles: (N,) rad relative to the pose.
-        most: Longest range in m; rays that hit nothing give inf.
+        most: Longest range in m; inf for rays that hit nothing.
         obstacles: Circles (x, y, radius) in m.
 
     Returns:
         (N,) float32 ranges in m, a new array.
     """
-    # Marching in half-cell steps, all rays abreast: the hit is right within half a cell.
+    # All rays advance together in steps of half a cell, which is the error of the result.
     step = grid.resolution / 2.0
     count = int(most / step) + 1
     directions = angles + pose.yaw
@@ -96,7 +96,7 @@ class Camera:
     def _metres(
         self, grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]]
     ) -> NDArray[np.float64]:
-        """(height, width) depth along z in m, 0 where nothing is in reach."""
+        """(height, width) depth along z in m; 0 where nothing is in range."""
         columns = np.arange(self.width) - (self.width - 1) / 2.0
         angles = -np.arctan(columns / self._focal)
         ranges = cast(grid, pose, angles, self.most, obstacles).astype(np.float64)
@@ -113,13 +113,13 @@ class Camera:
     def depth(
         self, grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
     ) -> NDArray[np.uint16]:
-        """(height, width) uint16 mm, 0 where nothing was measured."""
+        """(height, width) uint16 mm; 0 where nothing was measured."""
         return (self._metres(grid, pose, obstacles) * 1000.0).astype(np.uint16)
 
     def color(
         self, grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
     ) -> NDArray[np.uint8]:
-        """(height, width, 3) uint8 RGB: the nearer, the brighter; the floor greenish."""
+        """(height, width, 3) uint8 RGB: near is bright; the floor is greenish."""
         depth = self._metres(grid, pose, obstacles)
         near = np.where(depth > 0.0, 255.0 * (1.0 - depth / self.most), 0.0)
         floor = self._is_floor(depth)

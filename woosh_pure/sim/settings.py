@@ -1,4 +1,4 @@
-"""How a simulated chassis is set up."""
+"""`Settings`: the options of the simulated world."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ class Settings:
     """Options of the simulated world; all times in simulated seconds.
 
     Attributes:
-        seed: Of everything random; equal seeds and equal commands give equal runs.
-        start: Pose at power-up; None takes the site's.
-        located: Whether the robot knows its position at power-up.
-        limits: Of the drives.
-        radius: Of the round body, m.
-        navigation_speed: Of tasks and of /move_base, m/s.
-        on_silence: What the base does when velocity messages end: "keep" drives on (the real chassis is not
+        seed: Random seed; equal seeds and commands give equal runs.
+        start: Pose at power-up; None uses the site's.
+        located: Whether the robot is localised at power-up.
+        limits: Limits of the drives.
+        radius: Radius of the round body, m.
+        navigation_speed: Speed of tasks and /move_base, m/s.
+        on_silence: Behaviour when velocity messages end: "keep" drives on (that of the real chassis is not
             documented, so the dangerous case is assumed), "stop" stops after `silence_seconds`.
         silence_seconds: See `on_silence`.
-        obstacle_patience: How long a motion waits for an obstacle before it fails, s.
-        battery_percent: At power-up.
+        obstacle_patience: Seconds for which a motion waits for an obstacle before it fails.
+        battery_percent: Charge at power-up.
         battery_rate: Time factor of draining and charging.
-        drift: Relative error of the odometry, at most.
+        drift: Largest relative error of the odometry.
     """
 
     seed: int = 0

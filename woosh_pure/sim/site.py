@@ -1,4 +1,4 @@
-"""Where the simulated robot lives: a map, its marks, and the built-in small hall. Pure."""
+"""`Site`: the map, marks and start of the simulated robot; the built-in hall, and sites from files. Pure."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["Mark", "Site", "built_in_site", "mark_of", "site_of"]
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A named place, a storage mark.
+    """A mark of the map.
 
     Attributes:
-        pose: In the map.
-        charger: True for a charging dock.
-        waits: True when a task waits here until it is interrupted (task state 5).
+        pose: Its pose in the map.
+        charger: Whether it is a charging dock.
+        waits: Whether a task waits here until it is interrupted (task state 5).
     """
 
     pose: Pose2D
@@ -35,7 +35,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Site:
-    """A map with its marks and the place where the robot is switched on."""
+    """A map, its marks, and the robot's pose at power-up."""
 
     grid: GridMap
     marks: dict[str, Mark] = field(default_factory=dict)
@@ -63,8 +63,8 @@ _HALL = """
 
 
 def built_in_site(resolution: float = 0.05) -> Site:
-    """A hall of 12 m x 8 m with five pillars and six marks; the origin (0, 0) is a free place in its
-    middle left."""
+    """A hall of 12 m x 8 m with five pillars and seven marks; the origin (0, 0) is a free place, left of the
+    centre."""
     lines = _HALL.strip().splitlines()
     coarse = np.array([[c == "#" for c in line] for line in reversed(lines)])
     factor = round(0.5 / resolution)
@@ -82,20 +82,19 @@ def built_in_site(resolution: float = 0.05) -> Site:
     return Site(grid, marks, Pose2D(0.0, 0.0, 0.0))
 
 
-# -- as a command line describes it: a map file, and marks by name; angles are degrees here ------------------
+# -- sites from the command line: a map file, and marks with yaw in degrees ----------------------------------
 #
-# Sources: `NAME=X,Y,YAW` of --mark, and files of --marks, which are those of `woosh marks` (yaw in rad
-# there).
+# --mark takes NAME=X,Y,YAW; --marks takes files of `woosh marks`, whose yaw is in rad.
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)"
 _MARK = re.compile(rf"(?P<name>.*\S.*)=(?P<x>{_NUMBER}),(?P<y>{_NUMBER}),(?P<yaw>{_NUMBER})", re.ASCII)
 
 
 def mark_of(text: str) -> tuple[str, Pose2D]:
-    """`DOCK=1.5,-2,90`: its name and pose.
+    """Parse a mark such as `DOCK=1.5,-2,90` into its name and pose.
 
     Raises:
-        ValueError: It is written otherwise.
+        ValueError: The text has another form.
     """
     found = _MARK.fullmatch(text)
     if found is None:
@@ -112,19 +111,18 @@ def mark_of(text: str) -> tuple[str, Pose2D]:
 def site_of(
     map_file: Path | None = None, marks: Iterable[str] = (), files: Iterable[str | Path] = ()
 ) -> Site | None:
-    """The place with these marks; None when nothing is asked for: the built-in hall.
+    """The site with a map and marks; None if no argument is given, for the built-in hall.
 
-    A given map keeps those of the hall that lie in it, on free ground. Marks of files come first, then those
-    of the command line, so that these replace them.
+    The hall's marks are kept where a given map is free. Marks of the command line replace those of files.
 
     Args:
         map_file: YAML of map_server.
-        marks: As `mark_of` reads them.
-        files: As `MarkFile` reads them; an entry without a pose is a note and no place.
+        marks: Marks in the form of `mark_of`.
+        files: Mark files (`MarkFile`); entries without a pose are ignored.
 
     Raises:
-        ValueError: A mark is written wrong, or lies where the map has no free ground.
-        FileNotFoundError: There is no such file.
+        ValueError: A mark is invalid, or lies where the map is not free.
+        FileNotFoundError: A file does not exist.
     """
     given: dict[str, tuple[str, Pose2D]] = {}
     for path in map(Path, files):
@@ -154,7 +152,7 @@ def site_of(
                     extent=_extent(site.grid),
                 )
             )
-    # A charger stays one when it is moved.
+    # A moved charger remains a charger.
     old = site.marks
     new = {name: replace(old.get(name, Mark(pose)), pose=pose) for name, (_, pose) in given.items()}
     return replace(site, marks={**old, **new})
@@ -166,7 +164,7 @@ def _on_map(grid: GridMap, hall: Site) -> Site:
 
 
 def _is_free(grid: GridMap, pose: Pose2D) -> bool:
-    return not grid.is_occupied(pose.x, pose.y)  # also off the map
+    return not grid.is_occupied(pose.x, pose.y)  # also outside the map
 
 
 def _extent(grid: GridMap) -> str:

@@ -1,6 +1,6 @@
-"""The task machine behind /exec_task and /robot_status. Pure: the world steps it.
+"""`TaskMachine`: the tasks of /exec_task and their states in /robot_status. Pure: the world steps it.
 
-States and their numbers are the vendor's (see `woosh_pure.enums`). What is not documented is marked
+States and their numbers are the vendor's (see `woosh_pure.enums`). Undocumented behaviour is marked
 "assumed".
 """
 
@@ -27,7 +27,7 @@ from woosh_pure.sim.site import Site
 
 @dataclass(frozen=True, slots=True)
 class TaskRequest:
-    """An ExecTask request; poses in the map, None when one of them cannot be."""
+    """An ExecTask request; poses are in the map, None if one cannot be converted."""
 
     command: TaskCommand
     task_id: int
@@ -50,7 +50,7 @@ class TaskReply:
 
 @dataclass(frozen=True, slots=True)
 class StatusRecord:
-    """What /robot_status says, without the time."""
+    """The content of /robot_status, without the time."""
 
     task_id: int
     task_type: TaskType
@@ -66,7 +66,7 @@ class StatusRecord:
 
 
 class TaskWorld(Protocol):
-    """What tasks need of the world they are done in; `woosh_pure.sim.world.World` is one."""
+    """The part of `woosh_pure.sim.world.World` that tasks use."""
 
     site: Site
     emergency_stop: bool
@@ -77,38 +77,38 @@ class TaskWorld(Protocol):
 
     @property
     def located(self) -> bool:
-        """Whether the robot knows where it is."""
+        """Whether the robot is localised."""
 
     @property
     def robot_state(self) -> RobotState:
-        """What /robot_status.robot_state says."""
+        """`robot_state` of /robot_status."""
 
     def report(self, code: int) -> None:
-        """Say a status code."""
+        """Publish a status code."""
 
     def navigate(self, owner: str, way: Sequence[Pose2D], *, keep_path: bool = False) -> Motion:
-        """Begin to drive along a way."""
+        """Start to drive along a way."""
 
     def end_motion(self, motion: Motion, state: MotionState) -> None:
-        """End a motion that was begun here."""
+        """End a motion of a task."""
 
     def enter_dock(self) -> None:
-        """Charge: the robot has arrived at its charger."""
+        """Dock at the charger and charge."""
 
     def leave_dock(self) -> None:
-        """Drive off it."""
+        """Leave the charger."""
 
 
 class TaskMachine:
     """One task at a time; a finished task stays visible until the next one starts.
 
     Attributes:
-        drive: How a task drives: `(way, keep_path) -> Motion`. The ROS side sends a goal to /move_base here,
-            as /ros_interface does; alone, the world is told directly.
+        drive: Starts a drive: `(way, keep_path) -> Motion`. The ROS side sends a goal to /move_base, as
+            /ros_interface does; by default the world is called directly.
     """
 
     AT_MARK = 0.5
-    """How far from its mark a given path may end, m (assumed; that it must end there is the vendor's)."""
+    """Largest distance between the end of a given path and its mark, m (the value is assumed)."""
     CARRY_SECONDS = 2.0
     CHARGE_SECONDS = 1.0
 
@@ -253,12 +253,12 @@ class TaskMachine:
         self._finish(TaskState.COMPLETED, ActionState.DONE, "")
 
     def fail(self, message: str) -> None:
-        """End the running task as failed (injected faults, lost localisation, emergency stop)."""
+        """Fail the running task."""
         if self.busy:
             self._finish(TaskState.FAILED, ActionState.FAILED, message)
 
     def step(self, dt: float) -> None:
-        """Let the task go on; called after the base has moved."""
+        """Advance the task; called after the base has moved."""
         if self.state is not TaskState.RUNNING:
             return
         if self.fail_next is not None:

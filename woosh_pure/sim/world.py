@@ -1,4 +1,4 @@
-"""The simulated world: a robot in a site, stepped by `step(dt)`. Pure: no sockets, threads or clocks.
+"""`World`: the simulated robot in its site, stepped by `step(dt)`. Pure: no sockets, threads or clocks.
 
 Not modelled: slipping, payload, slopes, doors and lifts, other robots, traffic control, camera optics, radio.
 """
@@ -16,7 +16,7 @@ from woosh_pure.enums import RobotMode, RobotState, TaskState, TaskType, WorkMod
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion.steps import Step
-from woosh_pure.sim.avoidance import Avoidance, NavigationSettings, Obstacle, Surroundings
+from woosh_pure.sim.avoidance import Avoidance, CollisionMap, NavigationSettings, Obstacle
 from woosh_pure.sim.body import Body
 from woosh_pure.sim.localization import Localization
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
@@ -27,14 +27,13 @@ from woosh_pure.sim.tasks import StatusRecord, TaskMachine
 
 
 class SimulatedBattery:
-    """A 24 V, 40 Ah battery, as far as a client can see it: drains by time and by driving, charges at the
-    dock or by cable.
+    """A 24 V, 40 Ah battery that drains by time and driving, and charges at the dock or by cable.
 
     Attributes:
         percent: Charge, 0 to 100, with fractions.
         charging: Whether current flows in.
-        automatic: Whether charging was started by a task (charge mode 1).
-        rate: Time factor on draining and charging, for tests.
+        automatic: Whether a task has started charging (charge mode 1).
+        rate: Time factor of draining and charging, for tests.
     """
 
     FULL_AH = 40.0
@@ -47,7 +46,7 @@ class SimulatedBattery:
         self._current = -1.5
 
     def step(self, dt: float, velocity: Velocity) -> None:
-        """Let `dt` s pass."""
+        """Advance by `dt` s."""
         speed = math.hypot(velocity.vx, velocity.vy) + 0.3 * abs(velocity.wz)
         self._current = 15.0 if self.charging else -(1.5 + 8.0 * speed)
         change = self._current * dt / 3600.0 / self.FULL_AH * 100.0 * self.rate
@@ -55,21 +54,21 @@ class SimulatedBattery:
 
     @property
     def voltage(self) -> float:
-        """V."""
+        """Voltage, V."""
         return 22.4 + 0.05 * self.percent + (0.6 if self.charging else 0.0)
 
     @property
     def current(self) -> float:
-        """A, negative when it drains."""
+        """Current, A; negative while it drains."""
         return self._current
 
     @property
     def capacity(self) -> float:
-        """Ah left."""
+        """Remaining charge, Ah."""
         return self.FULL_AH * self.percent / 100.0
 
 
-_CLEARANCE = 0.05  # m that planned paths keep from everything
+_CLEARANCE = 0.05  # distance of planned paths from obstacles, m
 _LOST = 130103000012
 _INITIALISED, _NOT_INITIALISED = 140200000000, 140201000022
 _NAV_REACHED = 130104000041
@@ -77,16 +76,16 @@ _ESTOP, _ESTOP_RELEASED, _BUMPER, _BUMPER_RELEASED = 110201000013, 110201000000,
 
 
 class World:
-    """Everything that is true, and everything the robot believes.
+    """The true state of robot and site, and the robot's own estimates.
 
     Attributes:
         time: Simulated seconds since power-up.
         body, battery, tasks, site: The parts.
-        around: What stands around.
-        motion: What moves the base now, None when nothing does.
-        localization: Where the robot believes it is.
-        avoidance: What its navigation does about obstacles.
-        emergency_stop, cable_plugged, robot_mode, work_mode: State a test may set through the methods.
+        collisions: Walls and obstacles.
+        motion: The motion under way; None if there is none.
+        localization: The robot's estimated pose.
+        avoidance: The obstacle avoidance of the navigation.
+        emergency_stop, cable_plugged, robot_mode, work_mode: States that tests set by the methods.
     """
 
     def __init__(self, site: Site | None = None, settings: Settings | None = None) -> None:
@@ -100,7 +99,7 @@ class World:
         self.battery = SimulatedBattery(self.settings.battery_percent, self.settings.battery_rate)
         self.tasks = TaskMachine(self)
         self.map_seen: GridMap = self.site.grid
-        self.around = Surroundings(self.site.grid, self.settings.radius)
+        self.collisions = CollisionMap(self.site.grid, self.settings.radius)
         self.costmaps_enabled = True
         self.navigation = NavigationSettings()
         self.avoidance = Avoidance(self)
@@ -116,15 +115,15 @@ class World:
         self._command = Velocity()
         self._command_smooth = True
         self._command_time = -math.inf
-        self._holding = True  # the last motion brakes; False when a velocity was commanded since
+        self._holding = True  # the base brakes after a motion; False after a commanded velocity
         self._reports: list[int] = []
         self.last_code = _INITIALISED if self.located else _NOT_INITIALISED
 
     def _free_place(self, wanted: Pose2D) -> Pose2D:
-        """Where the robot is switched on: on a user's map, the place asked for may be inside a wall.
+        """The free place nearest to the start, which may be inside a wall of a user's map.
 
         Raises:
-            ValueError: There is no room for the robot anywhere.
+            ValueError: The map has no free place for the robot.
         """
         grid = self.site.grid
         place = self.planner.nearest_free(wanted.x, wanted.y, math.inf)
@@ -143,24 +142,24 @@ class World:
 
     @property
     def obstacles(self) -> list[Obstacle]:
-        """What stands around and is not on the map; may be changed."""
-        return self.around.things
+        """The obstacles that are not on the map; the list may be changed."""
+        return self.collisions.obstacles
 
-    # -- what the robot says ---------------------------------------------------------------------------------
+    # -- reported states -------------------------------------------------------------------------------------
 
     def report(self, code: int) -> None:
-        """Queue a number for /status_code."""
+        """Queue a code for /status_code."""
         self._reports.append(code)
         self.last_code = code
 
     def take_reports(self) -> list[int]:
-        """Codes since the last call."""
+        """Return and clear the queued codes."""
         reports, self._reports = self._reports, []
         return reports
 
     @property
     def robot_state(self) -> RobotState:
-        """What /robot_status.robot_state says."""
+        """`robot_state` of /robot_status."""
         if not self.located:
             return RobotState.UNINITIALISED
         if self.emergency_stop or self.bumper:
@@ -182,18 +181,18 @@ class World:
 
     @property
     def located(self) -> bool:
-        """Whether the robot knows where it is."""
+        """Whether the robot is localised."""
         return self.localization.located
 
     @property
     def believed_pose(self) -> Pose2D:
-        """Where the robot believes it is."""
+        """The robot's estimated pose."""
         return self.localization.pose
 
     # -- commands --------------------------------------------------------------------------------------------
 
     def command_velocity(self, velocity: Velocity, *, smooth: bool) -> None:
-        """A message on /smooth_cmd_vel or /base_cmd_vel."""
+        """Handle a message of /smooth_cmd_vel or /base_cmd_vel."""
         if not all(map(math.isfinite, (velocity.vx, velocity.vy, velocity.wz))):
             self.report(140801000091)
             return
@@ -205,11 +204,10 @@ class World:
     def navigate(
         self, owner: str, target: Sequence[Pose2D], *, keep_path: bool = False, point_by_point: bool = False
     ) -> Motion:
-        """Drive to the last pose of `target`, over the others when `keep_path`; the motion tells how it
-        ends."""
+        """Drive to the last pose of `target`, with `keep_path` over the others; return the motion."""
         path = [self.body.pose, *target] if keep_path else self.avoidance.way_to(target[-1])
         motion = PathMotion(owner, path or [target[-1]], self._speed(), point_by_point=point_by_point)
-        motion.clear = partial(self.around.is_clear, more=0.03)
+        motion.clear = partial(self.collisions.is_clear, more=0.03)
         refused = self._cannot_move()
         if refused or path is None:
             motion.end(MotionState.FAILED, refused or 130101000021)
@@ -240,7 +238,7 @@ class World:
         return step.in_range and (self.body.limits.omnidirectional or not sideways)
 
     def pause_step(self) -> bool:
-        """Hold the running step goal; what remains is kept for `resume_step`."""
+        """Pause the running step goal; the rest is kept for `resume_step`."""
         if not isinstance(self.motion, StepMotion):
             return self.paused_step is not None
         self.motion.pause()
@@ -248,67 +246,68 @@ class World:
         return True
 
     def resume_step(self, steps: Sequence[Step], *, avoid: bool) -> Motion | None:
-        """Go on after a pause: with the given steps, or with what was left when none are given."""
+        """Resume after a pause: with the given steps, or without any, with the rest of the paused ones."""
         paused, self.paused_step = self.paused_step, None
         if paused is None:
             return None
         return self.step_control(steps or paused.remaining_steps(), avoid=avoid)
 
     def end_motion(self, motion: Motion, state: MotionState, code: int = 0) -> None:
-        """Take a motion off the base."""
+        """End a motion."""
         motion.end(state, code)
         if self.motion is motion:
             self.motion = None
-            self._hold()
+            self._brake_to_stand()
 
     def plan(self, start: Pose2D, goal: Pose2D, tolerance: float = 0.0) -> list[Pose2D] | None:
-        """A path on the map, around the obstacles the costmaps know."""
-        return self.planner.plan(start, goal, self.around.seen, tolerance)
+        """A path on the map around the obstacles of the costmaps."""
+        return self.planner.plan(start, goal, self.collisions.seen_obstacles, tolerance)
 
     def clear_costmaps(self) -> None:
-        """Forget obstacles; those in sight come back with the next step."""
-        self.around.seen = []
+        """Remove all obstacles from the costmaps; those in sight return with the next step."""
+        self.collisions.seen_obstacles = []
 
     def set_map(self, grid: GridMap, pose: Pose2D) -> None:
-        """Another map for localisation and planning, and where the robot is in it. The real walls stay."""
+        """Set the map for localisation and planning, and the robot's pose in it. The real walls do not
+        change."""
         self.map_seen = grid
         self.planner = Planner(grid, self.settings.radius, _CLEARANCE)
         self.initial_pose(pose)
 
     def initial_pose(self, pose: Pose2D) -> bool:
-        """A hint where the robot is; returns whether it was taken (`Localization.take_hint`)."""
-        return self.localization.take_hint(pose)
+        """Localise from a pose hint; see `Localization.apply_pose_hint`."""
+        return self.localization.apply_pose_hint(pose)
 
     def run_localization(self, on: bool) -> None:
-        """/start_localization."""
+        """Start or stop the localisation, for /start_localization."""
         if on:
             self.localization.start()
         elif self.localization.running:
             self.lose_localization()
             self.localization.running = False
 
-    # -- things that happen to a robot -----------------------------------------------------------------------
+    # -- events of the robot ---------------------------------------------------------------------------------
 
     def press_emergency_stop(self) -> None:
-        """Everything stops now; the task fails (assumed)."""
+        """Stop everything at once; the task fails (assumed)."""
         self.emergency_stop = True
         self.report(_ESTOP)
-        self._drop_everything(_ESTOP, "emergency stop")
+        self._abort_all(_ESTOP, "emergency stop")
 
     def release_emergency_stop(self) -> None:
-        """Nothing resumes by itself."""
+        """Release the emergency stop; nothing resumes by itself."""
         self.emergency_stop = False
         self.report(_ESTOP_RELEASED)
 
     def lose_localization(self) -> None:
-        """The robot no longer knows where it is."""
+        """Lose the localisation; navigation and tasks fail."""
         self.localization.lose()
         if self.motion is not None and self.motion.owner != "step":
             self.end_motion(self.motion, MotionState.FAILED, _LOST)
         self.tasks.fail("localisation lost")
 
     def set_mode(self, mode: RobotMode) -> None:
-        """The key switch on the robot."""
+        """Turn the key switch of the robot."""
         self.robot_mode = mode
         codes = {
             RobotMode.AUTOMATIC: 140802000051,
@@ -317,31 +316,32 @@ class World:
         }
         self.report(codes.get(mode, 140802000041))
         if mode is not RobotMode.AUTOMATIC:
-            self._drop_everything(140801000081, "switched to manual")
+            self._abort_all(140801000081, "switched to manual")
 
     def plug_cable(self, plugged: bool = True) -> None:
-        """The charging cable; a robot on the cable does not drive, and what it is doing fails (assumed)."""
+        """Plug the charging cable in or out. With the cable the robot does not drive, and motions fail
+        (assumed)."""
         self.cable_plugged = plugged
         if plugged:
-            self._drop_everything(140801000261, "charging cable plugged in")
+            self._abort_all(140801000261, "charging cable plugged in")
         self.battery.charging, self.battery.automatic = plugged, False
 
     def enter_dock(self) -> None:
-        """Arrived at a charger."""
+        """Dock at a charger and charge."""
         self.docked = self.battery.charging = self.battery.automatic = True
         self.report(140501000000)
 
     def leave_dock(self) -> None:
-        """Drive off the charger."""
+        """Leave the charger."""
         if self.docked:
             self.docked = self.battery.charging = False
 
     def release_bumper(self) -> None:
-        """Somebody has freed the robot."""
+        """Release the bumper after a collision."""
         self.bumper = False
         self.report(_BUMPER_RELEASED)
 
-    def _drop_everything(self, code: int, why: str) -> None:
+    def _abort_all(self, code: int, why: str) -> None:
         self._command = Velocity()
         if self.motion is not None:
             self.end_motion(self.motion, MotionState.FAILED, code)
@@ -351,27 +351,27 @@ class World:
     # -- time ------------------------------------------------------------------------------------------------
 
     def step(self, dt: float) -> None:
-        """Let `dt` simulated seconds pass; keep it at 0.05 or less."""
+        """Advance by `dt` simulated seconds, at most 0.05."""
         self.time += dt
         if self.costmaps_enabled:
-            self.around.look(self.body.pose)
-        wanted, hard = self._wanted(dt)
+            self.collisions.update_seen(self.body.pose)
+        wanted, hard = self._next_velocity(dt)
         self.body.approach(wanted, dt, hard=hard)
         self._move(dt)
         if self.motion is not None:
-            self.motion.account(self.body, dt)
+            self.motion.update(self.body, dt)
             if self.motion.state.is_final:
-                self._ended(self.motion)
+                self._finish_motion(self.motion)
         elif self.paused_step is not None:
             self.paused_step.coast(self.body, dt)
         self.battery.step(dt, self.body.velocity)
         self.tasks.step(dt)
 
-    def _wanted(self, dt: float) -> tuple[Velocity, bool]:
+    def _next_velocity(self, dt: float) -> tuple[Velocity, bool]:
         if self.emergency_stop or self.bumper:
             return Velocity(), True
-        commanded = self._commanded()
-        # A fresh velocity overrides a motion: that is what "bypasses state limits" means.
+        commanded = self._active_command()
+        # A new velocity overrides a motion ("bypasses state limits").
         fresh = self.time - self._command_time < 0.5 and not commanded.is_standing(0.0, 0.0)
         if fresh or (self.motion is None and not self._holding):
             return commanded, not self._command_smooth
@@ -379,7 +379,7 @@ class World:
             return Velocity(), not (self._command_smooth and self.avoidance.leaves_room(Velocity(), dt))
         return self.avoidance.velocity(self.motion, dt)
 
-    def _commanded(self) -> Velocity:
+    def _active_command(self) -> Velocity:
         silent = self.time - self._command_time > self.settings.silence_seconds
         if silent and self.settings.on_silence == "stop":
             return Velocity()
@@ -388,11 +388,11 @@ class World:
     def _move(self, dt: float) -> None:
         there = self.body.moved(dt)
         moving = not self.body.velocity.is_standing(0.0, math.inf)
-        if moving and self.around.touches(there.x, there.y):
-            if not self.around.touches(self.body.pose.x, self.body.pose.y) or not self.bumper:
+        if moving and self.collisions.touches(there.x, there.y):
+            if not self.collisions.touches(self.body.pose.x, self.body.pose.y) or not self.bumper:
                 self.bumper = True
                 self.report(_BUMPER)
-                self._drop_everything(_BUMPER, "bumper")
+                self._abort_all(_BUMPER, "bumper")
             self.body.block()
             return
         self.body.advance(dt)
@@ -405,15 +405,15 @@ class World:
         self.leave_dock()
         self.motion = motion
 
-    def _ended(self, motion: Motion) -> None:
+    def _finish_motion(self, motion: Motion) -> None:
         self.motion = None
-        self._hold()
+        self._brake_to_stand()
         if isinstance(motion, PathMotion) and motion.state is MotionState.DONE:
             motion.code = _NAV_REACHED
         if motion.code:
             self.report(motion.code)
 
-    def _hold(self) -> None:
+    def _brake_to_stand(self) -> None:
         self._command = Velocity()
         self._command_smooth = self._holding = True
 

@@ -25,7 +25,7 @@ def hall() -> GridMap:
 
 
 def test_cost_falls_with_the_way_to_a_wall() -> None:
-    found = Costmap(hall(), RADIUS).with_things([])
+    found = Costmap(hall(), RADIUS).with_obstacles([])
     assert (found.width, found.height, found.origin) == (40, 40, Pose2D(-2.0, -2.0))
     along = [cost(found, 0.05 + 0.1 * k, 0.0) for k in range(12)]
     assert along[0] == 100
@@ -37,17 +37,17 @@ def test_cost_falls_with_the_way_to_a_wall() -> None:
 
 def test_things_are_added_and_forgotten() -> None:
     costmap = Costmap(hall(), RADIUS)
-    thing = costmap.with_things([(1.25, 1.25, 0.2)])
+    thing = costmap.with_obstacles([(1.25, 1.25, 0.2)])
     assert cost(thing, 1.25, 1.25) == 100
     assert cost(thing, 1.25, 0.85) == 99
     assert 0 < cost(thing, 1.25, 0.65) < 99
-    assert cost(costmap.with_things([]), 1.25, 1.25) == 0
+    assert cost(costmap.with_obstacles([]), 1.25, 1.25) == 0
 
 
 def test_what_is_not_known_is_no_wall_and_a_rest_of_a_cell_counts() -> None:
     cells = np.full((31, 31), -1, np.int8)
     cells[30, 30] = 100
-    found = Costmap(GridMap(cells, 0.05), RADIUS).with_things([])
+    found = Costmap(GridMap(cells, 0.05), RADIUS).with_obstacles([])
     assert found.cells.shape == (16, 16)
     assert found.cells[15, 15] == 100
     assert found.cells[0, 0] == 0
