@@ -2,9 +2,9 @@
 
     python .ci/release.py v0.9.0 FOLDER
 
-The tag, `rosproto/version.py` and a section of CHANGELOG.md must name the same version. The wheel and the
-sdist are those that `tests/packaging/check.py` has used as strangers do. FOLDER gets them in `dist`, and the
-section as `notes.md`.
+The tag, `rosproto/version.py` and a section of CHANGELOG.md must name the same version. FOLDER/dist gets the
+wheel and the sdist that `tests/packaging/check.py` has tested in a bare environment, FOLDER/notes.md the
+section.
 """
 
 from __future__ import annotations

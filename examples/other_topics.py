@@ -1,4 +1,4 @@
-"""Topics of the chassis without a property or verb of their own: any can be used, velocities apart."""
+"""Topics of the chassis that have no property or verb: all can be used, except velocities."""
 
 from _robot import robot
 

@@ -1,4 +1,4 @@
-"""Things that happen to a robot, made to happen: what does your program do then?"""
+"""Faults of a robot, simulated: what does your program do then?"""
 
 from woosh_pure import Chassis, GoalFailed, MotionRefused, SimulatedChassis
 

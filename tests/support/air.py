@@ -1,4 +1,4 @@
-"""What lies between two computers: a wire in user space that delays, loses, limits and filters packets.
+"""A wire between two computers, in user space, that delays, loses, limits and filters packets.
 
 Two TUN devices, one in the network namespace of each computer (hosts.py), are joined by a thread that reads
 packets from one and writes them to the other. So nothing of the kernel's traffic control is needed, and a test

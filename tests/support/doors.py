@@ -1,4 +1,4 @@
-"""Doors: hold a call in front of its method until the test lets it go on, so that an order is no matter of luck."""
+"""Holds a call in front of its method until the test lets it go on, so that the order of events is fixed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Orders of VDA 5050 for tests, and a vehicle without wheels that carries out what the order machine asks."""
+"""Orders of VDA 5050 for tests, and a simulated vehicle that carries out the effects of the order machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kill -9 of the broker, the robot or our own process while an order is driven, at a moment by chance.
+"""Kill -9 of the broker, the robot or our own process at a random moment of an order.
 
     with Hall(folder, seed) as hall:
         print(hall.trial("process"))

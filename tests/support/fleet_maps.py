@@ -1,4 +1,4 @@
-"""Maps as a map server has them, and a map server."""
+"""Map files in the format of a map server, and an HTTP server for them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What tests of the order machine do again and again."""
+"""Steps that several tests of the order machine share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fleet managers of others, unmodified: `vda-5050-lib` (npm) and `vda5050-sdk` (PyPI), as opponents of `woosh vda5050`.
+"""Fleet managers of others, unmodified: `vda-5050-lib` (npm) and `vda5050-sdk` (PyPI), as peers of `woosh vda5050`.
 
 They are looked for in `$FLEET_PEERS`, or else in the cache of these tests: a folder with `node_modules` and a `venv`.
 `python -m tests.support.fleet_peers` makes it, as .ci/run does; tests reach no other machine.

@@ -1,4 +1,4 @@
-"""How busy this computer is, for limits that mean a quiet one."""
+"""How busy this computer is, for time limits that assume a quiet one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The smallest thing services and parameters can live in: a real TCPROS server, a master in memory, no topics."""
+"""A minimal node for tests of services and parameters: a real TCPROS server, a master in memory, no topics."""
 
 from __future__ import annotations
 

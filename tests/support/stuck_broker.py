@@ -1,4 +1,4 @@
-"""A broker that is none: it takes connections, may answer the first packet, and reads only when it is told to."""
+"""A fake broker: accepts connections, may answer the first packet, and reads only when a test says so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outputs that nobody reads: a pipe that is full, a terminal that was stopped by Ctrl-S."""
+"""Unread outputs: a full pipe, a terminal stopped by Ctrl-S."""
 
 from __future__ import annotations
 
