@@ -1,10 +1,8 @@
-"""What this client has started and still runs: goals and velocity blocks, for `stop`, `close` and the end of
-the program.
+"""The goals and velocity blocks of one `Chassis` that are under way, and how all of them are ended.
 
-Every motion is added here before it is sent, so that nothing moves that could not be stopped. What a stop
-reads is a tuple that is replaced, never changed, so it reads it without a lock; who adds writes the tuple
-first and looks at `stops` afterwards, a stop does it the other way round: one of the two always sees the
-other.
+Every motion is added here before it is sent, so `stop` can always find it. A stop reads a tuple without a
+lock: the tuple is replaced, never changed. `add_goal` writes the tuple first and reads `stops` afterwards; a
+stop increments `stops` first and reads the tuple afterwards. So at least one of them sees the other.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ _EXIT_CALLS = 32
 
 
 class StoppableKind(Protocol):
-    """What kind of motion one is, as stopping needs it; see `MotionKind` of `motion`."""
+    """The part of `woosh_pure.motion.motion.MotionKind` that stopping uses."""
 
     @property
     def drives(self) -> Callable[[], bool]: ...
@@ -51,7 +49,7 @@ class StoppableKind(Protocol):
 
 
 class OwnMotion(Stoppable, Protocol):
-    """A motion of this client by a goal, as stopping sees it; see `woosh_pure.motion.motion.Motion`."""
+    """The part of `woosh_pure.motion.motion.Motion` that stopping uses."""
 
     description: str
     let_go: float | None
@@ -76,7 +74,7 @@ class OwnMotion(Stoppable, Protocol):
 
 
 class OwnDrive(Stoppable, Protocol):
-    """A velocity block of this client as stopping sees it."""
+    """The part of `woosh_pure.velocity.drive.Drive` that stopping uses."""
 
     @property
     def finished(self) -> bool:
@@ -89,23 +87,23 @@ class OwnDrive(Stoppable, Protocol):
         """Wait, with a bound, until the zeros have been sent."""
 
     def abandon(self) -> None:
-        """Both, for a caller who has gone."""
+        """`halt` and `finish`, for a caller that no longer exists."""
 
 
 class ActiveMotions:
     """Goals and drives of one `Chassis`. Safe from any thread.
 
     Attributes:
-        leave: Whether goals go on when the program ends.
+        leave: Whether goals continue when the program ends.
         moved: Whether a motion was ever started.
-        stops: How often `stop` was called: what was being prepared then must not begin afterwards.
-        over: Why nothing begins any more; "" while something may.
-        executor: Where motion is stopped, out of reach of Ctrl-C.
+        stops: Number of calls of `stop`. A motion that was being prepared during one must not begin.
+        over: Why no motion can begin any more; "" while one can.
+        executor: The threads that stop motions; Ctrl-C does not reach them.
 
     Args:
         leave: See the attribute.
-        zeros_due: Whether zeros of drives that are over have not arrived yet; must not wait.
-        send_zeros: Sends them, in bounded time.
+        zeros_due: Return whether zeros of ended drives have not arrived yet; must not wait.
+        send_zeros: Send them, in bounded time.
     """
 
     def __init__(
@@ -120,7 +118,7 @@ class ActiveMotions:
         self.stops = 0
         self.over = ""
         self.executor = StopExecutor()
-        self._line = ImmediateStop(self._under_way, self._chores)
+        self._immediate_stop = ImmediateStop(self._under_way, self._chores)
         self._zeros_due, self._send_zeros = zeros_due, send_zeros
         self._sending_zeros: Job[None] | None = None
         self._count = itertools.count(1)
@@ -132,7 +130,7 @@ class ActiveMotions:
 
     @property
     def goals(self) -> list[OwnMotion]:
-        """Goals under way."""
+        """The goals under way."""
         return [goal for goal in self._goals if not goal.gone]
 
     def own_tasks(self) -> set[int]:
@@ -141,14 +139,14 @@ class ActiveMotions:
 
     @property
     def drives(self) -> list[OwnDrive]:
-        """Open velocity blocks, and those whose last zeros are not out yet."""
+        """The velocity blocks that are open or have not sent their last zeros yet."""
         return list(self._drives)
 
     def _under_way(self, goals: bool) -> Iterable[Stoppable]:
         return (*self._drives, *self.goals) if goals else self._drives
 
     def _chores(self) -> bool:
-        """Have zeros sent that are due; whether some are. Does not wait."""
+        """Start sending zeros if some are due; return whether they are. Does not wait."""
         if not self._zeros_due():
             return False
         if self._sending_zeros is None or self._sending_zeros.over:
@@ -157,25 +155,25 @@ class ActiveMotions:
         return True
 
     def note_stop(self) -> StopRequest:
-        """From now on nothing begins that is being prepared now, and what is under way is asked to end.
+        """Prevent motions that are being prepared from beginning, and ask those under way to end.
 
-        Returns at once, over any frame: see `line`.
+        Returns immediately and works over any interrupted frame; see `immediate_stop`.
         """
         self.stops = next(self._count)
-        return self._line.ask(StopRequest("stop() was called"))
+        return self._immediate_stop.ask(StopRequest("stop() was called"))
 
     def note_end(self, why: str) -> StopRequest:
-        """From now on nothing begins, and what is under way is asked to end (`leave` leaves goals).
+        """Let no motion begin any more, and ask those under way to end (goals continue with `leave`).
 
         Args:
-            why: In words, for the outcomes, and for the error that later attempts get.
+            why: The reason, for the outcomes and for the error of later attempts.
         """
         self.over = self.over or why
         self.stops = next(self._count)
-        return self._line.ask(StopRequest(why, goals=not self.leave))
+        return self._immediate_stop.ask(StopRequest(why, goals=not self.leave))
 
     def require_not_over(self) -> None:
-        """Refuse to prepare a motion that could not begin.
+        """Check that motions can still begin.
 
         Raises:
             ConnectionLost: The Chassis is being closed, or its node is shut down.
@@ -188,17 +186,17 @@ class ActiveMotions:
             )
 
     def end_all(self, why: str, seconds: float = 3.0) -> list[str]:
-        """End drives and goals (`leave` leaves goals), and wait until that is confirmed.
+        """End drives and goals (goals continue with `leave`), and wait for the confirmation.
 
         Args:
-            why: In words, for outcomes and errors.
-            seconds: For the goals to be cancelled; all at once.
+            why: The reason, for outcomes and errors.
+            seconds: Time limit for cancelling all goals; they are cancelled at the same time.
 
         Returns:
-            What could not be done, in words.
+            A sentence for each thing that failed.
         """
         drives, report = self.drives, StopReport()
-        self._line.ask(StopRequest(why, goals=not self.leave)).written.wait(_WRITTEN)
+        self._immediate_stop.ask(StopRequest(why, goals=not self.leave)).written.wait(_WRITTEN)
         for drive in drives:
             drive.halt(why)
         for drive in drives:
@@ -208,17 +206,17 @@ class ActiveMotions:
         return report.problems
 
     def end_with_node(self, reason: str) -> None:
-        """The node is about to close, and still works: `Node.before_close`."""
+        """End all motions while the node, which is about to close, still works (`Node.before_close`)."""
         why = say("the node was shut down ({reason})", reason=reason) if reason else "the node was closed"
         self.note_end(why)
         for problem in self.end_all(why):
             logger.warning("! %s; the robot may still be driving: %s", why, problem)
 
     def require_free_base(self, what: str) -> None:
-        """Refuse a goal while a velocity block of this Chassis is open: both would command the base.
+        """Check that no velocity block of this Chassis is open: it and a goal would both command the base.
 
         Raises:
-            MotionRefused: One is.
+            MotionRefused: A velocity block is open.
         """
         if any(not drive.finished for drive in self.drives):
             raise MotionRefused(
@@ -226,10 +224,10 @@ class ActiveMotions:
             )
 
     def require_alone(self, goal: OwnMotion) -> None:
-        """Refuse to go on with a goal while something else of this Chassis moves the base.
+        """Check that nothing else of this Chassis moves the base, before a goal continues.
 
         Raises:
-            MotionRefused: Something does.
+            MotionRefused: Another motion does.
         """
         self.require_free_base(goal.description)
         self._make_way(goal, self._others(goal), check=True, replace=False)
@@ -240,8 +238,8 @@ class ActiveMotions:
         Args:
             goal: The goal.
             since: `stops` when its verb began.
-            check: False adds it beside a velocity block or another motion, too.
-            replace: True ends another goal that moves the base, as replaced.
+            check: False allows it beside a velocity block or another motion.
+            replace: True ends another goal that moves the base; its outcome is "replaced".
 
         Raises:
             MotionRefused: `stop` was called since then, a velocity block is open, or another goal moves.
@@ -267,13 +265,13 @@ class ActiveMotions:
             except BaseException:
                 self._goals = before
                 raise
-        self._line.start()  # it looks again every second from now on
+        self._immediate_stop.start()  # it looks again every second from now on
 
     def _others(self, goal: OwnMotion) -> list[OwnMotion]:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
 
     def _make_way(self, goal: OwnMotion, others: list[OwnMotion], *, check: bool, replace: bool) -> None:
-        """Refuse a goal beside others of ours, or end those: two of them would fight for the base."""
+        """Refuse a goal while others of ours move the base, or end those."""
         if others and check and not replace:
             raise MotionRefused(
                 say(
@@ -291,7 +289,7 @@ class ActiveMotions:
                 self._end_replaced(other)
 
     def end(self, goal: OwnMotion, timeout: float, why: str = "cancel() was called") -> Outcome:
-        """End one goal; Ctrl-C does not interrupt that, and is raised afterwards.
+        """End one goal. Ctrl-C does not interrupt this; KeyboardInterrupt is raised afterwards.
 
         Raises:
             RosError: The cancellation could not be sent, or was not confirmed in time.
@@ -312,15 +310,13 @@ class ActiveMotions:
             ) from error
 
     def forget_replacing(self, goal: OwnMotion) -> None:
-        """A goal was not sent after all: those it should have replaced go on."""
+        """Undo `replaced_by` when the replacing goal was not sent: the others continue."""
         for other in self.goals:
             if other.replaced_by == goal.description:
                 other.replaced_by = ""
 
     def take_goals(self) -> list[OwnMotion]:
-        """Goals to cancel: those under way, and those just let go, which may have ended already and are told
-        of once.
-        """
+        """Return the goals to cancel: those under way, and, once, those that were just let go."""
         taken = [goal for goal in self._goals if not goal.gone or _just_let_go(goal)]
         for goal in taken:
             goal.let_go = None
@@ -328,16 +324,16 @@ class ActiveMotions:
 
     @property
     def just_let_go(self) -> bool:
-        """Whether a goal was cancelled just now because its wait was interrupted."""
+        """Whether a goal was cancelled in the last seconds because its wait was interrupted."""
         return any(map(_just_let_go, self._goals))
 
     def add_drive(self, drive: OwnDrive, since: int, *, check: bool = True) -> None:
-        """Add a drive that is about to be opened; there is one at a time.
+        """Add a drive that is about to open; only one can be open.
 
         Args:
             drive: The drive.
             since: `stops` when its opening began.
-            check: False opens it beside a goal of ours, too.
+            check: False allows it beside a goal of ours.
 
         Raises:
             MotionRefused: Another one is open, a goal of ours moves the base, or `stop` was called meanwhile.
@@ -368,28 +364,28 @@ class ActiveMotions:
             except BaseException:
                 self._drives = ()
                 raise
-        self._line.start()
+        self._immediate_stop.start()
 
     def remove_drive(self, drive: OwnDrive) -> None:
-        """Take off an ended drive; no other one began while it was there."""
+        """Remove an ended drive."""
         if drive in self._drives:
             self._drives = ()
 
     def close(self) -> None:
-        """Forget everything; it must have ended before."""
+        """Remove everything and end the threads; all motions must have ended."""
         atexit.unregister(self._at_exit)
-        self._line.end()
+        self._immediate_stop.end()
         self.executor.end()
         self._goals = ()
 
     def _prepare(self) -> None:
-        """Make what stopping needs, before anything moves.
+        """Start the threads that stopping needs, before anything moves.
 
         Raises:
-            RuntimeError: No thread can be started: then nothing is begun.
+            RuntimeError: No thread can be started; the motion must not begin.
         """
         self.executor.start()
-        self._line.start()
+        self._immediate_stop.start()
 
     def _require_no_stop(self, what: str, since: int) -> None:
         self.require_not_over()
@@ -405,9 +401,9 @@ class ActiveMotions:
         self.moved = True
 
     def _at_exit(self) -> None:
-        """For a program that did not use `with`, or was interrupted again and again while leaving it.
+        """End motions of a program that did not use `with`, or was interrupted repeatedly while leaving it.
 
-        Registered after the node's own end, so called before it: the node still works.
+        Registered after the node's own exit function, so it is called before it: the node still works.
         """
         if os.getpid() == self._pid:  # in a forked child the motions are the parent's
             self.executor.put(self._exit)
@@ -424,13 +420,13 @@ def _just_let_go(goal: OwnMotion) -> bool:
 
 
 def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float, why: str) -> None:
-    """Ask for the end of goals that this client started; all at once, not one after the other.
+    """Cancel goals that this client started, all at the same time.
 
     Args:
-        goals: What was started.
-        report: Takes what was done, and what was not.
+        goals: The goals.
+        report: Successes and failures are added to it.
         timeout: Seconds for the chassis to confirm.
-        why: In words, for the outcomes.
+        why: The reason, for the outcomes.
     """
     jobs = []
     for goal in goals:

@@ -1,14 +1,15 @@
-"""The first round of a stop: what can be written at once is written, by a thread that waits for nobody.
+"""The first step of a stop: a thread that never waits writes zeros and cancels on open connections.
 
-`stop`, `close` and the end of a program hand over one item (`SimpleQueue.put`, C, which may interrupt itself)
-and the thread `woosh:line`, made before the first motion, marks every motion as asked to end and writes its
-zero or its cancel on a connection that stands. Nothing here takes a lock that a program's thread can hold,
-and no thread, socket, file or log line is made. So it works over any interrupted frame, and when the system
-gives nothing more. What takes time (replies, connections, looking whether the robot stands) comes afterwards,
-elsewhere.
+`stop`, `close` and the end of a program put a `StopRequest` into a queue (`SimpleQueue.put` is C code and
+reentrant). The thread `woosh:line`, started before the first motion, marks every motion as asked to end and
+writes its zero or cancel on a connection that is open. It takes no lock that another thread of the program
+can hold, and creates no thread, socket, file or log line. So it works over any interrupted frame, and when
+the system is out of resources. Steps that take time (replies, new connections, checking that the robot
+stands) are in `stop`.
 
-What was asked to end and was not seen to end is written again every second, for as long as the Chassis is
-open: a cancel that was lost with the network arrives when the network is back.
+Until the end of a motion is seen, its zero or cancel is written again every second while the Chassis is open:
+    a
+cancel that was lost with the network arrives when the network is back.
 """
 
 from __future__ import annotations
@@ -26,27 +27,27 @@ _AGAIN = 1.0  # seconds
 
 
 class Stoppable(Protocol):
-    """What is under way, as the line sees it. Neither method waits, takes a lock, or logs."""
+    """A motion that `ImmediateStop` can end. No method waits, takes a lock, or logs."""
 
     @property
     def end_due(self) -> bool:
         """Whether its end was asked for and has not been seen."""
 
     def end_now(self, why: str) -> None:
-        """From now on its end is asked for: write that, if there is a connection."""
+        """Ask for its end: write the zero or cancel if a connection is open."""
 
     def end_again(self) -> None:
-        """Write it once more."""
+        """Write the zero or cancel once more."""
 
 
 class StopRequest:
-    """One first round.
+    """A request to end motions.
 
     Attributes:
-        why: In words, for outcomes and errors.
-        goals: Whether goals end, too, or velocity blocks only.
-        problems: What could not be written, in words.
-        written: Set when all of it was tried.
+        why: The reason, for outcomes and errors.
+        goals: True ends goals and velocity blocks, False velocity blocks only.
+        problems: A sentence for each write that failed.
+        written: Set when every write was tried.
     """
 
     def __init__(self, why: str, *, goals: bool = True) -> None:
@@ -57,11 +58,12 @@ class StopRequest:
 
 
 class ImmediateStop:
-    """The thread.
+    """The thread `woosh:line`, which writes zeros and cancels.
 
     Args:
-        under_way: What may have to end; True as argument gives goals, too.
-        chores: Called every second while something is under way, or it returned True; must not wait.
+        under_way: Return the motions under way: with True goals and velocity blocks, with False velocity
+            blocks.
+        chores: Called every second while a motion is under way or it returned True; must not wait.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class ImmediateStop:
         self._started_in = 0  # of the process: a forked child has no such thread
 
     def start(self) -> None:
-        """Be ready, before anything is sent that moves the robot.
+        """Start the thread if necessary. Call it before anything is sent that moves the robot.
 
         Raises:
             RuntimeError: No thread can be started.
@@ -85,11 +87,11 @@ class ImmediateStop:
 
     @property
     def started(self) -> bool:
-        """Whether the thread is there."""
+        """Whether the thread runs in this process."""
         return self._started_in == os.getpid()
 
     def ask(self, ending: StopRequest) -> StopRequest:
-        """Have what is under way end. Returns at once."""
+        """Ask the motions under way to end. Returns immediately."""
         if self.started:
             self._asked.put(ending)
         else:
@@ -97,7 +99,7 @@ class ImmediateStop:
         return ending
 
     def end(self) -> None:
-        """Nothing moves any more."""
+        """End the thread; all motions must have ended."""
         if self.started:
             self._started_in = 0
             self._asked.put(False)

@@ -1,8 +1,7 @@
-"""Stopping what others have started: tasks and goals are cancelled; programs that drive by velocity cannot
-be, so they are named, or asked to end.
+"""Stopping what other clients move: cancel tasks and goals, name programs that drive by velocity or end them.
 
-Who is registered at the master is asked once, in the background: what nobody is registered for is reported at
-once, instead of being waited for.
+The master's registrations are read once, in the background, so that a missing node is reported at once
+instead of being waited for.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
 class StopParts(Protocol):
-    """What a stop works with: these parts of `woosh_pure.components.Components`, which stands above."""
+    """The parts of `woosh_pure.components.Components` that a stop uses."""
 
     @property
     def connection(self) -> Connection: ...
@@ -63,15 +62,15 @@ class StopParts(Protocol):
 
 
 class Registrations:
-    """Topics and services that somebody other than us has, and those that were found missing.
+    """The registrations of other nodes at the master, and a list of those that are missing.
 
-    While the master has not answered nothing counts as missing: links stand without it. Safe from any thread.
+    Until the master has answered, nothing counts as missing. Safe from any thread.
 
     Args:
-        connection: Whose master is asked.
+        connection: The connection to the master.
 
     Attributes:
-        missing: Names that nobody is there for, in the order of `miss`.
+        missing: Names without a node, in the order of the calls of `miss`.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -92,32 +91,32 @@ class Registrations:
             logger.debug("! who is there is not known: %s", error)
 
     def wait(self, timeout: float) -> bool:
-        """Wait, with a bound, for the master's answer; whether it has come."""
+        """Wait at most `timeout` seconds for the master's answer; return whether it has come."""
         self._asking.join(timeout)
         return self._state is not None
 
     def lacks_publisher(self, topic: str) -> bool:
-        """True when the master has answered, and nobody publishes the topic."""
+        """Whether the master has answered and no other node publishes the topic."""
         return self._state is not None and not self._others(self._state.publishers.get(topic, ()))
 
     def lacks_subscriber(self, topic: str) -> bool:
-        """True when the master has answered, and nobody subscribes to the topic."""
+        """Whether the master has answered and no other node subscribes to the topic."""
         return self._state is not None and not self._others(self._state.subscribers.get(topic, ()))
 
     def lacks_service(self, name: str) -> bool:
-        """True when the master has answered, and nobody offers the service."""
+        """Whether the master has answered and no node offers the service."""
         return self._state is not None and name not in self._state.services
 
     def _others(self, nodes: Iterable[str]) -> list[str]:
         return [node for node in nodes if node != self._own_name]
 
     def miss(self, name: str) -> None:
-        """Note that nobody is there for a topic, service or action."""
+        """Add the name of a topic, service or action to `missing`."""
         with self._lock:
             self.missing.append(name)
 
     def sentence(self) -> str:
-        """What was missed, in words; "" when nothing was."""
+        """Return `missing` as a sentence; "" if it is empty."""
         if not self.missing:
             return ""
         master_uri = self._connection.master_uri
@@ -139,19 +138,19 @@ def cancel_others(
 
     Args:
         components: The chassis.
-        registrations: What is not there is not waited for.
-        report: Takes what was done, and what was not.
-        deadline: What has not answered by then is told.
+        registrations: Missing servers are not waited for.
+        report: Successes and failures are added to it.
+        deadline: Servers that have not answered by then are reported.
     """
-    # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
-    # But nobody waits long for that: the navigation is stopped anyway.
+    # The task is cancelled first: it would end as failed if its navigation was cancelled before. The wait is
+    # short, because the navigation is cancelled in any case.
     task = _begin(partial(_cancel_task, components, registrations, report, deadline), deadline)
     registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
     report.looked = True
     for row in actions():
-        # Those that every chassis has; the others where they are there.
+        # Servers that every chassis has, and those of the others that are registered.
         if not row.moves_base or (
             row.source != "page" and registrations.lacks_subscriber(f"{row.name}/cancel")
         ):
@@ -186,8 +185,9 @@ def _cancel_action(
     cancelled: list[str],
     deadline: Deadline,
 ) -> None:
-    """The empty id and no time mean all goals (wiki.ros.org/actionlib/DetailedDescription). Without a client:
-    its five topics would be registered first.
+    """Cancel all goals: an empty id and a zero time (wiki.ros.org/actionlib/DetailedDescription).
+
+    An action client is not used, because its five topics would have to be registered first.
     """
     topic = f"{name}/cancel"
     if registrations.lacks_subscriber(topic):
@@ -213,9 +213,9 @@ def _begin_listening(components: StopParts, name: str) -> rosproto.Subscriber:
 
 
 def _ran(status: rosproto.Subscriber) -> bool:
-    """Whether a server had a goal, by the first status that it sends; yes when it says nothing.
+    """Return whether a server had a goal, by its first status message; True if none comes.
 
-    That may come after the cancel: then a goal that was preempted just now is taken for the one.
+    The status may come after the cancel, so a goal that was preempted just now counts, too.
     """
     try:
         goals = status.next(_FIRST_STATUS).status_list
@@ -251,13 +251,14 @@ def _cancel_task(
 
 
 class OtherPrograms:
-    """Programs that can send velocities, too, looked at twice in the background: their counters tell whether
-    they do. The robot's own nodes are left out, and so is what runs on its computer.
+    """Other programs that publish velocities, without the robot's own nodes and programs on its computer.
+
+    They are examined twice, in the background: their message counters show whether they send.
 
     Args:
-        connection: Whose graph is looked at.
-        deadline: For them to end.
-        end: Ask them to end (`shutdown` of wiki.ros.org/ROS/Slave_API, as `rosnode kill` does).
+        connection: The connection to the graph.
+        deadline: Time limit for the programs to end.
+        end: True asks them to end (`shutdown` of wiki.ros.org/ROS/Slave_API, as `rosnode kill` does).
     """
 
     def __init__(self, connection: Connection, deadline: Deadline, *, end: bool) -> None:
@@ -272,16 +273,16 @@ class OtherPrograms:
 
     @property
     def drive_on(self) -> bool:
-        """Whether the robot may stand for a moment only."""
+        """Whether a program remains that may drive the robot again."""
         return bool(self._left)
 
     @property
     def ended(self) -> bool:
-        """Whether some were there that have ended now, perhaps without a last zero."""
+        """Whether programs have ended, perhaps without sending a last zero."""
         return bool(self._ended)
 
     def wait(self, report: StopReport) -> None:
-        """Wait, with a bound, until all was looked at, and tell of it."""
+        """Wait, with a time limit, for the examination, and add its results to the report."""
         self._looking.join(_left(self._deadline) + 0.5)
         if not self._looking.over and not self._left:
             self._problem = "looking for other programs that drive by velocity (no answer yet)"
@@ -322,10 +323,10 @@ class OtherPrograms:
         }
 
     def _end_all(self, drivers: dict[str, OtherDriver]) -> dict[str, OtherDriver]:
-        """Ask them to end, and who comes after them; those that are still there at the deadline.
+        """Ask the programs to end, and any that are started after them; return those left at the deadline.
 
-        One of ours that is asked sends its last zeros from another node, which is there for a moment and is
-        not disturbed. A program that something starts again is there for longer.
+        A woosh_pure program that ends sends its last zeros from a temporary node, which must not be
+        disturbed. So a new node is asked only after it has existed for a moment, as a restarted program has.
         """
         deadline = Deadline(_left(self._deadline))
         came = {(driver.node, driver.uri): -math.inf for driver in drivers.values()}

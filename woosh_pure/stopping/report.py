@@ -1,4 +1,4 @@
-"""What a stop has done, in words and as facts."""
+"""The result of a stop: `StopReport`, and its sentence."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from rosproto.sentence import both, say, shown
 
 @dataclass(slots=True)
 class StopReport:
-    """What `stop` did.
+    """The result of `stop`.
 
     Attributes:
-        standing: True when the measured velocity is zero, False when the robot still moves, None when not
-            known.
-        cancelled: What was cancelled, in words.
-        problems: What could not be done, in words.
-        looked: Whether goals and tasks of others were looked for, too.
-        pending: What was asked to end and has not been seen to: it is asked again every second, until it is,
-            or until this Chassis is closed.
+        standing: True if the measured velocity is zero, False if the robot still moves, None if not known.
+        cancelled: Descriptions of what was cancelled.
+        problems: A sentence for each step that failed.
+        looked: Whether goals and tasks of other clients were cancelled, too.
+        pending: Motions whose end was requested and not seen yet; the request is repeated every second until
+            the end is seen or this Chassis is closed.
     """
 
     standing: bool | None = None
@@ -32,7 +31,7 @@ class StopReport:
         return self.sentence()
 
     def sentence(self) -> str:
-        """One sentence for people."""
+        """Return the report as one sentence."""
         state = {
             True: "the robot stands still",
             False: "THE ROBOT STILL MOVES: use its emergency stop button",

@@ -1,4 +1,4 @@
-"""`Chassis.stop()`: zero velocity and cancelling, from any thread, at any time, repeating itself.
+"""`Chassis.stop()`: the whole sequence of a stop. `immediate_stop` writes its first messages.
 
 It is NO emergency stop: it goes over the network and through the chassis's software. A person must be able to
 reach the red button.
@@ -31,7 +31,7 @@ _STEADY = 1.0  # seconds for which it must stand still while another program may
 
 
 def stop_seconds(given: float) -> float:
-    """How long a stop may take; 5 s for nonsense: a stop is not refused for its arguments."""
+    """Return the time limit of a stop; 5 s for an invalid one: a stop is never refused for its arguments."""
     try:
         seconds = as_float(given)
     except (TypeError, ValueError):
@@ -40,7 +40,7 @@ def stop_seconds(given: float) -> float:
 
 
 def stop(components: StopParts, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
-    """See `Chassis.stop`: what can be written at once is written by `line`, the rest is done here."""
+    """See `Chassis.stop`. `immediate_stop` writes the first zeros and cancels; the other steps are here."""
     drives = components.motions.drives
     ending = components.motions.note_stop()
     report = StopReport(cancelled=["the velocity block"] * len(drives))
@@ -102,7 +102,7 @@ def _stop(
 def _standing(
     components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
 ) -> bool | None:
-    """Whether it stands still, and stays so where another program may drive it."""
+    """Return whether the robot stands still; where another program may drive it, it must for a second."""
     try:
         feed = components.feeds.get("velocity").open()
         if not feed.publishers and registrations.lacks_publisher(feed.topic):
@@ -121,7 +121,7 @@ def _standing(
 def _zeros(
     components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline
 ) -> None:
-    """Zeros on both topics, on each as soon as somebody listens there."""
+    """Send zeros on both velocity topics, on each as soon as it has a subscriber."""
     waiting: dict[str, rosproto.Publisher] = {}
     failed: dict[str, list[str]] = {}  # the same words for both topics are said once
     for topic in VELOCITY_TOPICS.values():

@@ -1,18 +1,18 @@
-"""The threads in which motion is stopped, and the flag that can be set over any frame.
+"""Threads that stop motions without being interrupted by Ctrl-C, and a flag that a signal handler can set.
 
-No KeyboardInterrupt reaches those threads, so no second Ctrl-C ends a stop. Python raises it in the main
-thread only, at any moment, and as often as somebody presses Ctrl-C or a supervisor sends SIGINT. So the main
-thread hands a stop over and waits for it; being interrupted there, it waits on, for as long as the stop
-itself may take, and raises the interrupt afterwards.
+Python raises KeyboardInterrupt in the main thread only, at any moment, and for every SIGINT. So the main
+thread passes a stop to a thread here and waits for it. If it is interrupted while waiting, it continues to
+wait, within the time limit of the stop, and raises the interrupt afterwards. A second Ctrl-C cannot end a
+stop.
 
-To hand over is one call of a function written in C (`SimpleQueue.put`), which `except BaseException:` makes
-first of all: CPython looks for signals between calls, not before the first one of a handler, so nothing can
-come between the interrupt that begins a stop and its beginning.
+A job is passed by one call of a C function (`SimpleQueue.put`), the first statement after `except
+BaseException:`. CPython checks for signals between calls, but not before the first call of a handler, so no
+second interrupt can prevent the stop from beginning.
 
-The threads are started before the first motion: at the end of a program CPython 3.12 starts none any more,
-and a program may have come to the limit of its system by the time it stops. They begin a thread for each job
-where they can, and do it themselves where they cannot; then there are two of them, so that one job can wait
-for another.
+The threads are started before the first motion: CPython 3.12 starts none at the end of a program, and the
+    system
+may have no more threads by then. Each starts a new thread for a job if it can, and otherwise runs the job
+itself; there are two of them, so that one job can wait for another.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ SLICE = 0.1
 
 
 class Flag:
-    """An event that is set once, for good, over any frame. Safe from any thread and any signal handler.
+    """An event that is set once and never cleared. Safe from any thread and any signal handler.
 
-    `threading.Event.set` takes the lock of its condition. A signal handler's stop works in another thread
-    while the interrupted frame, perhaps in the middle of `Event.wait`, holds that lock until the handler
-    returns. `set` here takes no lock that somebody could hold: a waiter waits in a `SimpleQueue`, whose
-    methods are C, and are done or not begun when a handler runs.
+    `threading.Event.set` takes a lock. If a signal handler interrupts `Event.wait`, the interrupted frame
+    holds that lock until the handler returns, and a stop that runs in another thread could not set the event.
+    `set`
+    here takes no such lock: waiters wait in a `SimpleQueue`, whose C methods are never interrupted halfway.
 
     Attributes:
-        is_set: Whether it is.
+        is_set: Whether it is set.
     """
 
     __slots__ = ("_woken", "is_set")
@@ -50,12 +50,12 @@ class Flag:
         self._woken: queue.SimpleQueue[None] = queue.SimpleQueue()
 
     def set(self) -> None:
-        """Set it, and wake who waits."""
+        """Set it and wake the waiters."""
         self.is_set = True
         self._woken.put(None)
 
     def wait(self, timeout: float) -> bool:
-        """Wait until it is set, for so many seconds at most; whether it is."""
+        """Wait until it is set, at most `timeout` seconds; return whether it is."""
         end = time.monotonic() + timeout
         while not self.is_set and (left := end - time.monotonic()) > 0.0:
             try:
@@ -71,14 +71,14 @@ _THREADS = 2
 
 
 class Job(Generic[R]):
-    """Something that is done once, however often it is asked for.
+    """A function that runs once, however often `run` is called.
 
     Args:
-        work: What to do; it must end by itself.
-        seconds: How long it may take at most: nobody waits longer for it.
+        work: The function; it must end by itself.
+        seconds: Time limit for waiting for it.
 
     Attributes:
-        error: What it has raised.
+        error: The exception that `work` raised; None if it raised none.
     """
 
     def __init__(self, work: Callable[[], R], seconds: float) -> None:
@@ -91,7 +91,7 @@ class Job(Generic[R]):
         self.error: BaseException | None = None
 
     def run(self) -> None:
-        """Do it, unless it is done or being done; what it raises is kept for `result`."""
+        """Run it unless it has been started; an exception is kept for `result`."""
         if not self._once.acquire(blocking=False):
             return
         try:
@@ -103,14 +103,14 @@ class Job(Generic[R]):
 
     @property
     def over(self) -> bool:
-        """Whether it is done."""
+        """Whether it has ended."""
         return self._over.is_set
 
     def join(self, seconds: float | None = None) -> BaseException | None:
-        """Wait until it is done, or its time is over; the first of the interrupts that came meanwhile.
+        """Wait until it has ended or its time limit has passed; return the first interrupt meanwhile.
 
         Args:
-            seconds: Wait no longer than this; None waits as long as it may take.
+            seconds: A shorter time limit; None uses the job's.
         """
         interrupt: BaseException | None = None
         end = self._end = self._end or time.monotonic() + self._seconds
@@ -125,11 +125,11 @@ class Job(Generic[R]):
                 interrupt = interrupt or error
 
     def result(self) -> R:
-        """What came of it.
+        """Return the result of `work`.
 
         Raises:
-            RosTimeout: It is not done.
-            BaseException: What it has raised.
+            RosTimeout: It has not ended.
+            BaseException: The exception that `work` raised.
         """
         if self.error is not None:
             raise self.error
@@ -143,10 +143,10 @@ class Job(Generic[R]):
 
 
 class StopExecutor:
-    """Does jobs in threads of its own. Safe from any thread.
+    """Runs jobs in its threads. Safe from any thread.
 
     Attributes:
-        put: Hand a job over, and return at once; `start` has been called.
+        put: Pass a job and return immediately; call `start` before.
     """
 
     def __init__(self) -> None:
@@ -159,10 +159,10 @@ class StopExecutor:
         return self._started_in == os.getpid()
 
     def start(self) -> None:
-        """Be ready. To be called before anything is sent that moves the robot.
+        """Start the threads if necessary. Call it before anything is sent that moves the robot.
 
         Raises:
-            RuntimeError: The program ends, and no thread can be started any more.
+            RuntimeError: No thread can be started.
         """
         if not self._started:
             for _ in range(_THREADS):
@@ -170,21 +170,21 @@ class StopExecutor:
             self._started_in = os.getpid()
 
     def end(self) -> None:
-        """Nothing moves any more."""
+        """End the threads; all motions must have ended."""
         if self._started:
             self._started_in = 0
             for _ in range(_THREADS):
                 self.put(None)
 
     def do(self, work: Callable[[], R], seconds: float) -> R:
-        """Do it now and return its result; a Ctrl-C does not interrupt it, and is raised afterwards.
+        """Run `work` and return its result. Ctrl-C does not interrupt it, and is raised afterwards.
 
         Args:
-            work: What to do.
-            seconds: How long it may take at most.
+            work: The function.
+            seconds: Time limit.
 
         Raises:
-            BaseException: What `work` has raised; the interrupt that came meanwhile.
+            BaseException: The exception that `work` raised, or an interrupt that came meanwhile.
         """
         if threading.current_thread() is not threading.main_thread():
             return work()  # no interrupt comes here
@@ -204,13 +204,13 @@ class StopExecutor:
         return job.result()
 
     def hold(self, job: Job[Any]) -> None:
-        """Wait for a job that was handed over, as long as it may take, whatever interrupts come."""
+        """Wait for a job that was passed, within its time limit; interrupts do not end the wait."""
         if self._started:
             job.join()
 
 
 def begin(job: Job[Any], name: str) -> None:
-    """Do a job in a thread of its own, or here when the program ends and no thread can be started."""
+    """Run a job in a new thread, or in this one if no thread can be started."""
     try:
         threading.Thread(target=job.run, name=name, daemon=True).start()
     except RuntimeError:

@@ -1,6 +1,7 @@
-"""What the watchdog ends for one `Chassis` when this program is gone: our velocities, goals and tasks.
+"""Registers the motions of one `Chassis` at the watchdog process, which ends them if this program is killed.
 
-The watchdog itself (`rosproto.watchdog`) knows no robot; what it sends is made here, before a motion begins.
+The watchdog (`rosproto.watchdog`) has no code for a robot. The messages and calls that it sends are encoded
+here, before a motion begins.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from woosh_pure.values.messages import message_type, service_type
 
 
 class WatchdogClient:
-    """Tells the watchdog what begins and ends. Safe from any thread; without a watchdog it does nothing.
+    """Registers motions when they begin and removes them when they end. Safe from any thread.
 
     Args:
-        connection: Our node.
-        watchdog: The process; None for none.
-        leave: Goals go on when the program ends, and so they are not watched.
+        connection: The connection with our node.
+        watchdog: The watchdog process; with None nothing is done.
+        leave: True does not register goals, because they continue when the program ends.
     """
 
     def __init__(self, connection: Connection, watchdog: Watchdog | None, *, leave: bool) -> None:
@@ -32,18 +33,18 @@ class WatchdogClient:
         self._watches: dict[Hashable, list[Watch]] = {}
 
     def drive(self, topic: str) -> None:
-        """Somebody is about to drive on a velocity topic; waits until the watchdog could send zero there."""
+        """Register a velocity topic before a drive; wait until the watchdog can send zero to it."""
         if self._watchdog is not None and topic not in self._watches:
             self._begin(topic, messages=(_last(topic, message_type(row(topic).type)()),))
 
     def goal(self, goal: Hashable, action: str, goal_id: str) -> None:
-        """A goal is about to be sent under this id; waits until the watchdog could cancel it."""
+        """Register a goal before it is sent; wait until the watchdog can cancel it."""
         if self._watchdog is not None and not self._leave:
             cancel = message_type("actionlib_msgs/GoalID")(id=goal_id)
             self._begin(goal, messages=(_last(f"{action}/cancel", cancel),))
 
     def task(self, goal: Hashable, task_id: int) -> None:
-        """A task is about to be sent; waits until the watchdog could cancel it."""
+        """Register a task before it is sent; wait until the watchdog can cancel it."""
         if self._watchdog is not None and not self._leave:
             name = row("/exec_task").type
             request = service_type(name).Request(task_exect=int(TaskCommand.CANCEL), task_id=task_id)
@@ -55,7 +56,7 @@ class WatchdogClient:
         self._watches.setdefault(key, []).append(watch)
 
     def over(self, key: Hashable) -> None:
-        """What was begun under this goal or topic is over. Waits for nothing."""
+        """Remove the registrations of this goal or topic. Does not wait."""
         for watch in self._watches.pop(key, ()):
             watch.drop()
 
