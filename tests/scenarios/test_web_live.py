@@ -517,7 +517,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
     context = web.app.state.context  # type: ignore[attr-defined]
     with PageClient(web.port) as other:
         name = other.of("hello")["you"]
-        monkeypatch.setattr(page_driving.Hand, "_refusal", lambda _: None)
+        monkeypatch.setattr(page_driving.PageDriving, "_refusal", lambda _: None)
         other.press()
         assert asked.wait(10.0), name
     deadline = time.monotonic() + 10.0

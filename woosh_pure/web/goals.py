@@ -372,14 +372,14 @@ class GoalManager:
 
 
 @dataclass(slots=True)
-class _First:
+class _KeyedRequest:
     """A request with a key: what it asked for, and its answer, which is None while it is being worked on."""
 
     request: str
     answer: dict[str, Any] | Problem | None = None
 
 
-class FirstAnswers:
+class IdempotentAnswers:
     """The answers to requests that had a key, as the IETF's draft `Idempotency-Key` has it: the same request
     gets the answer of the first one, and nothing is done again. A refusal is an answer, too. The last 1000
     are kept. Safe from any thread.
@@ -388,7 +388,7 @@ class FirstAnswers:
     def __init__(self, most: int = MOST_KEYS) -> None:
         self._most = most
         self._lock = threading.Lock()
-        self._known: OrderedDict[tuple[str, str], _First] = OrderedDict()
+        self._known: OrderedDict[tuple[str, str], _KeyedRequest] = OrderedDict()
 
     def give(self, who: str, key: str, request: str, act: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """The answer of the first request with this key, or else of `act`.
@@ -403,7 +403,7 @@ class FirstAnswers:
         with self._lock:
             first = self._known.get((who, key))
             if first is None:
-                mine = self._known[who, key] = _First(request)
+                mine = self._known[who, key] = _KeyedRequest(request)
                 while len(self._known) > self._most:
                     self._known.popitem(last=False)
         if first is None:

@@ -14,7 +14,7 @@ from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
-from woosh_pure.web.goals import FirstAnswers, GoalManager, Journal, command
+from woosh_pure.web.goals import GoalManager, IdempotentAnswers, Journal, command
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
@@ -27,14 +27,14 @@ STOP_SECONDS = 5.0
 """Seconds that a stop watches whether the robot comes to rest."""
 
 
-class Stops:
+class StopQueue:
     """The stops of one robot. They have threads of their own, which no request and no other robot can take.
 
     Each request is a stop of its own, also while another is under way: what has begun meanwhile ends, too.
     While `MOST` are under way, the next ones wait for one of them, and are one stop.
 
     Args:
-        stop: Stops, and tells what stands still: `(who, everything)`.
+        stop: Called as `stop(who, everything)`; stops, and reports what stands still.
     """
 
     MOST = 8
@@ -82,8 +82,7 @@ class Robot:
         name: The robot's name in the paths of the API.
         chassis: The Chassis; whoever made it opens and closes it.
         marks: The marks that are known here: the chassis cannot list its own.
-        journal, goals, first_answers, manual_drive, map, cameras, recordings: See the classes of the same
-            names.
+        journal, goals, idempotent_answers, manual_drive, map, cameras, recordings: See their classes.
         unreachable: Why the Chassis is not connected yet, in words, while its opener still tries; else "".
     """
 
@@ -98,14 +97,14 @@ class Robot:
         self.name, self.chassis, self.marks = name, chassis, marks
         self.journal = Journal()
         self.goals = GoalManager(self.journal, chassis.readiness)
-        self.first_answers = FirstAnswers()
+        self.idempotent_answers = IdempotentAnswers()
         self.manual_drive = ManualDrive(chassis)
         self.map = MapCache(chassis)
         self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}
         self.recordings = RecordingManager(chassis, recordings)
         self.unreachable = ""
         self._listening = False
-        self._stops = Stops(self._stop)
+        self._stops = StopQueue(self._stop)
 
     def listen(self) -> None:
         """Subscribe to what the snapshot needs. Blocks the first time, until the links are connected."""

@@ -66,7 +66,7 @@ def create_goal(
         goal = _begin(robot, client, body)
     else:
         begin = partial(_begin, robot, client, body)
-        goal = robot.first_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
+        goal = robot.idempotent_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
     response.headers["location"] = f"{request.url.path}/{goal['id']}"
     return goal
 

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from woosh_pure.web.live.deadman import DeadMan, Verdict
+from woosh_pure.web.live.deadman import DeadManSwitch, Verdict
 
-__all__ = ["DeadMan", "Verdict"]
+__all__ = ["DeadManSwitch", "Verdict"]

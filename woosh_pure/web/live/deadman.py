@@ -62,7 +62,7 @@ class Verdict:
 NOTHING = Verdict("none")
 
 
-class DeadMan:
+class DeadManSwitch:
     """The dead-man switch of one person.
 
     Attributes:

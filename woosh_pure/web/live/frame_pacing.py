@@ -31,7 +31,7 @@ class BadMessage(Exception):
     """A message that our page would not send; the text says what is wrong with it."""
 
 
-class Outgoing:
+class FrameSender:
     """The frames of one page: those for it alone, and the newest of each kind that the hub has.
 
     Used in the event loop only.

@@ -12,8 +12,8 @@ from rosproto.sentence import say
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem, problem_of
-from woosh_pure.web.live.deadman import DeadMan, Verdict
-from woosh_pure.web.live.frame_pacing import BadMessage, Outgoing
+from woosh_pure.web.live.deadman import DeadManSwitch, Verdict
+from woosh_pure.web.live.frame_pacing import BadMessage, FrameSender
 from woosh_pure.web.robot import Robot
 
 MOST_ROUND_TRIP = 0.4
@@ -21,7 +21,7 @@ MOST_ROUND_TRIP = 0.4
 long the first press itself was under way."""
 
 
-class Hand:
+class PageDriving:
     """Nothing here waits but `watch`: a beat or a stop that comes next must not wait for it.
 
     Used in the event loop only.
@@ -42,13 +42,13 @@ class Hand:
         context: WebContext,
         robot: Robot,
         name: str,
-        outgoing: Outgoing,
+        outgoing: FrameSender,
         start: Callable[[Coroutine[Any, Any, None]], None],
     ) -> None:
         self._context, self._robot, self._name = context, robot, name
         self._tell, self._round_trip, self._start = outgoing.tell, outgoing.round_trip, start
         self.confirmed = False
-        self._dead_man = DeadMan()
+        self._dead_man = DeadManSwitch()
         self._presses = 0
         self._driving = False
         self._drive_entry = 0

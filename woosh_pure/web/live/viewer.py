@@ -23,9 +23,9 @@ from woosh_pure.web.access import Client, TokenBucket
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import problem_of
 from woosh_pure.web.live.deadman import SILENCE
-from woosh_pure.web.live.frame_pacing import BadMessage, Outgoing
+from woosh_pure.web.live.frame_pacing import BadMessage, FrameSender
 from woosh_pure.web.live.hub import Hub
-from woosh_pure.web.live.page_driving import Hand
+from woosh_pure.web.live.page_driving import PageDriving
 from woosh_pure.web.snapshot import plain, stop_part
 
 MOST_TEXT = 4096
@@ -49,9 +49,9 @@ class Viewer:
     def __init__(self, socket: WebSocket, context: WebContext, hub: Hub, client: Client) -> None:
         self._socket, self._context, self._hub, self._client = socket, context, hub, client
         self._robot = hub.robot
-        self._outgoing = Outgoing(hub, client.name, context.clients.is_page)
-        self._hand = Hand(context, hub.robot, client.name, self._outgoing, self._start)
-        self._tell = self._outgoing.tell
+        self._sender = FrameSender(hub, client.name, context.clients.is_page)
+        self._page_driving = PageDriving(context, hub.robot, client.name, self._sender, self._start)
+        self._tell = self._sender.tell
         self._wanted: set[str] = set()  # cameras and costmap that the page wants to see
         self._is_looking = False
         self._tasks: set[asyncio.Task[None]] = set()
@@ -65,7 +65,7 @@ class Viewer:
         return self._replaced.is_set()
 
     def _replace(self) -> None:
-        self._hand.gone()
+        self._page_driving.gone()
         self._replaced.set()
 
     async def _until_replaced(self) -> None:
@@ -73,13 +73,13 @@ class Viewer:
 
     async def run(self, lang: str) -> None:
         """Serve the page until the connection ends. The drive is ended first of all."""
-        self._hub.join(self._outgoing.wake.set)
+        self._hub.join(self._sender.wake.set)
         self._robot.chassis.lease.renew(self._client.name)  # of a page that has come back
         self._tell(self._hello(lang))
         parts = (
             self._read(),
-            self._outgoing.send_all(self._socket),
-            self._hand.watch(),
+            self._sender.send_all(self._socket),
+            self._page_driving.watch(),
             self._until_replaced(),
         )
         tasks = [asyncio.ensure_future(part) for part in parts]
@@ -97,7 +97,7 @@ class Viewer:
                 ):
                     raise error
         finally:
-            self._hand.gone()
+            self._page_driving.gone()
             if self.is_replaced:
                 code, reason = REPLACED, "the page was opened again"
             else:
@@ -106,10 +106,10 @@ class Viewer:
                     self._hub.wake()
             try:
                 await _end_all({*tasks, *self._tasks})
-                for what in list(self._outgoing.watched):
+                for what in list(self._sender.watched):
                     await self._hub.watch(what, False)
             finally:
-                self._hub.leave(self._outgoing.wake.set)
+                self._hub.leave(self._sender.wake.set)
         try:
             await asyncio.wait_for(self._socket.close(code, printable(reason)[:120]), 2.0)
         except (RuntimeError, OSError, asyncio.TimeoutError, WebSocketDisconnect):
@@ -137,7 +137,7 @@ class Viewer:
                 return
             if event["type"] == "websocket.disconnect":
                 if event.get("code") == GOING_AWAY:
-                    self._hand.give()
+                    self._page_driving.give()
                 return
             text = event.get("text")
             if text is None or len(text) > MOST_TEXT:
@@ -155,20 +155,20 @@ class Viewer:
         if kind == "stop":
             pass  # it is on its way
         elif kind == "ack":
-            self._outgoing.acknowledge(message.get("n"))
+            self._sender.acknowledge(message.get("n"))
         elif kind == "beat":
-            self._hand.beat(*_control_fields(message))
+            self._page_driving.beat(*_control_fields(message))
         elif kind == "press":
-            self._hand.press(*_control_fields(message))
+            self._page_driving.press(*_control_fields(message))
         elif kind == "release":
-            self._hand.release()
+            self._page_driving.release()
         elif kind == "confirm":
-            self._hand.confirmed = True
+            self._page_driving.confirmed = True
         elif kind == "look":
             self._look(message)
         elif kind == "lease":
-            self._hand.ask_lease(message.get("op"), message.get("to"))
-            self._outgoing.tell_lease_again()
+            self._page_driving.ask_lease(message.get("op"), message.get("to"))
+            self._sender.tell_lease_again()
             self._hub.wake()
         else:
             raise BadMessage(say("t={kind!r:.40} is no message of this connection", kind=kind))
@@ -193,7 +193,7 @@ class Viewer:
             raise BadMessage('look: expected camera "color", "depth" or null, and costmap true or false')
         self._wanted = {what for what, on in ((camera, True), ("costmap", costmap)) if on and what}
         if "costmap" not in self._wanted:
-            self._outgoing.drop_costmap()
+            self._sender.drop_costmap()
         if not self._is_looking:
             self._is_looking = True
             self._start(self._follow_look())
@@ -201,10 +201,10 @@ class Viewer:
     async def _follow_look(self) -> None:
         """Watch what is wanted; what is wanted meanwhile comes afterwards."""
         try:
-            while changed := self._outgoing.watched ^ self._wanted:
+            while changed := self._sender.watched ^ self._wanted:
                 what = min(changed)
                 on = what in self._wanted
-                self._outgoing.watched ^= {
+                self._sender.watched ^= {
                     what
                 }  # before it is waited for: at the end of `run` all of it is given up
                 await self._hub.watch(what, on)

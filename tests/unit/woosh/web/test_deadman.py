@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from woosh_pure.web.live.deadman import LATEST, SILENCE, VALID_FOR, DeadMan, State, Verdict
+from woosh_pure.web.live.deadman import LATEST, SILENCE, VALID_FOR, DeadManSwitch, State, Verdict
 
 ZERO = "zero"
 
 
-def in_state(state: State) -> DeadMan:
+def in_state(state: State) -> DeadManSwitch:
     """A hand in that state at time 10, by the shortest way; it has used the numbers up to 2."""
-    man = DeadMan()
+    man = DeadManSwitch()
     if state != "idle":
         assert man.press(1, 10.0, 0.2, 0.0, 10.0).act == "open"
     if state in ("driving", "ended"):
@@ -26,11 +26,11 @@ def in_state(state: State) -> DeadMan:
     return man
 
 
-def press(man: DeadMan) -> Verdict:
+def press(man: DeadManSwitch) -> Verdict:
     return man.press(3, 10.1, 0.1, 0.2, 10.1)
 
 
-def beat(man: DeadMan) -> Verdict:
+def beat(man: DeadManSwitch) -> Verdict:
     return man.beat(3, 10.1, 0.1, 0.2, 10.1)
 
 
@@ -145,7 +145,7 @@ def test_a_heap_of_old_beats_prolongs_nothing() -> None:
 
 
 def test_clocks_need_not_agree() -> None:
-    man = DeadMan()
+    man = DeadManSwitch()
     assert man.press(1, 5e5, 0.2, 0.0, 10.0).act == "open"
     man.opened(10.0)
     assert man.beat(2, 5e5 + 0.1, 0.2, 0.0, 10.12).act == "drive"
@@ -201,7 +201,7 @@ EVENT = st.tuples(
 @given(st.lists(EVENT, max_size=60))
 def test_nothing_drives_longer_than_the_silence_after_the_last_fresh_beat(events: list) -> None:
     """Whatever comes in whatever order: when nothing comes any more, it is over within the silence."""
-    man, now, driven = DeadMan(), 100.0, False
+    man, now, driven = DeadManSwitch(), 100.0, False
     for kind, seq, skew, pause in events:
         now += pause
         if kind in ("press", "beat"):
