@@ -1,5 +1,4 @@
-"""Loggers whose records are one printable line each, and `PeerLog`, which limits what peers can cause to be
-logged.
+"""Loggers whose records are one printable line each, and `PeerLog`, which limits what peers can have logged.
 
 Peers decide how often an event happens and how long its text is; neither may fill a disk.
 """

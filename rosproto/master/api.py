@@ -1,5 +1,4 @@
-"""The Master API and Parameter Server API as one dispatch function, without sockets
-(wiki.ros.org/ROS/Master_API).
+"""The Master API and Parameter Server API as one dispatch function, without sockets.
 
 Registry and parameters share one lock. Every notification is passed to `post` with the lock held, so that
 notifications leave in the order of the calls that caused them.
@@ -7,6 +6,8 @@ notifications leave in the order of the calls that caused them.
 Replies have rosmaster's shapes, status codes and texts. Invalid arguments are treated as in rosmaster
 (`apivalidate` in master_api.py): status -1 with a default value of the right type. Only an unknown method is
 a Fault.
+
+Source: wiki.ros.org/ROS/Master_API.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Send notifications to one node: the slave API calls that a master makes."""
+"""Send notifications to one node by the calls of its slave API (`notifier.py` decides when)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The calls that a master makes to nodes, as plain values.
+"""The notifications of a master as plain values: what they contain, not how they are sent.
 
 The registry and the parameter tree create them; the notifier sends them. A notification replaces an earlier
 one to the same node with the same `key`: only the newest is still valid.

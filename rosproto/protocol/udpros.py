@@ -1,5 +1,4 @@
-"""UDPROS: messages of a topic in datagrams. Lost messages are not repeated, so no message is delayed by
-another.
+"""UDPROS: messages of a topic in datagrams. Lost messages are not repeated, so none is delayed by another.
 
 The subscriber's `requestTopic` already contains its UDP port and its connection header; the reply has the
 publisher's header and the number that every datagram of this connection carries. A message has the same bytes

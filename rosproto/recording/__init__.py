@@ -1,4 +1,4 @@
-"""Record a live graph into bags, and play bags to a live graph, without decoding messages on the way."""
+"""Record a live graph into bags, and play bags into a live graph, without decoding the messages."""
 
 from rosproto.recording.buffer import MessageBuffer
 from rosproto.recording.files import BagSeries, bag_name

@@ -1,4 +1,4 @@
-"""The files of one recording: their names, when a new one begins, and what is repeated in it.
+"""Write the bag files of one recording: their names, splitting, and the latched messages repeated in each.
 
 As with rosbag record, the name of a bag ends in `.active` while it is being written. It gets its final name
 when it is closed properly, so a file whose name ends in `.bag` is complete.
@@ -32,7 +32,7 @@ def bag_name(
     now: float | None = None,
     ending: str = ".bag",
 ) -> str:
-    """The name rosbag record would give: `prefix_2026-11-21-09-30-00_0.bag`.
+    """The name that rosbag record would give: `prefix_2026-11-21-09-30-00_0.bag`.
 
     Args:
         prefix: Path and beginning of the name, with or without the ending.
@@ -53,17 +53,17 @@ def bag_name(
 
 
 class BagSeries:
-    """Writes messages into one bag after the other.
+    """Writes messages into successive bags.
 
     Args:
         name: Returns the final path of the bag with a given number.
-        compression: How chunks are compressed.
+        compression: Compression of the chunks.
         chunk_bytes: Size of a chunk.
-        split_bytes: Begin another bag when one has this size (rosbag record --split --size).
+        split_bytes: Begin another bag at this size (rosbag record --split --size).
         split_seconds: Begin another bag after this time (--split --duration).
-        keep: Delete the oldest bag when there are more than this many (--max-splits).
+        keep: Delete the oldest bag if there are more than this many (--max-splits).
         repeat_latched: Write the last latched message of every publisher at the start of each bag, so that
-            each bag can be played on its own.
+            each bag can be played alone.
         overwrite: Replace existing files of the same name.
         on_open: Called with the final path of each bag when it is begun.
 
@@ -105,12 +105,12 @@ class BagSeries:
 
     @property
     def path(self) -> str:
-        """Where the current bag will be when it is finished."""
+        """Final path of the current bag."""
         return self._path
 
     @property
     def active_path(self) -> str:
-        """Where the current bag is while it is being written."""
+        """Path of the current bag while it is being written."""
         return self._path + ACTIVE
 
     @property
@@ -160,7 +160,7 @@ class BagSeries:
         if self._split_ns is None:
             return False
         now = stamp.secs * 1_000_000_000 + stamp.nsecs
-        if self._start_ns is None or now < self._start_ns:  # time jumped back: start again from here
+        if self._start_ns is None or now < self._start_ns:  # time jumped back: count from here
             self._start_ns = now
         passed = (now - self._start_ns) // self._split_ns
         self._start_ns += passed * self._split_ns

@@ -1,10 +1,10 @@
-"""Play bags to a live graph: the recorded bytes, at the recorded times, under the recorded names.
+"""Play bags into a live graph: the recorded bytes, at the recorded times, under the recorded names.
 
 `Player.play` runs in the calling thread; `pause`, `step` and `stop` may be called from any other thread, or
 from `on_tick`, which is called in the playing thread about 20 times a second.
 
-Source: rosbag player.cpp for what its users rely on: the delay after advertising, latched messages from
-before the start, a clock that keeps ticking while paused.
+The delay after advertising, latched messages from before the start, and a clock that keeps ticking while
+paused follow rosbag player.cpp, because users rely on them.
 """
 
 from __future__ import annotations
@@ -259,7 +259,7 @@ class Player:
     def _begun(self) -> Iterator[TimelineEntry]:
         """The entries to play, with the first chunk and all imports loaded before time starts to run.
 
-        Otherwise the first messages would be late by the tenths of a second that takes, and come all at once.
+        Otherwise the first messages would be late by tenths of a second and would arrive all at once.
         """
         entries = iter(self.timeline)
         return chain(list(islice(entries, 1)), entries)
@@ -338,7 +338,7 @@ class Player:
         return False
 
     def _stand(self, now: float) -> None:
-        """While paused: the bags' time stands still."""
+        """While paused: keep the bags' time constant."""
         self._set_anchor(self.position_ns)
         self._pacer.wait_until(min(now + TICK, self._clock.due if self._clock is not None else now + TICK))
 

@@ -1,8 +1,8 @@
-"""Record a live graph: every message as it came, with its publisher's own definition and header.
+"""Record a live graph: every message unchanged, with its publisher's definition and header.
 
 Threads: the node's link threads put messages into a `MessageBuffer`, one thread writes them to the files, and
-one asks the master for new topics. Whatever the disk does, it cannot hold up receiving: messages that do not
-fit into the buffer are dropped and counted.
+one asks the master for new topics. A slow disk cannot delay receiving: messages that do not fit into the
+buffer are dropped and counted.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Recorder:
     Args:
         node: The node that subscribes; what it publishes itself is recorded, too.
         path: The bag; when split, `name_0.bag`, `name_1.bag` and so on. None: `prefix` with date and time.
-        topics: Names to record, whoever publishes them, now or later.
+        topics: Names to record, with any publishers, now or later.
         pattern: Also every topic whose whole name matches this regular expression, as they appear.
         exclude: But none whose whole name matches this one.
         selection: Instead of these three: several patterns, everything, a node's topics.
@@ -350,7 +350,7 @@ class Recorder:
             self._finished.set()
 
     def _name_what_is_left(self) -> None:
-        """Use the final name in the error if the bag could still be finished after writing had failed."""
+        """Use the final name in the error if the bag could still be finished after writing failed."""
         error = self._error
         if isinstance(error, BagError) and error.path == self._series.active_path:
             self._error = BagError(error.reason, path=self._series.path, offset=error.offset)
@@ -413,7 +413,7 @@ class TopicSelection:
     """A choice of topics, made once and applied to every topic that appears.
 
     Args:
-        topics: Global names, chosen whether or not somebody publishes them yet.
+        topics: Global names, chosen whether or not they have publishers yet.
         patterns: Regular expressions for whole names (rosbag record -e).
         exclude: Regular expressions for whole names that `patterns`, `all` and `node` leave out.
         all: Every topic.

@@ -1,4 +1,4 @@
-"""The encoded messages in a time span of one or several bags, in time order, for a player."""
+"""The messages of one or several bags in a time span, in time order, for a player."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""TCP sockets: listen on one address, set the options for robots, limit waits. Connecting is in
-connecting.py.
+"""TCP sockets: listen on one address, set the options for robots, limit waits. (To connect: connecting.py.)
 
 Time-outs are set in the kernel (SO_RCVTIMEO, SO_SNDTIMEO): with `socket.settimeout` Python polls before every
 call, two more system calls per service call on each side. Windows keeps `settimeout`, and so do the sockets

@@ -1,4 +1,5 @@
-"""Read and write the connection header on a blocking socket, and write whole buffers, each within a deadline.
+"""Read and write the TCPROS connection header on a blocking socket, and write whole buffers, within a
+deadline.
 
 In rospy the connect time-out does not cover the handshake, which can hang for ever; here one deadline covers
 both. The socket is blocking again when a function returns.
