@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.bag.bag_file import BagFile, Budget
 from rosproto.bag.compression import decompress, decompress_prefix
-from rosproto.bag.message_offsets import Place, Rows, few_places, rows_at, rows_slowly, walk
+from rosproto.bag.message_offsets import (
+    MessageLocation,
+    MessageTable,
+    locate_few,
+    table_at_once,
+    table_one_by_one,
+    walk,
+)
 from rosproto.bag.records import (
     INDEX_ENTRY_BYTES,
     NS,
@@ -102,7 +109,7 @@ class ChunkData:
     budget: Budget | None = None
     tail: tuple[bytes, int] | None = None
 
-    def rows(self, wanted: Collection[int] | None = None) -> Rows:
+    def rows(self, wanted: Collection[int] | None = None) -> MessageTable:
         """The messages of the wanted connections (None: all), in file order for each connection.
 
         Raises:
@@ -118,16 +125,16 @@ class ChunkData:
         chosen = {conn: o for conn, o in index.items() if wanted is None or conn in wanted}
         offsets = np.concatenate([np.zeros(0, np.uint32), *chosen.values()])
         conns = np.repeat(np.fromiter(chosen, np.uint32), [len(o) for o in chosen.values()])
-        rows = rows_at(self.blob, self.base, self.end, offsets)
+        rows = table_at_once(self.blob, self.base, self.end, offsets)
         if rows is None:
-            rows = rows_slowly(self.blob, self.base, self.end, offsets.tolist())
+            rows = table_one_by_one(self.blob, self.base, self.end, offsets.tolist())
         if rows is None or not np.array_equal(rows.conn, conns):
             return self._walked(wanted)  # the index is wrong
         return rows
 
     def places(
         self, wanted: Collection[int], low: int | None = None, high: int | None = None
-    ) -> Sequence[Place]:
+    ) -> Sequence[MessageLocation]:
         """Where the messages of these connections and this time (ns) are, in time order.
 
         Raises:
@@ -135,7 +142,7 @@ class ChunkData:
         """
         found = None
         if not self.info.partial:
-            found = few_places(self.blob, self.base, self.end, self.info.counts)
+            found = locate_few(self.blob, self.base, self.end, self.info.counts)
         if found is None:
             return self.rows(wanted).between(low, high).in_time_order().places()
         if not self.info.counts.keys() <= set(wanted):
@@ -157,14 +164,14 @@ class ChunkData:
             self.budget.take(self.info.pos, len(offsets) + len(connections))
         return offsets, connections
 
-    def _walked(self, wanted: Collection[int] | None) -> Rows:
+    def _walked(self, wanted: Collection[int] | None) -> MessageTable:
         import numpy as np
 
         offsets, _ = self._walk()
         found = np.array(offsets, np.int64)
-        rows = rows_at(self.blob, self.base, self.end, found)
+        rows = table_at_once(self.blob, self.base, self.end, found)
         if rows is None:
-            rows = rows_slowly(self.blob, self.base, self.end, offsets)
+            rows = table_one_by_one(self.blob, self.base, self.end, offsets)
         if rows is None:
             raise BagError(f"the chunk at byte {self.info.pos} has a damaged message record")
         if wanted is None:

@@ -67,7 +67,7 @@ def _cut_out(
     first = next(bag.read_messages(topic), None)
     if first is None:  # every chunk is damaged, and damage is skipped
         return None
-    places = FieldPlaces(first[1])
+    places = FieldOffsets(first[1])
     if not places.has(paths):
         return None
     times: list[NDArray[np.float64]] = []
@@ -144,7 +144,7 @@ _SIZES = {"?": 1, "i1": 1, "u1": 1} | {"<" + kind + size: int(size) for kind in 
 MOST_ELEMENTS = 16  # the longest array of messages whose elements are looked at
 
 
-class _Place(NamedTuple):
+class _FieldOffset(NamedTuple):
     """A field: its first byte, number type, length (None for a single value), and whether it is a time."""
 
     offset: int
@@ -153,11 +153,11 @@ class _Place(NamedTuple):
     is_time: bool = False
 
 
-class _Irregular(Exception):
+class _NoFixedOffsets(Exception):
     """The message has a field that cannot be located this way."""
 
 
-class FieldPlaces:
+class FieldOffsets:
     """The field places of one message; `take` cuts columns out of the messages that share them.
 
     Args:
@@ -165,11 +165,11 @@ class FieldPlaces:
     """
 
     def __init__(self, message: Message) -> None:
-        self._places: dict[str, _Place] = {}
+        self._places: dict[str, _FieldOffset] = {}
         self._lengths: list[tuple[int, int]] = []
         try:
             self.size = self._walk(message, "", 0)
-        except _Irregular:
+        except _NoFixedOffsets:
             self.size = -1
 
     def has(self, paths: list[str]) -> bool:
@@ -187,7 +187,7 @@ class FieldPlaces:
                 return None
         return [self._column(blob, start, self._places[path]) for path in paths]
 
-    def _column(self, blob: bytes, start: NDArray[np.int64], place: _Place) -> NDArray[Any]:
+    def _column(self, blob: bytes, start: NDArray[np.int64], place: _FieldOffset) -> NDArray[Any]:
         import numpy as np
 
         count = 2 if place.is_time else 1 if place.length is None else place.length
@@ -210,12 +210,12 @@ class FieldPlaces:
                 at += 4
             if kind.base in DTYPES:
                 count = len(value) if kind.is_array else None
-                self._places[path] = _Place(at, DTYPES[kind.base], count)
+                self._places[path] = _FieldOffset(at, DTYPES[kind.base], count)
                 at += _SIZES[DTYPES[kind.base]] * (1 if count is None else count)
             elif kind.is_array:
                 at = self._walk_elements(value, kind.base, at)
             elif kind.base in _TIMES:
-                self._places[path] = _Place(at, _TIMES[kind.base], None, True)
+                self._places[path] = _FieldOffset(at, _TIMES[kind.base], None, True)
                 at += 8
             elif kind.base == "string":
                 at = self._walk_text(value, at)
@@ -225,7 +225,7 @@ class FieldPlaces:
 
     def _walk_elements(self, values: Any, base: str, at: int) -> int:
         if len(values) > MOST_ELEMENTS:
-            raise _Irregular
+            raise _NoFixedOffsets
         for value in values:
             if base == "string":
                 at = self._walk_text(value, at)

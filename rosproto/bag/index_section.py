@@ -1,9 +1,8 @@
-"""What a bag holds and where, by its index section.
+"""Open a bag: read the index section at its end, or call `unindexed_scan` if that section is unusable.
 
-A bag that was closed properly ends with its connections and one chunk info record for each chunk; the file
-header says where they start. Reading those is all it takes to open a bag of any size.
-
-Where that section is missing or wrong, `scan` goes through the records themselves.
+A bag that was closed properly ends with its connection records and one chunk info record for each chunk; the
+file header says where they start. Only these are read, so a bag of any size opens quickly. The file is never
+changed here (see `repair`).
 """
 
 from __future__ import annotations

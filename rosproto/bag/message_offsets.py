@@ -1,7 +1,7 @@
 """Where each message lies in the plain bytes of a chunk.
 
 A chunk of pictures and laser scans holds about twenty messages, and a plain loop finds them before numpy
-has set up its arrays (`few_places`). A chunk of 768 KiB of small messages holds thousands, so numpy finds
+has set up its arrays (`locate_few`). A chunk of 768 KiB of small messages holds thousands, so numpy finds
 them all at once: the index records after the chunk give the offsets, and the message headers there (46 bytes;
 one writer always has the same fields in the same order) are compared with the first one and read column by
 column. Anything else (a wrong index, another field order within the chunk, a chunk without an index) is read
@@ -52,11 +52,11 @@ _ORDERS = (
     (Struct("<21sI9sIII"), b"\x26\0\0\0\4\0\0\0op=\2\x09\0\0\0conn=", b"\x0d\0\0\0time="),
 )
 
-Place = tuple[int, int, int, int, int]
+MessageLocation = tuple[int, int, int, int, int]
 """A message: connection, secs, nsecs, its first byte in the chunk's blob, and the one behind it."""
 
 
-class Rows(NamedTuple):
+class MessageTable(NamedTuple):
     """Messages of a chunk, one element each, in file order or in time order.
 
     Attributes:
@@ -78,14 +78,14 @@ class Rows(NamedTuple):
 
         return self.secs.astype(np.int64) * NS + self.nsecs
 
-    def between(self, low: int | None, high: int | None) -> Rows:
+    def between(self, low: int | None, high: int | None) -> MessageTable:
         """Those not earlier than `low` and not later than `high`, ns; None is open."""
         if low is None and high is None:
             return self
         time, least, most = self.time, -1 if low is None else low, 1 << 62 if high is None else high
         return self.take((time >= least) & (time <= most))
 
-    def in_time_order(self) -> Rows:
+    def in_time_order(self) -> MessageTable:
         """By time, then by place in the file: rows come connection by connection."""
         import numpy as np
 
@@ -97,19 +97,21 @@ class Rows(NamedTuple):
                 return self
         return self.take(np.lexsort((start, time)))
 
-    def places(self) -> list[Place]:
+    def places(self) -> list[MessageLocation]:
         """The same as Python's numbers."""
         return list(zip(*[column.tolist() for column in self], strict=True))
 
-    def part(self, first: int, end: int) -> Rows:
+    def part(self, first: int, end: int) -> MessageTable:
         """The rows from `first` on, before `end`."""
         part = slice(first, end)
-        return Rows(self.conn[part], self.secs[part], self.nsecs[part], self.start[part], self.end[part])
+        return MessageTable(
+            self.conn[part], self.secs[part], self.nsecs[part], self.start[part], self.end[part]
+        )
 
-    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Rows:
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> MessageTable:
         """The rows at these places, or where the mask is true."""
         conn, secs, nsecs, start, end = self
-        return Rows(conn[which], secs[which], nsecs[which], start[which], end[which])
+        return MessageTable(conn[which], secs[which], nsecs[which], start[which], end[which])
 
 
 def walk(
@@ -187,12 +189,12 @@ def _record_in(blob: bytes, base: int, at: int, end: int) -> tuple[dict[str, byt
     return fields, data, after
 
 
-def rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> Rows | None:
+def table_at_once(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> MessageTable | None:
     """All rows at once; None when the headers at these offsets are not all alike."""
     import numpy as np
 
     if not len(offsets):
-        return _no_rows()
+        return _empty_table()
     where = offsets.astype(np.int64)
     places = end - base - MESSAGE_HEAD + 1
     if places <= 0 or int(where.max()) >= places or int(where.min()) < 0:
@@ -211,7 +213,7 @@ def rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> R
     stop = start + fields["size"]
     if int(stop.max()) > end:
         return None
-    return Rows(fields["conn"].copy(), fields["secs"].copy(), fields["nsecs"].copy(), start, stop)
+    return MessageTable(fields["conn"].copy(), fields["secs"].copy(), fields["nsecs"].copy(), start, stop)
 
 
 def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.uint8]] | None:
@@ -252,7 +254,7 @@ def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.ui
     return dtype, constant
 
 
-def rows_slowly(blob: bytes, base: int, end: int, offsets: list[int]) -> Rows | None:
+def table_one_by_one(blob: bytes, base: int, end: int, offsets: list[int]) -> MessageTable | None:
     """The rows, record by record, at least one; None when an offset does not lead to a message."""
     import numpy as np
 
@@ -269,19 +271,21 @@ def rows_slowly(blob: bytes, base: int, end: int, offsets: list[int]) -> Rows | 
     except BagError:
         return None
     conn, secs, nsecs, start, stop = np.array(found, np.int64).T
-    return Rows(
+    return MessageTable(
         conn.astype(np.uint32), secs.astype(np.uint32), nsecs.astype(np.uint32), start.copy(), stop.copy()
     )
 
 
-def _no_rows() -> Rows:
+def _empty_table() -> MessageTable:
     import numpy as np
 
     none = np.zeros(0, np.uint32)
-    return Rows(none, none, none, np.zeros(0, np.int64), np.zeros(0, np.int64))
+    return MessageTable(none, none, none, np.zeros(0, np.int64), np.zeros(0, np.int64))
 
 
-def few_places(blob: bytes, base: int, end: int, counts: Mapping[int, int]) -> Sequence[Place] | None:
+def locate_few(
+    blob: bytes, base: int, end: int, counts: Mapping[int, int]
+) -> Sequence[MessageLocation] | None:
     """Where all messages of a chunk are, in time order, found by a plain loop.
 
     None when they are not `FEW`, or anything is unexpected (a record of another form, counts that differ from
@@ -289,7 +293,7 @@ def few_places(blob: bytes, base: int, end: int, counts: Mapping[int, int]) -> S
     """
     if not 0 < sum(counts.values()) <= FEW:
         return None
-    places: list[Place] = []
+    places: list[MessageLocation] = []
     at, records = base, 0
     while at < end:
         head = _head(blob, at, end)
@@ -330,7 +334,7 @@ def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:
     return (-1, 0, 0, data + _U32.unpack_from(blob, data - 4)[0] - at) if op == OP_CONNECTION else None
 
 
-def _agree(places: Sequence[Place], counts: Mapping[int, int]) -> bool:
+def _agree(places: Sequence[MessageLocation], counts: Mapping[int, int]) -> bool:
     """Whether every connection has as many messages as the table of contents says."""
     seen: dict[int, int] = {}
     for place in places:
@@ -338,7 +342,7 @@ def _agree(places: Sequence[Place], counts: Mapping[int, int]) -> bool:
     return seen == {conn: count for conn, count in counts.items() if count}
 
 
-def _in_order(places: Sequence[Place]) -> bool:
+def _in_order(places: Sequence[MessageLocation]) -> bool:
     last = (0, 0)
     for place in places:
         time = place[1], place[2]

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.records import Connection
-from rosproto.bag.time_order import Run
+from rosproto.bag.time_order import ChunkMessages
 from rosproto.codec import Message, decoder, define, message_class
 from rosproto.errors import BagError, DefinitionError
 from rosproto.msg import bundled
 from rosproto.time import Time
 
 Decode = Callable[[bytes, int, int], Message]
-Facts = tuple[str, str, str, Connection]
+ConnectionFacts = tuple[str, str, str, Connection]
 """Of a connection: topic, type, md5sum, itself."""
 
 
@@ -36,7 +36,9 @@ class RawMessage(NamedTuple):
     connection: Connection
 
 
-def raw_messages(run: Run, facts: Mapping[int, Facts], view: bool) -> Iterator[tuple[str, RawMessage, Time]]:
+def raw_messages(
+    run: ChunkMessages, facts: Mapping[int, ConnectionFacts], view: bool
+) -> Iterator[tuple[str, RawMessage, Time]]:
     """A run's messages, not decoded: topic, message, receive time; with `view` memoryviews of the chunk."""
     # The hot loop: no constructor runs.
     time_class, new, make = Time, object.__new__, tuple.__new__
@@ -52,7 +54,7 @@ def raw_messages(run: Run, facts: Mapping[int, Facts], view: bool) -> Iterator[t
         yield topic, make(RawMessage, (kind, blob[start:end], md5sum, place, connection)), stamp
 
 
-class Takers(dict[int, tuple[str, Callable[[bytes, int, int], Any]]]):
+class Decoders(dict[int, tuple[str, Callable[[bytes, int, int], Any]]]):
     """Topic and decoding function by the number of a connection; each is made when it is asked for.
 
     Args:
@@ -65,11 +67,11 @@ class Takers(dict[int, tuple[str, Callable[[bytes, int, int], Any]]]):
 
     def __missing__(self, number: int) -> tuple[str, Callable[[bytes, int, int], Any]]:
         connection = self._connections[number]
-        taker = self[number] = connection.topic, decode_function(message_class_of(connection))
-        return taker
+        decoder_of_connection = self[number] = connection.topic, decode_function(message_class_of(connection))
+        return decoder_of_connection
 
 
-def decoded_messages(run: Run, takers: Takers) -> Iterator[tuple[str, Any, Time]]:
+def decoded_messages(run: ChunkMessages, decoders: Decoders) -> Iterator[tuple[str, Any, Time]]:
     """A run's messages: topic, message, receive time.
 
     Raises:
@@ -83,7 +85,7 @@ def decoded_messages(run: Run, takers: Takers) -> Iterator[tuple[str, Any, Time]
         stamp = new(time_class)
         stamp.secs = secs
         stamp.nsecs = nsecs
-        topic, decode = takers[conn]
+        topic, decode = decoders[conn]
         yield topic, decode(blob, start, end), stamp
 
 

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.records import ChunkHeader, ChunkInfo
-from rosproto.bag.worker_pool import Helpers, helper_count
+from rosproto.bag.worker_pool import WorkerPool, worker_count
 from rosproto.errors import BagError
 
 LARGE = 1 << 16  # bytes from which a piece is written in place, not copied together with others
@@ -22,7 +22,7 @@ _MOST_PIECES = 512  # in one system call; POSIX promises 16, Linux and the BSDs 
 Piece = bytes | memoryview
 
 
-class Output:
+class BagOutputFile:
     """A seekable binary file, written by position.
 
     Args:
@@ -117,7 +117,7 @@ class _Chunk:
     problem: Exception | None = None
 
 
-class ChunkOutput:
+class ChunkWriter:
     """Writes chunks in the order they are given.
 
     Uncompressed chunks are in the file when `add` returns. Others are compressed by helper threads, and
@@ -136,7 +136,7 @@ class ChunkOutput:
         problem: The error that ended writing, None while all is well.
     """
 
-    def __init__(self, output: Output, compression: str, compress: Callable[[bytes], bytes]) -> None:
+    def __init__(self, output: BagOutputFile, compression: str, compress: Callable[[bytes], bytes]) -> None:
         self._output = output
         self._compression = compression
         self._compress = compress
@@ -149,7 +149,7 @@ class ChunkOutput:
         self._writing = threading.Lock()
         self._moved = threading.Condition()
         # A program that ends without closing its bag still finishes these few chunks: not daemons.
-        self._helpers = Helpers("bag writer", 0 if compression == "none" else helper_count(), daemon=False)
+        self._workers = WorkerPool("bag writer", 0 if compression == "none" else worker_count(), daemon=False)
 
     @property
     def size(self) -> int:
@@ -179,8 +179,8 @@ class ChunkOutput:
         chunk.ahead = size
         with self._moved:
             self._bytes += size
-        self._helpers.add(lambda: self._pack(chunk))
-        while self._order and (self._bytes > AHEAD_BYTES or self._helpers.idle):
+        self._workers.add(lambda: self._pack(chunk))
+        while self._order and (self._bytes > AHEAD_BYTES or self._workers.idle):
             self._advance()
 
     def drain(self) -> None:
@@ -191,7 +191,7 @@ class ChunkOutput:
     def _advance(self) -> None:
         """Do some of the work, or wait until another chunk has reached the file."""
         head = self._head()
-        if head is None or self._helpers.help():
+        if head is None or self._workers.help():
             return
         # A helper has begun it. Work that has begun ends, with an error if need be, and so does this wait.
         with self._moved:

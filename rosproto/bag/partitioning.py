@@ -25,7 +25,7 @@ from rosproto.errors import BagError
 
 Damaged = Literal["raise", "skip"]
 Files = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
-PIECE_BYTES = 64 << 20
+PARTITION_BYTES = 64 << 20
 _log = logging.getLogger(__name__)
 
 
@@ -78,14 +78,14 @@ class Partition:
 
     def open(self) -> BagReader:
         """A reader that sees only this piece; use it in a `with` block."""
-        return _McapPiece(self) if self.loose is not None else _BagPiece(self)
+        return _McapPartitionReader(self) if self.loose is not None else _PartitionReader(self)
 
 
 def partitions(
     files: Files,
     topics: str | Iterable[str] | None = None,
     *,
-    size: int = PIECE_BYTES,
+    size: int = PARTITION_BYTES,
     fields: Iterable[str] | None = None,
     damaged: Damaged = "raise",
     limits: BagLimits | None = None,
@@ -232,26 +232,26 @@ def _local(path: str) -> list[str]:
     return sorted(glob.glob(path, recursive=True))
 
 
-class _BagPiece(BagReader):
+class _PartitionReader(BagReader):
     """A reader that is given the index instead of reading it."""
 
     def __init__(self, piece: Partition) -> None:
         self._source = BagFile(piece.file)
         self._skip = piece.damaged == "skip"
         self._spans = dict(zip([chunk.pos for chunk in piece.chunks], piece.spans, strict=True))
-        self._told(piece)
+        self._set_contents(piece)
 
-    def _told(self, piece: Partition) -> None:
+    def _set_contents(self, piece: Partition) -> None:
         connections = {connection.id: connection for connection in piece.connections}
         self._take_contents(connections, list(piece.chunks), [])
         self.message_count = piece.message_count
         self.version, self.indexed = "", True
 
 
-class _McapPiece(McapReader, _BagPiece):
+class _McapPartitionReader(McapReader, _PartitionReader):
     """The same of an MCAP file."""
 
     def __init__(self, piece: Partition) -> None:
-        _BagPiece.__init__(self, piece)
+        _PartitionReader.__init__(self, piece)
         self._loose = set(cast("tuple[int, ...]", piece.loose))
         self._packed = {}  # a piece is read, nobody asks how it is compressed

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from rosproto.bag.bag_file import BagLimits
-from rosproto.bag.partitioning import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
+from rosproto.bag.partitioning import PARTITION_BYTES, Damaged, Files, Partition, cluster_module, partitions
 
 __all__ = ["read_bags"]
 
@@ -21,7 +21,7 @@ def read_bags(
     topic: str,
     *,
     fields: Iterable[str] | None = None,
-    size: int = PIECE_BYTES,
+    size: int = PARTITION_BYTES,
     damaged: Damaged = "raise",
     limits: BagLimits | None = None,
     **options: Any,

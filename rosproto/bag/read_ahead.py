@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.records import ChunkInfo
-from rosproto.bag.worker_pool import Helpers, Task, helper_count
+from rosproto.bag.worker_pool import Task, WorkerPool, worker_count
 from rosproto.errors import BagError
 
 BUDGET_BYTES = (
@@ -38,11 +38,11 @@ class ReadAhead:
         self._read = read
         self._order = order
         self._spans = spans
-        helpers = helper_count()
+        helpers = worker_count()
         self._depth = 2 * helpers + 2 if helpers else 0  # a few more chunks than threads
         self._most = BUDGET_BYTES // max(1, self._depth)  # a larger chunk is read when its turn comes
         # Daemon threads: what they read is of no use to a program that is ending.
-        self._helpers = Helpers("bag reader", helpers, daemon=True)
+        self._workers = WorkerPool("bag reader", helpers, daemon=True)
         self._tasks: dict[int, Task[ChunkData | None]] = {}
         self._begun = 0
         self._packed = False
@@ -56,7 +56,7 @@ class ReadAhead:
         task = self._tasks.pop(number, None)
         if self._packed:
             self._begin(number + 1)
-        data = None if task is None else self._helpers.wait(task)
+        data = None if task is None else self._workers.wait(task)
         if data is None:
             data = self._read(self._order[number], None)
         if data.packed and not self._packed:
@@ -71,7 +71,7 @@ class ReadAhead:
         for number in range(max(first, self._begun), end):
             info = self._order[number]
             if self._spans.get(info.pos, 0) <= self._most:
-                self._tasks[number] = self._helpers.add(lambda info=info: self._try(info))  # type: ignore[misc]
+                self._tasks[number] = self._workers.add(lambda info=info: self._try(info))  # type: ignore[misc]
         self._begun = max(self._begun, end)
 
     def _try(self, info: ChunkInfo) -> ChunkData | None:

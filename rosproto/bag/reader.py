@@ -12,10 +12,10 @@ from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, system_errors
 from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
 from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import Stamp, to_ns
-from rosproto.bag.message_offsets import Rows
-from rosproto.bag.messages import Takers, decoded_messages, message_class_of, raw_messages
+from rosproto.bag.message_offsets import MessageTable
+from rosproto.bag.messages import Decoders, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
-from rosproto.bag.time_order import Batch, RunReader, runs_of
+from rosproto.bag.time_order import Batch, TimeOrderedReader, runs_of
 from rosproto.codec import Message
 from rosproto.time import Time
 
@@ -48,7 +48,7 @@ class Compression:
     plain_bytes: int
 
 
-class BagReader(RunReader):
+class BagReader(TimeOrderedReader):
     """A bag, opened for reading.
 
     Opening reads the table of contents only. A bag without a usable one (never closed, cut off, damaged) is
@@ -110,7 +110,7 @@ class BagReader(RunReader):
         self._counts = counts
         self.connections = MappingProxyType({i: c for i, c in sorted(connections.items()) if counts.get(i)})
         self._known = {i: (c.topic, c.type, c.md5sum, c) for i, c in self.connections.items()}
-        self._takers = Takers(self.connections)
+        self._decoders = Decoders(self.connections)
         self.topics = MappingProxyType(self._make_topics())
         self.message_count = sum(counts.values())
 
@@ -198,7 +198,7 @@ class BagReader(RunReader):
         with system_errors(self.path):
             for run in self.runs(wanted, low, high):
                 yield from (
-                    raw_messages(run, self._known, view) if raw else decoded_messages(run, self._takers)
+                    raw_messages(run, self._known, view) if raw else decoded_messages(run, self._decoders)
                 )
                 del run  # the next chunk is read into the same memory, still in the cache
 
@@ -212,7 +212,7 @@ class BagReader(RunReader):
 
     def _message_at(self, topic: str, limit: int, raw: bool) -> tuple[str, Any, Time] | None:
         wanted = self._wanted(topic, None)
-        best: tuple[int, ChunkData, Rows] | None = None
+        best: tuple[int, ChunkData, MessageTable] | None = None
         chunks = [c for c in self.chunks if c.start <= limit and not wanted.isdisjoint(c.counts)]
         for info in sorted(chunks, key=lambda c: (min(c.end, limit), c.pos), reverse=True):
             if best is not None and info.end < best[0]:
@@ -227,7 +227,7 @@ class BagReader(RunReader):
         if best is None:
             return None
         run = next(runs_of(Batch(best[2], best[1])))
-        return next(raw_messages(run, self._known, False) if raw else decoded_messages(run, self._takers))
+        return next(raw_messages(run, self._known, False) if raw else decoded_messages(run, self._decoders))
 
     def times(self, topic: str, *, step: Callable[[], None] | None = None) -> NDArray[np.int64]:
         """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages.

@@ -44,7 +44,7 @@ def open_remote(url: str) -> BinaryIO:
     if size is None:
         file.close()
         raise BagError(_NO_RANGES, path=url)
-    return cast(BinaryIO, _Ranges(file, url, size))
+    return cast(BinaryIO, _RangeFile(file, url, size))
 
 
 def remote_files(url: str) -> list[str]:
@@ -111,7 +111,7 @@ def _said(problem: BaseException) -> str:
     return f"{type(problem).__name__}: {problem}" if str(problem) else type(problem).__name__
 
 
-class _Ranges(io.RawIOBase):
+class _RangeFile(io.RawIOBase):
     """Reads exactly what is asked for, and the beginning of what is probably read next.
 
     Attributes:

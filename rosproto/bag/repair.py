@@ -1,4 +1,7 @@
-"""Repair bags: write a new table of contents in place, or copy everything readable to a new bag."""
+"""Write repaired bags: `reindex` adds an index section to the file itself, `recover` makes a new bag.
+
+`rosproto bag reindex` and `rosproto bag fix` call these; readers of a damaged bag do not need them.
+"""
 
 from __future__ import annotations
 
@@ -93,12 +96,12 @@ def _messages_after(
     """What can be read after the first `count` chunks, from the chunk being written, and its compression."""
     if len(found.chunks) <= count:
         return [], "none"
-    with _Tail(path, found, count) as bag:
+    with _TailReader(path, found, count) as bag:
         kinds = bag.compression()
         return list(bag.read_messages(raw=True)), next(kind for kind in COMPRESSIONS if kind in kinds)
 
 
-class _Tail(BagReader):
+class _TailReader(BagReader):
     """A reader of the chunks from `count` on, as a scan found them: a second one would take as long again."""
 
     def __init__(self, path: File, found: BagIndex, count: int) -> None:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.bag.bag_file import BagFile, Unreachable
 from rosproto.bag.chunk import ChunkData, read_chunk
-from rosproto.bag.message_offsets import Place, Rows
+from rosproto.bag.message_offsets import MessageLocation, MessageTable
 from rosproto.bag.read_ahead import ReadAhead
 from rosproto.bag.records import ChunkInfo
 from rosproto.errors import BagError
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 BUDGET_BYTES = 64 << 20  # of chunks that overlap in time, held at once
 
 
-class Run(NamedTuple):
+class ChunkMessages(NamedTuple):
     """Messages of one chunk, in the order of time.
 
     Attributes:
@@ -43,7 +43,7 @@ class Run(NamedTuple):
     info: ChunkInfo
     blob: bytes
     base: int
-    places: Sequence[Place]
+    places: Sequence[MessageLocation]
 
 
 @dataclass(slots=True)
@@ -57,13 +57,13 @@ class Batch:
         chunk_of: Gives a chunk by that number.
     """
 
-    rows: Rows
+    rows: MessageTable
     chunk: ChunkData | None
     pieces: NDArray[np.int64] | None = None
     chunk_of: Callable[[int], ChunkData] | None = None
 
 
-class RunReader:
+class TimeOrderedReader:
     """What a reader does with chunks; the fields are those of `BagReader`."""
 
     _source: BagFile
@@ -74,7 +74,9 @@ class RunReader:
     damage: list[str]
     _lost: bool  # a scan, in place of the index, had to leave messages out
 
-    def runs(self, wanted: Collection[int], low: int | None = None, high: int | None = None) -> Iterator[Run]:
+    def runs(
+        self, wanted: Collection[int], low: int | None = None, high: int | None = None
+    ) -> Iterator[ChunkMessages]:
         """All messages of these connections; for callers that need bytes, not objects.
 
         Args:
@@ -105,7 +107,7 @@ class RunReader:
         wanted: Collection[int],
         low: int | None,
         high: int | None,
-    ) -> Run | None:
+    ) -> ChunkMessages | None:
         """The messages of a chunk that overlaps no other."""
         self._source.check_open()
         try:
@@ -114,7 +116,7 @@ class RunReader:
         except BagError as problem:
             self._skipped(order[number], problem)
             return None
-        return Run(data.info, data.blob, data.base, places)
+        return ChunkMessages(data.info, data.blob, data.base, places)
 
     def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
         order = self._chunks_of(wanted, low, high)
@@ -140,15 +142,15 @@ class RunReader:
                 self._skipped(order[number], problem)
                 return None
 
-        held = _Held(order, load)
-        waiting: list[_Piece] = []
+        held = _ChunkCache(order, load)
+        waiting: list[_PendingMessages] = []
         for number in numbers:
             data = load(number)
             rows = None if data is None else self._select(data, wanted, low, high)
             if data is not None and rows is not None and len(rows.conn):
                 held.put(number, data)
                 rows = rows.in_time_order()
-                waiting.append(_Piece(number, rows, rows.time))
+                waiting.append(_PendingMessages(number, rows, rows.time))
             limit = order[number + 1].start if number + 1 in numbers else None
             batch, waiting = _release(waiting, limit, held)
             if batch is not None:
@@ -175,7 +177,7 @@ class RunReader:
 
     def _rows(
         self, info: ChunkInfo, wanted: Collection[int], high: int | None = None
-    ) -> tuple[ChunkData, Rows] | None:
+    ) -> tuple[ChunkData, MessageTable] | None:
         """A chunk, and its wanted messages; None when it is damaged and left out."""
         self._source.check_open()
         try:
@@ -188,7 +190,7 @@ class RunReader:
 
     def _select(
         self, data: ChunkData, wanted: Collection[int], low: int | None, high: int | None
-    ) -> Rows | None:
+    ) -> MessageTable | None:
         try:
             return data.rows(wanted).between(low, high)
         except BagError as problem:
@@ -210,20 +212,20 @@ class RunReader:
             self.damage.append(note)
 
 
-def runs_of(batch: Batch) -> Iterator[Run]:
+def runs_of(batch: Batch) -> Iterator[ChunkMessages]:
     """A batch's messages; where they come from several chunks by turns, a run for each turn."""
     import numpy as np
 
     places = batch.rows.places()
     if batch.chunk is not None:
-        yield Run(batch.chunk.info, batch.chunk.blob, batch.chunk.base, places)
+        yield ChunkMessages(batch.chunk.info, batch.chunk.blob, batch.chunk.base, places)
         return
     assert batch.pieces is not None
     assert batch.chunk_of is not None
     turns = [0, *(np.flatnonzero(np.diff(batch.pieces)) + 1).tolist(), len(places)]
     for start, end in pairwise(turns):
         chunk = batch.chunk_of(int(batch.pieces[start]))
-        yield Run(chunk.info, chunk.blob, chunk.base, places[start:end])
+        yield ChunkMessages(chunk.info, chunk.blob, chunk.base, places[start:end])
 
 
 # -- chunks that overlap in time -----------------------------------------------------------------------------
@@ -242,41 +244,43 @@ def _overlapping(order: Sequence[ChunkInfo]) -> Iterator[range]:
 
 
 @dataclass(slots=True)
-class _Piece:
+class _PendingMessages:
     """The messages of one chunk that have not been handed out yet, in time order."""
 
     number: int
-    rows: Rows
+    rows: MessageTable
     time: NDArray[np.int64]
 
 
-def _release(waiting: list[_Piece], limit: int | None, held: _Held) -> tuple[Batch | None, list[_Piece]]:
+def _release(
+    waiting: list[_PendingMessages], limit: int | None, held: _ChunkCache
+) -> tuple[Batch | None, list[_PendingMessages]]:
     """Everything up to `limit`, merged, and the pieces left over."""
     import numpy as np
 
-    out: list[_Piece] = []
-    left: list[_Piece] = []
+    out: list[_PendingMessages] = []
+    left: list[_PendingMessages] = []
     for piece in waiting:
         size = len(piece.time)
         count = size if limit is None else int(np.searchsorted(piece.time, limit, "right"))
         if count:
-            out.append(_Piece(piece.number, piece.rows.part(0, count), piece.time[:count]))
+            out.append(_PendingMessages(piece.number, piece.rows.part(0, count), piece.time[:count]))
         if count < size:
-            left.append(_Piece(piece.number, piece.rows.part(count, size), piece.time[count:]))
+            left.append(_PendingMessages(piece.number, piece.rows.part(count, size), piece.time[count:]))
     if not out:
         return None, left
     held.keep_only({piece.number for piece in out} | {piece.number for piece in left})
     if len(out) == 1:
         return Batch(out[0].rows, held.get(out[0].number)), left
     order = np.argsort(np.concatenate([piece.time for piece in out]), kind="stable")
-    rows = Rows(
+    rows = MessageTable(
         *[np.concatenate(columns)[order] for columns in zip(*[piece.rows for piece in out], strict=True)]
     )
     pieces = np.concatenate([np.full(len(piece.time), piece.number, np.int64) for piece in out])[order]
     return Batch(rows, None, pieces, held.get), left
 
 
-class _Held:
+class _ChunkCache:
     """Chunks in memory, at most BUDGET_BYTES of them (and at least one); the least recently used go first."""
 
     def __init__(self, order: Sequence[ChunkInfo], load: Callable[[int], ChunkData | None]) -> None:

@@ -1,10 +1,10 @@
-"""Find out what a bag without a usable index holds, by following its records one after the other.
+"""Scan a bag that has no usable index section: follow all its records and build a `BagIndex` in memory.
 
 A crashed recorder leaves `index_pos` 0, a last chunk that is cut off, and often a chunk header that still
 says 0 bytes (recorders fill it in when the chunk is complete). A bad disk or an interrupted copy truncates
-the file anywhere or changes bytes. Where a chunk has index records, its data need not be read. After damage,
-the scan continues at the next chunk record it finds. Everything that was wrong is listed; nothing is guessed
-in silence.
+the file anywhere or changes bytes. The data of a chunk is only read if its index records are missing. After
+damage, the scan continues at the next chunk record. `BagIndex.damage` lists all damage. The file is not
+changed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
 from rosproto.bag.chunk import ChunkData, RecordHead, read_chunk, read_head
 from rosproto.bag.compression import COMPRESSIONS
-from rosproto.bag.message_offsets import Rows
+from rosproto.bag.message_offsets import MessageTable
 from rosproto.bag.records import (
     MAGIC,
     NS,
@@ -270,7 +270,7 @@ def _span(info: ChunkInfo, times: list[NDArray[np.int64]]) -> None:
         info.end = max(int(t.max()) for t in times)
 
 
-def _counted(rows: Rows) -> dict[int, int]:
+def _counted(rows: MessageTable) -> dict[int, int]:
     import numpy as np
 
     ids, counts = np.unique(rows.conn, return_counts=True)

@@ -19,7 +19,7 @@ LINGER = 0.02  # seconds that a thread waits for more work; cheaper than startin
 _WAITING, _RUNNING, _DONE = range(3)
 
 
-def helper_count() -> int:
+def worker_count() -> int:
     """Threads worth having beside the caller: one less than this process has processors, at most 3."""
     affinity = getattr(os, "sched_getaffinity", None)  # not on Windows and macOS
     processors = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
@@ -53,7 +53,7 @@ class Task(Generic[T]):
         return self._result  # type: ignore[return-value]
 
 
-class Helpers:
+class WorkerPool:
     """Does tasks in the order they were given, several at a time.
 
     Args:

@@ -33,7 +33,7 @@ from rosproto.bag.inputs import (
 )
 from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.messages import RawMessage
-from rosproto.bag.output import LARGE, ChunkOutput, Output
+from rosproto.bag.output import LARGE, BagOutputFile, ChunkWriter
 from rosproto.bag.records import (
     MAGIC,
     NS,
@@ -53,7 +53,7 @@ _pack_tail = Struct("<III").pack  # secs, nsecs, size of the data: the end of a 
 _FEW = 64  # messages of one connection in a chunk, up to which a plain loop beats numpy
 
 
-class _Out:
+class _OutgoingConnection:
     """One connection while it is written.
 
     Attributes:
@@ -107,11 +107,11 @@ class BagWriter:
         with system_errors(os.fspath(file) if isinstance(file, (str, os.PathLike)) else None):
             compress = compressor(compression)
         self._limit = chunk_bytes
-        self._outs: dict[tuple[str, type], _Out] = {}
-        self._raw_outs: dict[tuple[str, int], _Out] = {}
-        self._by_identity: dict[tuple[object, ...], _Out] = {}
+        self._outs: dict[tuple[str, type], _OutgoingConnection] = {}
+        self._raw_outs: dict[tuple[str, int], _OutgoingConnection] = {}
+        self._by_identity: dict[tuple[object, ...], _OutgoingConnection] = {}
         self._kept: list[Connection] = []
-        self._written: list[_Out] = []
+        self._written: list[_OutgoingConnection] = []
         self._parts: list[bytes | memoryview] = []
         self._size = 0
         self._index = BagIndex()
@@ -120,9 +120,9 @@ class BagWriter:
         self._lock = threading.RLock()
         self.message_count = 0
         self._closed = False
-        self._output = Output(file, keep=append)
+        self._output = BagOutputFile(file, keep=append)
         self.path = self._output.path
-        self._chunks = ChunkOutput(self._output, compression, compress)
+        self._chunks = ChunkWriter(self._output, compression, compress)
         try:
             self._resume() if self._output.existed else self._start()
             self._chunks.end, self._chunks.chunks = self._index.end, self._index.chunks
@@ -249,7 +249,9 @@ class BagWriter:
             finally:
                 self._output.close()
 
-    def _add_large(self, out: _Out, message: Message | RawMessage, secs: int, nsecs: int) -> None:
+    def _add_large(
+        self, out: _OutgoingConnection, message: Message | RawMessage, secs: int, nsecs: int
+    ) -> None:
         """Add a message without copying its arrays, if its chunk is written before this returns."""
         if isinstance(message, RawMessage):
             parts: list[bytes | memoryview] = [message.data]
@@ -275,7 +277,7 @@ class BagWriter:
 
     def _find_out(
         self, topic: str, message: Message | RawMessage, header: Mapping[str, str] | None
-    ) -> tuple[_Out, Message | RawMessage]:
+    ) -> tuple[_OutgoingConnection, Message | RawMessage]:
         """The connection a message belongs to, made when it is new."""
         self._check_open()
         if not isinstance(topic, str) or not topic:
@@ -303,18 +305,18 @@ class BagWriter:
             self._outs[topic, cls] = out
         return out, message
 
-    def _out(self, connection: Connection, encode: Callable[[Any], bytes]) -> _Out:
-        """The `_Out` of an equal connection, or a new one when this bag has none yet."""
+    def _out(self, connection: Connection, encode: Callable[[Any], bytes]) -> _OutgoingConnection:
+        """The `_OutgoingConnection` of an equal connection, or a new one when this bag has none yet."""
         key = identity(connection)
         out = self._by_identity.get(key)
         if out is None or out.encode is not encode:
-            out = _Out(connection, encode)
+            out = _OutgoingConnection(connection, encode)
             known = self._by_identity.setdefault(key, out)
             if known is not out and known.head:
                 out.connection, out.head, out.index = known.connection, known.head, known.index
         return out
 
-    def _announce(self, out: _Out) -> None:
+    def _announce(self, out: _OutgoingConnection) -> None:
         """Give a connection its id and write its record in front of its first message."""
         key = identity(out.connection)
         known = self._by_identity.setdefault(key, out)
@@ -349,7 +351,7 @@ class BagWriter:
             )
         self._index = found
         for connection in found.connections.values():
-            out = _Out(connection, data_of)
+            out = _OutgoingConnection(connection, data_of)
             out.head = _message_head(connection.id)
             self._written.append(out)
             self._by_identity[identity(connection)] = out

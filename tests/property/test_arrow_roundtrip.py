@@ -169,7 +169,7 @@ def test_cut_messages_are_a_documented_error(recording: Recording, data: st.Data
     """What the codec refuses, the table refuses with the same words; what it takes, the table takes."""
     import numpy as np
 
-    from rosproto.bag.arrow.columns import Columns, Misfit
+    from rosproto.bag.arrow.columns import Columns, DefinitionMismatch
     from rosproto.codec.reference import decode_layout
     from rosproto.errors import CodecError
 
@@ -191,7 +191,7 @@ def test_cut_messages_are_a_documented_error(recording: Recording, data: st.Data
     want = {field.name: True for field in layout.fields}
     try:
         Columns(bytes(blob), np.array([0]), np.array([len(blob)])).take(layout, want)
-    except Misfit:
+    except DefinitionMismatch:
         assert refused
     else:
         assert not refused

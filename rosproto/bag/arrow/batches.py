@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosproto.bag.arrow.columns import Columns, Misfit, from_numpy, listed, numbers, texts
+from rosproto.bag.arrow.columns import Columns, DefinitionMismatch, from_numpy, listed, numbers, texts
 from rosproto.bag.arrow.schema import (
-    Want,
+    WantedFields,
     is_binary,
     layout_of,
     pyarrow,
@@ -98,7 +98,7 @@ class TopicBatches:
         self._parts, self._times, self.size = [], [], 0
         try:
             arrays = _arrays(parts, self._layout, self._want)
-        except Misfit:
+        except DefinitionMismatch:
             raise _misfit(self._cls, parts, self._topic) from None
         stamps = from_numpy(np.array(times, np.int64), self.schema.field(0).type)
         return pyarrow().record_batch([stamps, *(arrays[name] for name in self._names)], schema=self.schema)
@@ -152,11 +152,13 @@ def batches_of(
     """
     low = None if start_time is None else to_ns(start_time)
     high = None if end_time is None else to_ns(end_time)
-    takers = {conn: (number, table.add) for number, table in enumerate(tables) for conn in table.connections}
-    for run in bag.runs(set(takers), low, high):
+    tables_by_connection = {
+        conn: (number, table.add) for number, table in enumerate(tables) for conn in table.connections
+    }
+    for run in bag.runs(set(tables_by_connection), low, high):
         blob = run.blob
         for conn, secs, nsecs, start, end in run.places:
-            number, add = takers[conn]
+            number, add = tables_by_connection[conn]
             batch = add(secs, nsecs, blob[start:end])
             if batch is not None:
                 yield number, batch
@@ -168,16 +170,16 @@ def batches_of(
             yield number, batch
 
 
-def _arrays(parts: list[bytes], layout: Layout, want: Want) -> dict[str, Any]:
-    """The wanted fields' arrays; Misfit when a message does not have the form of its definition."""
+def _arrays(parts: list[bytes], layout: Layout, want: WantedFields) -> dict[str, Any]:
+    """The wanted fields' arrays; DefinitionMismatch if a message does not fit its definition."""
     import numpy as np
 
     blob = b"".join(parts)
     sizes = {len(part) for part in parts}
     if len(sizes) == 1:
         try:
-            return Uniform(blob, len(parts)).take(layout, want)
-        except NotUniform:
+            return UniformMessages(blob, len(parts)).take(layout, want)
+        except MessagesDiffer:
             pass
     ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
     starts = np.concatenate([np.zeros(1, np.int64), ends[:-1]])
@@ -202,11 +204,11 @@ def _misfit(cls: type[Message], parts: list[bytes], topic: str) -> Exception:
 #
 # Messages of a topic mostly differ in numbers only: their texts and arrays have one length. They have one
 # size then, every field lies at one offset in all of them, and a column is a strided view of their bytes,
-# copied once. Whether that holds is looked at field by field; where it does not, `NotUniform` says so,
+# copied once. Whether that holds is looked at field by field; where it does not, `MessagesDiffer` says so,
 # and `Columns` takes them in the general way.
 
 
-class NotUniform(Exception):
+class MessagesDiffer(Exception):
     """They differ in more than numbers, or are not followed here."""
 
 
@@ -217,7 +219,7 @@ class _Grid(NamedTuple):
     strides: tuple[int, ...]
 
 
-class Uniform:
+class UniformMessages:
     """Arrays of messages of one size that lie one behind the other.
 
     Args:
@@ -231,19 +233,21 @@ class Uniform:
         self._size = len(blob) // count
         self._grid = _Grid((count,), (self._size,))
 
-    def take(self, layout: Layout, want: Want) -> dict[str, Any]:
+    def take(self, layout: Layout, want: WantedFields) -> dict[str, Any]:
         """The wanted fields' arrays, by path.
 
         Raises:
-            NotUniform: See there. Also for whatever does not have the form of its definition.
+            MessagesDiffer: See there. Also for whatever does not have the form of its definition.
         """
         if self._message(self._grid, layout, 0, take=False, single=True)[1] != self._size:
-            raise NotUniform
+            raise MessagesDiffer
         found: dict[str, Any] = {}
         self._wanted(layout, 0, want, "", found)
         return found
 
-    def _wanted(self, layout: Layout, at: int, want: Want, prefix: str, found: dict[str, Any]) -> None:
+    def _wanted(
+        self, layout: Layout, at: int, want: WantedFields, prefix: str, found: dict[str, Any]
+    ) -> None:
         for field in layout.fields:
             inside = want.get(field.name)
             path = prefix + field.name
@@ -294,7 +298,7 @@ class Uniform:
             count = field.length
         size = field.size if field.layout is None else field.layout.fixed_size
         if field.kind == "string" or size is None or (field.layout is not None and field.layout.is_light):
-            raise NotUniform
+            raise MessagesDiffer
         after = self._within(at, count * size)
         if not take:
             return None, after
@@ -310,7 +314,7 @@ class Uniform:
 
     def _within(self, at: int, size: int) -> int:
         if at + size > self._size:
-            raise NotUniform
+            raise MessagesDiffer
         return at + size
 
     def _length(self, grid: _Grid, at: int) -> int:
@@ -318,10 +322,10 @@ class Uniform:
         self._within(at, 4)
         lengths = self._view(grid, at, "<u4")
         if not lengths.size:
-            raise NotUniform
+            raise MessagesDiffer
         first = int(lengths.flat[0])
         if (lengths != first).any():
-            raise NotUniform
+            raise MessagesDiffer
         return first
 
     def _texts(self, grid: _Grid, at: int, size: int, coded: bool) -> Any:

@@ -1,9 +1,9 @@
 """Serialized messages to Arrow arrays, field by field, for all messages of a batch at once.
 
-For each message there is the place where its next field begins. A field is read at all these places together,
-and each place then moves on by that field's size; fields that nobody wants are only skipped. Where bytes and
-definition disagree, `Misfit` is raised, and the codec, decoding the same messages one by one, then finds out
-what is wrong.
+One array holds the offset of the next field of each message. A field is read at all these offsets at once,
+then each offset moves on by the size of that field. Fields that are not wanted are skipped. If the bytes do
+not fit the definition, `DefinitionMismatch` is raised; the caller then decodes the messages one by one with
+the codec, whose error names the field.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.arrow.schema import Want, arrow_type, is_binary, number_type, pyarrow, struct_type
+from rosproto.bag.arrow.schema import WantedFields, arrow_type, is_binary, number_type, pyarrow, struct_type
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.reference import LIGHT_PER_BYTE, LIGHT_SPARE
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _BY_SLICES = 64  # bytes per message from which a slice for each message is the quicker copy
 
 
-class Misfit(Exception):
+class DefinitionMismatch(Exception):
     """Some message does not fit its definition."""
 
 
@@ -45,21 +45,21 @@ class Columns:
         # Elements of (nearly) no bytes cost the sender nothing, so the memory for them is counted.
         self._light = LIGHT_SPARE + LIGHT_PER_BYTE * len(blob)
 
-    def take(self, layout: Layout, want: Want) -> dict[str, Any]:
+    def take(self, layout: Layout, want: WantedFields) -> dict[str, Any]:
         """The wanted fields' arrays, by path.
 
         Raises:
-            Misfit: Bytes and definition disagree.
+            DefinitionMismatch: Bytes and definition disagree.
         """
         found: dict[str, Any] = {}
         at = self._wanted(layout, self._start, self._end, want, "", found)
         # None: fields after the last wanted one were not looked at, so the end is unknown.
         if at is not None and (at != self._end).any():
-            raise Misfit
+            raise DefinitionMismatch
         return found
 
     def _wanted(
-        self, layout: Layout, at: Places, end: Places, want: Want, prefix: str, found: dict[str, Any]
+        self, layout: Layout, at: Places, end: Places, want: WantedFields, prefix: str, found: dict[str, Any]
     ) -> Places | None:
         """Fill `found`; returns where the messages end, None when their last fields were not looked at."""
         left = len(want) - ("" in want)
@@ -126,11 +126,11 @@ class Columns:
         else:
             counts = np.full(len(at), field.length, np.int64)
         if (counts * field.size > end - at).any():
-            raise Misfit
+            raise DefinitionMismatch
         if field.layout is not None and field.layout.is_light:
             self._light -= int(counts.sum()) * field.layout.weight
             if self._light < 0:
-                raise Misfit
+                raise DefinitionMismatch
         if field.layout is None and field.kind != "string":
             values = None
             if take:
@@ -187,7 +187,7 @@ class Columns:
         sizes = self._lengths(at, end)
         at = at + 4
         if (sizes > end - at).any():
-            raise Misfit
+            raise DefinitionMismatch
         return (self._ranges(at, sizes) if take else b"", sizes), at + sizes
 
     def _gather(self, at: Places, field: FieldLayout) -> bytes:
@@ -211,7 +211,7 @@ class Columns:
 def _moved(at: Places, size: int, end: Places) -> Places:
     after = at + size
     if (after > end).any():
-        raise Misfit
+        raise DefinitionMismatch
     return after
 
 

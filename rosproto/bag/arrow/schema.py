@@ -18,7 +18,7 @@ from rosproto.codec import Message
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError, DefinitionError
 
-Want = Mapping[str, Any]
+WantedFields = Mapping[str, Any]
 """Wanted fields by name: True, or what is wanted inside."""
 
 
@@ -68,7 +68,7 @@ def layout_of(cls: type[Message]) -> Layout:
     return cls._binding.layout
 
 
-def wanted_fields(layout: Layout, paths: Iterable[str] | None, topic: str) -> Want:
+def wanted_fields(layout: Layout, paths: Iterable[str] | None, topic: str) -> WantedFields:
     """Which fields to take, as a tree.
 
     Raises:

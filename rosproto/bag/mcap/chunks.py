@@ -11,7 +11,7 @@ from typing import Any
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import decompress
-from rosproto.bag.message_offsets import Place, Rows
+from rosproto.bag.message_offsets import MessageLocation, MessageTable
 from rosproto.bag.records import NS, ChunkInfo
 from rosproto.errors import BagError
 
@@ -39,7 +39,7 @@ def misfits() -> tuple[type[Exception], ...]:
 # -- the stream it reads from -------------------------------------------------------------------------------
 
 
-class SafeStream:
+class BoundedStream:
     """A stream over a `BagFile`.
 
     Args:
@@ -93,7 +93,7 @@ class McapChunk(ChunkData):
         super().__init__(info, blob, 0, len(blob))
         self._messages = messages
 
-    def rows(self, wanted: Collection[int] | None = None) -> Rows:
+    def rows(self, wanted: Collection[int] | None = None) -> MessageTable:
         """As `ChunkData.rows`."""
         import numpy as np
 
@@ -103,7 +103,7 @@ class McapChunk(ChunkData):
         if (secs > 0xFFFFFFFF).any():
             raise BagError("a message's time is later than ROS can tell (the year 2106)")
         stop = np.cumsum(sizes)
-        rows = Rows(
+        rows = MessageTable(
             table[:, 0].astype(np.uint32),
             secs.astype(np.uint32),
             (time - secs * NS).astype(np.uint32),
@@ -116,7 +116,7 @@ class McapChunk(ChunkData):
 
     def places(
         self, wanted: Collection[int], low: int | None = None, high: int | None = None
-    ) -> Sequence[Place]:
+    ) -> Sequence[MessageLocation]:
         """As `ChunkData.places`."""
         return self.rows(wanted).between(low, high).in_time_order().places()
 
@@ -129,7 +129,7 @@ def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
     """
     limit = min(source.size, source.limits.chunk_bytes + (1 << 20))
     reader = library("stream_reader").StreamReader(
-        SafeStream(source, info.pos), skip_magic=True, emit_chunks=True, record_size_limit=limit
+        BoundedStream(source, info.pos), skip_magic=True, emit_chunks=True, record_size_limit=limit
     )
     messages: list[Any] = []
     try:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile, BagLimits, Scanning
 from rosproto.bag.chunk import ChunkData
-from rosproto.bag.mcap.chunks import LOOSE, SafeStream, library, messages_of, misfits, read_mcap_chunk
+from rosproto.bag.mcap.chunks import LOOSE, BoundedStream, library, messages_of, misfits, read_mcap_chunk
 from rosproto.bag.reader import BagReader, Compression
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.errors import BagError, DefinitionError
@@ -146,7 +146,7 @@ def read_contents(source: BagFile) -> Contents:
 
 def _by_summary(source: BagFile) -> Contents | None:
     """The contents by the summary; None unless it tells where every message is."""
-    reader = library("reader").SeekingReader(SafeStream(source), record_size_limit=_limit(source))
+    reader = library("reader").SeekingReader(BoundedStream(source), record_size_limit=_limit(source))
     summary = reader.get_summary()
     if summary is None or summary.statistics is None:
         return None
@@ -180,7 +180,7 @@ def _by_summary(source: BagFile) -> Contents | None:
 def _index_count(source: BagFile, offset: int) -> int:
     """How many messages the index record at this offset lists."""
     records = library("stream_reader").StreamReader(
-        SafeStream(source, offset), skip_magic=True, record_size_limit=_limit(source)
+        BoundedStream(source, offset), skip_magic=True, record_size_limit=_limit(source)
     )
     record = next(records.records)
     if type(record).__name__ != "MessageIndex":
@@ -210,7 +210,7 @@ class _Scan:
 
     def run(self) -> Contents:
         source, found = self._source, self._found
-        stream = SafeStream(source)
+        stream = BoundedStream(source)
         reader = library("stream_reader").StreamReader(
             stream, emit_chunks=True, record_size_limit=_limit(source)
         )

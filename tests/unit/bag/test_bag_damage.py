@@ -7,7 +7,7 @@ import io
 import pytest
 
 from rosproto.bag import BagReader, BagWriter, recover, reindex
-from rosproto.bag.output import Output
+from rosproto.bag.output import BagOutputFile
 from rosproto.errors import BagError, RosError
 from rosproto.time import Time
 from tests.unit.bag.bagmaker import COMPRESSIONS, String, bag_bytes, encoded, entries, plain, read
@@ -166,7 +166,7 @@ def test_reindex_on_a_disk_that_is_still_full_changes_nothing(tmp_path, monkeypa
     data = data[: read(data).chunks[-1].pos + 400]
     path = tmp_path / "died.bag"
     path.write_bytes(data)
-    put, left = Output.put, iter(range(puts))
+    put, left = BagOutputFile.put, iter(range(puts))
 
     def full(self, pieces, at):
         if next(left, None) is None:
@@ -174,7 +174,7 @@ def test_reindex_on_a_disk_that_is_still_full_changes_nothing(tmp_path, monkeypa
         return put(self, pieces, at)
 
     with monkeypatch.context() as context:
-        context.setattr(Output, "put", full)
+        context.setattr(BagOutputFile, "put", full)
         with pytest.raises(BagError, match="cannot mend the bag: No space left on device; it is left as it"):
             reindex(path)
     assert path.read_bytes() == data
@@ -191,7 +191,7 @@ def test_ctrl_c_while_mending_changes_nothing(tmp_path, monkeypatch):
     def interrupted(self, pieces, at):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Output, "put", interrupted)
+    monkeypatch.setattr(BagOutputFile, "put", interrupted)
     with pytest.raises(KeyboardInterrupt):
         reindex(path)
     assert path.read_bytes() == data[:-100]

@@ -28,8 +28,8 @@ PACKED = ["bz2", "lz4"]
 @pytest.fixture(params=[0, 1, 3], ids=["alone", "one helper", "three helpers"])
 def helpers(request, monkeypatch):
     """Whatever the machine has."""
-    monkeypatch.setattr(output, "helper_count", lambda: request.param)
-    monkeypatch.setattr(ahead, "helper_count", lambda: request.param)
+    monkeypatch.setattr(output, "worker_count", lambda: request.param)
+    monkeypatch.setattr(ahead, "worker_count", lambda: request.param)
     return request.param
 
 
@@ -68,7 +68,7 @@ def test_chunks_are_in_the_order_they_were_written(helpers, compression):
 def test_the_same_bytes_whatever_the_number_of_helpers(monkeypatch, compression):
     files = []
     for count in (0, 1, 3):
-        monkeypatch.setattr(output, "helper_count", lambda count=count: count)
+        monkeypatch.setattr(output, "worker_count", lambda count=count: count)
         file = io.BytesIO()
         write(file, blocks(12), compression).close()
         files.append(file.getvalue())
@@ -165,7 +165,7 @@ def test_compression_that_fails_is_reported_and_nothing_later_is_written(helpers
 
 
 def test_ctrl_c_while_the_caller_compresses_loses_nothing(monkeypatch):
-    monkeypatch.setattr(output, "helper_count", lambda: 0)
+    monkeypatch.setattr(output, "worker_count", lambda: 0)
     from rosproto.bag import compression, writer
 
     real = compression.compressor("lz4")
@@ -195,7 +195,7 @@ def test_ctrl_c_while_the_caller_compresses_loses_nothing(monkeypatch):
 
 def test_memory_on_its_way_is_bounded(monkeypatch):
     """A disk that is slower than the writer holds the writer up."""
-    monkeypatch.setattr(output, "helper_count", lambda: 1)
+    monkeypatch.setattr(output, "worker_count", lambda: 1)
     monkeypatch.setattr(output, "AHEAD_BYTES", 500_000)
     writer = BagWriter(io.BytesIO(), "bz2", 150_000)
     for i, message in enumerate(blocks(20)):
@@ -222,7 +222,7 @@ def test_no_thread_is_left_of_writing_and_reading(helpers, tmp_path):
 def test_a_program_that_never_closes_its_bag_ends_and_keeps_the_whole_chunks(tmp_path):
     path = tmp_path / "a.bag"
     code = (
-        "import sys; from rosproto.bag import BagWriter, output; output.helper_count = lambda: 2\n"
+        "import sys; from rosproto.bag import BagWriter, output; output.worker_count = lambda: 2\n"
         "from rosproto.codec import message_class; import numpy as np\n"
         "message = message_class('std_msgs/UInt8MultiArray')(data=np.zeros(400_000, np.uint8))\n"
         "bag = BagWriter(sys.argv[1], 'bz2', 300_000)\n"
@@ -316,7 +316,7 @@ def test_what_is_read_ahead_never_exceeds_its_budget(helpers, monkeypatch):
 
 def test_a_picture_of_6_mb_is_read_ahead(monkeypatch):
     """The caller has something else to do than to unpack it."""
-    monkeypatch.setattr(ahead, "helper_count", lambda: 1)
+    monkeypatch.setattr(ahead, "worker_count", lambda: 1)
     file = io.BytesIO()
     write(file, blocks(6, 6_000_000), "lz4").close()
     with BagReader(file) as bag:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rosproto.bag import BagReader, BagWriter, chunk
-from rosproto.bag.message_offsets import few_places
+from rosproto.bag.message_offsets import locate_few
 from rosproto.codec import encode, message_class
 from rosproto.errors import BagError
 from rosproto.time import Time
@@ -37,7 +37,7 @@ def seen(data: bytes, **options: Any) -> list[tuple[str, bytes, Time, tuple[int,
 def general(monkeypatch: pytest.MonkeyPatch, data: bytes, **options: Any) -> Any:
     """The same by numpy."""
     with monkeypatch.context() as patch:
-        patch.setattr(chunk, "few_places", lambda *_: None)
+        patch.setattr(chunk, "locate_few", lambda *_: None)
         return seen(data, **options)
 
 
@@ -87,7 +87,7 @@ def test_another_order_of_fields(monkeypatch: pytest.MonkeyPatch) -> None:
         data = data.replace(conn + ours + b"\x0d", ours + conn + b"\x0d")
     bag = read(data)
     held = bag._read_chunk(bag.chunks[0])
-    found = few_places(held.blob, held.base, held.end, held.info.counts)
+    found = locate_few(held.blob, held.base, held.end, held.info.counts)
     assert found is not None
     assert len(found) == sum(held.info.counts.values())
     assert seen(data) == general(monkeypatch, data)

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from rosproto.bag.worker_pool import Helpers, helper_count
+from rosproto.bag.worker_pool import WorkerPool, worker_count
 
 
 def threads(name: str) -> int:
@@ -16,7 +16,7 @@ def threads(name: str) -> int:
 
 @pytest.mark.parametrize("most", [0, 1, 3])
 def test_every_task_is_done_once_and_gives_its_result(most):
-    helpers = Helpers("helpers results", most, daemon=True)
+    helpers = WorkerPool("helpers results", most, daemon=True)
     ran: list[int] = []
     tasks = [helpers.add(lambda i=i: (ran.append(i), i * i)[1]) for i in range(50)]
     assert [helpers.wait(task) for task in tasks] == [i * i for i in range(50)]
@@ -24,7 +24,7 @@ def test_every_task_is_done_once_and_gives_its_result(most):
 
 
 def test_an_error_is_raised_where_the_result_is_asked_for():
-    helpers = Helpers("helpers errors", 1, daemon=True)
+    helpers = WorkerPool("helpers errors", 1, daemon=True)
 
     def fails() -> None:
         raise ValueError("no good")
@@ -38,7 +38,7 @@ def test_an_error_is_raised_where_the_result_is_asked_for():
 
 
 def test_the_caller_works_too_when_the_helper_is_busy():
-    helpers = Helpers("helpers helps", 1, daemon=True)
+    helpers = WorkerPool("helpers helps", 1, daemon=True)
     go, begun = threading.Event(), threading.Event()
     slow = helpers.add(lambda: (begun.set(), go.wait(10))[1])
     assert begun.wait(10)
@@ -49,7 +49,7 @@ def test_the_caller_works_too_when_the_helper_is_busy():
 
 
 def test_threads_end_by_themselves_and_come_back():
-    helpers = Helpers("helpers ends", 2, daemon=False)
+    helpers = WorkerPool("helpers ends", 2, daemon=False)
     for _ in range(2):
         tasks = [helpers.add(lambda: None) for _ in range(10)]
         for task in tasks:
@@ -61,7 +61,7 @@ def test_threads_end_by_themselves_and_come_back():
 
 
 def test_never_more_threads_than_allowed():
-    helpers = Helpers("helpers most", 2, daemon=True)
+    helpers = WorkerPool("helpers most", 2, daemon=True)
     go = threading.Event()
     tasks = [helpers.add(lambda: go.wait(10)) for _ in range(6)]
     assert threads("helpers most") == 2
@@ -74,14 +74,14 @@ def test_without_threads_to_be_had_the_caller_does_it(monkeypatch):
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
-    helpers = Helpers("helpers none", 2, daemon=True)
+    helpers = WorkerPool("helpers none", 2, daemon=True)
     task = helpers.add(threading.get_ident)
     assert helpers.idle
     assert helpers.wait(task) == threading.get_ident()
 
 
 def test_a_task_interrupted_by_ctrl_c_is_still_to_be_done():
-    helpers = Helpers("helpers interrupted", 0, daemon=True)
+    helpers = WorkerPool("helpers interrupted", 0, daemon=True)
     calls: list[int] = []
 
     def work() -> str:
@@ -101,11 +101,11 @@ def test_helpers_are_for_the_processors_beside_the_caller(monkeypatch):
     import os
 
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
-    assert helper_count() == 0
+    assert worker_count() == 0
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(64)), raising=False)
-    assert helper_count() == 3
+    assert worker_count() == 3
     monkeypatch.delattr(os, "sched_getaffinity")
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    assert helper_count() == 1
+    assert worker_count() == 1
     monkeypatch.setattr(os, "cpu_count", lambda: None)
-    assert helper_count() == 0
+    assert worker_count() == 0

@@ -125,16 +125,16 @@ def test_ctrl_c_between_a_connection_and_its_first_message():
 def test_ctrl_c_between_compressing_a_chunk_and_writing_it(monkeypatch):
     from rosproto.bag import output
 
-    monkeypatch.setattr(output, "helper_count", lambda: 0)
-    real, calls = output.ChunkOutput._write_ready, []
+    monkeypatch.setattr(output, "worker_count", lambda: 0)
+    real, calls = output.ChunkWriter._write_ready, []
 
-    def interrupted(self: output.ChunkOutput) -> None:
+    def interrupted(self: output.ChunkWriter) -> None:
         calls.append(1)
         if len(calls) == 1:
             raise KeyboardInterrupt
         real(self)
 
-    monkeypatch.setattr(output.ChunkOutput, "_write_ready", interrupted)
+    monkeypatch.setattr(output.ChunkWriter, "_write_ready", interrupted)
     file = io.BytesIO()
     writer = BagWriter(file, "lz4", 70_000)
     with pytest.raises(KeyboardInterrupt):
@@ -145,11 +145,11 @@ def test_ctrl_c_between_compressing_a_chunk_and_writing_it(monkeypatch):
 
 def test_a_large_message_may_end_what_is_written_at_once(tmp_path):
     """Pieces are gathered whatever their order: small ones last, or none at all."""
-    from rosproto.bag.output import Output
+    from rosproto.bag.output import BagOutputFile
 
     large = b"L" * 100_000
     for pieces in ([large], [b"s", large], [large, b"s"], [b"s"], []):
-        output = Output(tmp_path / "x", keep=False)
+        output = BagOutputFile(tmp_path / "x", keep=False)
         assert output.put(pieces, 3) == 3 + sum(map(len, pieces))
         output.close()
         assert (tmp_path / "x").read_bytes()[3:] == b"".join(pieces)
