@@ -1,6 +1,6 @@
-"""What `woosh foxglove` adds for a chassis: an overlay for the 3-D view, the map, and a layout.
+"""Additions of `woosh foxglove` for a chassis: an overlay in the 3-D view, the map, and a layout.
 
-A program has the same with its own server:
+In a program, with its own server:
 
     with Chassis() as chassis, ChassisTopics(chassis) as topics:
         with Foxglove(chassis.node, topics=topics.all) as server: ...

@@ -1,4 +1,4 @@
-"""The topics that viewers of a chassis get besides its own, made only while a viewer subscribes them."""
+"""`ChassisTopics`: the overlay and the map as topics for viewers, made only while a viewer subscribes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _log = get_logger("woosh_pure.foxglove")
 
 OVERLAY, MAP = "/woosh/overlay", "/woosh/map"
 OVERLAY_PERIOD = 0.5  # s
-MAP_PERIOD = 60.0  # s: the map comes by a service call and has megabytes
+MAP_PERIOD = 60.0  # s: a service call with megabytes
 AFTER_AN_ERROR = 5.0  # s
 MAP_SECONDS = 30.0  # for the call
 OLD = 3.0  # s: older poses are marked as old
@@ -32,7 +32,7 @@ class ChassisTopics:
 
     Args:
         chassis: The chassis to show.
-        marks: Returns your marks; called for every drawing, so changes of the list are seen.
+        marks: Returns your marks; called for every drawing.
         language: "en" or "zh", for the texts of faults.
     """
 
@@ -57,7 +57,7 @@ class ChassisTopics:
         return (self.overlay, self.map)
 
     def state(self) -> OverlayState:
-        """The state that the overlay shows now."""
+        """The state for the overlay now."""
         chassis = self._chassis
         where = chassis.pose.reading
         return OverlayState(
@@ -83,7 +83,7 @@ class ChassisTopics:
             self.map.publish(grid)
 
     def close(self) -> None:
-        """Stop making them. Calling it twice is fine."""
+        """Stop publishing. May be called again."""
         self._drawer.close()
         self._mapper.close()
 
@@ -95,12 +95,12 @@ class ChassisTopics:
 
 
 class _Repeated:
-    """Calls a function periodically while its result is wanted, in a thread of its own.
+    """Calls a function periodically while its result is wanted, in its own thread.
 
     Args:
         name: For the thread and the log.
         period: Seconds between two calls.
-        work: The function; when it raises an error of ROS, this is logged and the call repeated.
+        work: The function; an error of ROS is logged, and the call repeated.
     """
 
     def __init__(self, name: str, period: float, work: Callable[[], object]) -> None:

@@ -1,6 +1,6 @@
-"""A layout for the chassis, as Foxglove and Lichtblick read it (Layouts, Import from file).
+"""A layout of a viewer for the chassis: import it in Foxglove or Lichtblick (Layouts, Import from file).
 
-The topics are looked up in the interface table, so that they stay those of the chassis.
+The names of topics come from the interface table.
 """
 
 from __future__ import annotations

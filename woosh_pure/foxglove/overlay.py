@@ -1,7 +1,6 @@
-"""The state of a chassis as markers in its map: pose, state, faults, and your marks.
+"""`Overlay`: draws the state of a chassis as markers in its map: pose, state, faults, and your marks. Pure.
 
-Foxglove, Lichtblick and RViz all draw markers (visualization_msgs/MarkerArray). Pure: values in, a message
-out.
+Foxglove, Lichtblick and RViz show markers (visualization_msgs/MarkerArray).
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from woosh_pure.values.state import Battery, RobotStatus
 __all__ = ["Overlay", "OverlayState"]
 
 MOST_FAULTS, MOST_MARKS = 8, 500
-TEXT_HEIGHT = 0.3  # m: at the distance of the layout's camera letters are 13 pixels high
+TEXT_HEIGHT = 0.3  # m: 13 pixels at the distance of the layout's camera
 GREEN, AMBER, RED, BLUE, GREY = (
     (0.2, 0.8, 0.3),
     (1.0, 0.7, 0.0),
@@ -38,15 +37,15 @@ _FRAME = "map"
 
 @dataclass(frozen=True, slots=True)
 class OverlayState:
-    """The state to draw; None for what is not known.
+    """The state to draw; None where a value is unknown.
 
     Attributes:
         pose: The robot's, in the map.
         status: Its state and task.
         battery: Its charge.
-        faults: The active ones, the worst first.
-        marks: The user's; those without a pose are not drawn.
-        old: Age of the pose in seconds, if it is too old to be relied on.
+        faults: The active faults, the worst first.
+        marks: The user's marks; those without a pose are not drawn.
+        old: Age of the pose in seconds, if it is outdated.
     """
 
     pose: Pose2D | None = None
@@ -76,10 +75,10 @@ class OverlayState:
 
 
 class Overlay:
-    """Turns states into markers, and deletes the markers of earlier states that are no longer needed.
+    """Makes the markers of a state, and deletes outdated markers of earlier states.
 
     Args:
-        language: Of the texts of faults, "en" or "zh".
+        language: Language of the texts of faults, "en" or "zh".
     """
 
     def __init__(self, language: str = "en") -> None:
@@ -112,8 +111,8 @@ class Overlay:
         for number, fault in enumerate(state.faults[:MOST_FAULTS]):
             words = fault.chinese if self._language == "zh" else fault.english
             code = f"{fault.code:012d}"
-            line = words if code in words else f"{words} ({code})"  # unknown codes are their own words
-            # Far enough apart that no line covers another from 40 degrees above, as the layout looks at them.
+            line = words if code in words else f"{words} ({code})"  # the text of an unknown code is the code
+            # Lines must not overlap seen from 40 degrees above, as in the layout.
             height = 1.4 + 2.0 * TEXT_HEIGHT * number
             made.append(_text("fault", number, _at(where, height), line, RED))
         return made

@@ -1,4 +1,4 @@
-"""A Foxglove server over a node: the graph, live, in Foxglove and Lichtblick.
+"""A server for Foxglove and Lichtblick over a node.
 
 It speaks the published WebSocket protocol (`messages`) over the gateways' own server (`websocket_server`).
 """

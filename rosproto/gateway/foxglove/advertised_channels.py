@@ -1,10 +1,9 @@
-"""What viewers are offered: channels, which are topics with their schemas, and services.
+"""`AdvertisedChannels`: the channels (topics with their schemas) and services advertised to viewers.
 
-A channel costs the robot nothing until a viewer subscribes it. A viewer needs the schema before that: type
-and definition text. The master knows only the name of the type. The text comes from a publisher that has
-sent it, otherwise from the definitions at hand; for a type that is not known here, a publisher is asked. If
-the first message shows that the robot uses another revision, the topic is offered again with the publisher's
-definition.
+A channel costs the robot nothing until a viewer subscribes to it, but needs a schema before: type and
+definition text. The master knows only the name of the type. The text is the one that a publisher has sent,
+else the known definition; for an unknown type a publisher is probed. If the first message shows that the
+robot uses another revision, the topic is advertised again with the publisher's definition.
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ from rosproto.transport.deadline import Deadline
 _log = get_logger("rosproto.gateway")
 
 PROBE_SECONDS = 2.0
-RETRY_SECONDS = 15.0  # until a publisher that could not be asked is asked again
-MAX_PROBES = 3  # publishers of one topic that are asked at a time
+RETRY_SECONDS = 15.0  # until failed probes of a topic are repeated
+MAX_PROBES = 3  # publishers of one topic probed at a time
 
 
 class TopicSchema(NamedTuple):
@@ -48,11 +47,11 @@ class TopicSchema(NamedTuple):
 
 
 class AdvertisedChannel(NamedTuple):
-    """A topic as viewers are offered it; with another schema it is another channel.
+    """A topic as advertised to viewers; with another schema it is another channel.
 
     Attributes:
-        id: Its number at this server.
-        topic: Its name.
+        id: Channel id.
+        topic: Name of the topic.
         schema: Its type.
     """
 
@@ -62,11 +61,11 @@ class AdvertisedChannel(NamedTuple):
 
 
 class AdvertisedService(NamedTuple):
-    """A service whose type is known.
+    """A service whose type is known, as advertised to viewers.
 
     Attributes:
-        id: Its number at this server.
-        name: Its name.
+        id: Service id.
+        name: Name of the service.
         kind: Its class.
     """
 
@@ -76,10 +75,10 @@ class AdvertisedService(NamedTuple):
 
 
 class AdvertisedChannels:
-    """The channels and services of one server, with numbers that are the same for all viewers.
+    """The channels and services of one server, with the same ids for all viewers.
 
     Args:
-        node: Asks publishers, and knows definitions.
+        node: Probes publishers, and knows definitions.
         access: What viewers may see.
         topics: Topics of this program.
     """
@@ -95,7 +94,7 @@ class AdvertisedChannels:
         self._services: dict[str, AdvertisedService] = {}
 
     def channels(self, view: GraphView) -> Mapping[str, AdvertisedChannel]:
-        """The topics of a view that viewers may see, and this program's own. May ask publishers."""
+        """The visible topics of a view, and this program's own. May probe publishers."""
         with self._lock:
             if self._view is not view:
                 before = self._channels
@@ -117,9 +116,9 @@ class AdvertisedChannels:
             and self._access.may_read("topic", topic) is None
             and (schema := self._schemas.schema(topic, kind, view.state.publishers[topic]))
         }
-        for name, told in local.items():
+        for name, description in local.items():
             if self._access.may_read("topic", name) is None:
-                found[name] = TopicSchema(told.type_name, told.md5sum, told.definition)
+                found[name] = TopicSchema(description.type_name, description.md5sum, description.definition)
         return found
 
     def services(self, present: Mapping[str, Any]) -> Mapping[str, AdvertisedService]:
@@ -135,7 +134,7 @@ class AdvertisedChannels:
             return self._services
 
     def learn(self, description: TopicDescription) -> bool:
-        """Keep what a publisher has sent of its topic; False when it sent no definition."""
+        """Keep the schema that a publisher has sent; False if it sent no definition."""
         if not description.definition:
             return False
         self._schemas.learn(description)
@@ -149,10 +148,10 @@ class AdvertisedChannels:
 
 
 class _TopicSchemas:
-    """The schemas of all topics, for the clients of one server.
+    """The schemas of all topics, for the viewers of one server.
 
     Args:
-        node: Asks publishers, and knows definitions.
+        node: Probes publishers, and knows definitions.
     """
 
     def __init__(self, node: Node) -> None:
@@ -162,16 +161,16 @@ class _TopicSchemas:
         self._retry_at: dict[tuple[str, str], float] = {}
 
     def learn(self, description: TopicDescription) -> None:
-        heard = TopicSchema(description.type_name, description.md5sum, description.definition)
+        known_schema = TopicSchema(description.type_name, description.md5sum, description.definition)
         with self._lock:
-            self._known[description.topic] = heard
+            self._known[description.topic] = known_schema
 
     def schema(self, topic: str, type_name: str, publishers: Sequence[str]) -> TopicSchema | None:
-        """The schema of a topic; None if it cannot be found out. May ask a publisher, for some seconds."""
+        """The schema of a topic; None if unknown. May probe publishers, for some seconds."""
         with self._lock:
-            heard = self._known.get(topic)
-        if heard is not None and heard.type_name == type_name:
-            return heard
+            known_schema = self._known.get(topic)
+        if known_schema is not None and known_schema.type_name == type_name:
+            return known_schema
         try:
             known = message_class(type_name, self._node.revisions.library_for(type_name))
             return TopicSchema(type_name, known._md5sum, known._full_text)
@@ -184,20 +183,22 @@ class _TopicSchemas:
             return None
         for publisher in publishers[:MAX_PROBES]:
             try:
-                probed = probe_topic(self._node, topic, publisher, Deadline(PROBE_SECONDS))
+                header = probe_topic(self._node, topic, publisher, Deadline(PROBE_SECONDS))
             except (RosError, OSError) as problem:
                 _log.info("! %s: %s does not tell its type: %s", topic, publisher, problem)
                 continue
-            if probed.message_definition and probed.type_name == type_name:
-                heard = TopicSchema(type_name, probed.md5sum, probed.message_definition)
+            if header.message_definition and header.type_name == type_name:
+                known_schema = TopicSchema(type_name, header.md5sum, header.message_definition)
                 with self._lock:
-                    self._known[topic] = heard
-                return heard
+                    self._known[topic] = known_schema
+                return known_schema
         self._retry_at[topic, type_name] = now + RETRY_SECONDS
         return None
 
     def keep_only(self, present: set[str]) -> None:
         """Forget all topics but these."""
         with self._lock:
-            self._known = {topic: heard for topic, heard in self._known.items() if topic in present}
+            self._known = {
+                topic: known_schema for topic, known_schema in self._known.items() if topic in present
+            }
             self._retry_at = {key: when for key, when in self._retry_at.items() if key[0] in present}

@@ -1,7 +1,7 @@
-"""Serves files of packages to viewers that draw a robot: `package://NAME/meshes/base.stl`.
+"""`Assets`: serves files of packages to viewers that draw a robot: `package://NAME/meshes/base.stl`.
 
-Only from the folders given, only file types that describe a robot, and never through a symbolic link that
-leads out of the package.
+Only files in the given folders, of types that describe a robot, and never through a symbolic link out of the
+package.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOST_BYTES = 32 << 20
 
 
 class AssetAnswer:
-    """A file for a viewer, read when it is its turn to be sent; see `channel.DeferredPayload`."""
+    """A file for a viewer, read when the viewer is ready for it; a `DeferredPayload`."""
 
     quick = False
 

@@ -1,7 +1,7 @@
-"""Messages that clients publish: checked, decoded with the definition they name, published by the node.
+"""Publishes the messages of viewers: checks them and decodes them by their definition.
 
-They come as `ros1` (ROS's own bytes) or as `json`, an object by field with times as {"sec", "nsec"}. Viewers
-use JSON for what a person typed or steered, also where they have no definition of the type.
+They are encoded as `ros1` (serialized) or `json` (an object by field, times as {"sec", "nsec"}). Viewers use
+JSON for typed and steered messages, also for types whose definition they do not have.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from rosproto.node import Node
 
 
 class NotWritable(Refused):
-    """No pattern opens the topic. Told when the client publishes: viewers advertise unasked."""
+    """No pattern opens the topic. Reported when the client publishes, as viewers advertise by themselves."""
 
 
 class AdvertisedTopic(NamedTuple):
     """A topic that one client publishes on one of its channels.
 
     Attributes:
-        publication: The node's; closed at the end.
+        publication: Closed at the end.
         encoding: One of `ENCODINGS`.
     """
 
@@ -55,12 +55,12 @@ class ClientTopics:
         node: Resolves names, and knows definitions.
         access: Which topics may be published.
         limits: Bounds.
-        publications: The node's publishers for clients.
-        json: Reads what comes as JSON.
+        publications: The publishers for clients.
+        json: Decodes JSON.
 
     Attributes:
-        refusals: What was not allowed.
-        most: Channels of one client.
+        refusals: Number of refused requests.
+        most: Most channels of one client.
     """
 
     def __init__(
@@ -80,15 +80,15 @@ class ClientTopics:
         self.most = limits.advertised_per_client
 
     def advertise(self, client: Hashable, channel: ClientAdvertisement) -> AdvertisedTopic:
-        """Open a topic that a client wants to publish. Asks the master.
+        """Open a topic that a client wants to publish. Calls the master.
 
         Args:
-            client: Stands for the client.
-            channel: What it says of it.
+            client: The client.
+            channel: Its advertisement.
 
         Raises:
             NotWritable: No pattern opens the topic.
-            Refused: It may not be published in this way.
+            Refused: The advertisement is not valid.
             RosError: The master refuses the registration.
         """
         if max(len(channel.topic), len(channel.schema_name)) > self._limits.text_length:
@@ -113,7 +113,7 @@ class ClientTopics:
         return AdvertisedTopic(publication, channel.encoding)
 
     def _kind(self, topic: str, name: str, channel: ClientAdvertisement) -> type[Message]:
-        """The class known here if the client means the same type, else one made from its definition."""
+        """The known class if the client means the same type, else one made from its definition."""
         text = channel.schema if channel.schema_encoding in ("", SCHEMA_ENCODING) else ""
         known: type[Message] | None = None
         try:
@@ -127,26 +127,26 @@ class ClientTopics:
                 )
             return known
         try:
-            told = define(name, text)
+            given = define(name, text)
         except (DefinitionError, CodecError, ValueError) as problem:
             if known is not None:
-                return known  # a viewer's own spelling of a known type: decoding shows whether the bytes fit
+                return known  # a viewer's own format of a known type: decoding checks the bytes
             raise Refused(
                 f"publishing on {topic} is refused: its definition cannot be used: {problem}"
             ) from None
-        return known if known is not None and known._md5sum == told._md5sum else told
+        return known if known is not None and known._md5sum == given._md5sum else given
 
-    def publish(self, advert: AdvertisedTopic, data: bytes) -> None:
+    def publish(self, advertised: AdvertisedTopic, data: bytes) -> None:
         """Publish a message.
 
         Raises:
             Refused: The bytes do not fit the type.
             RosError: It could not be published, or is a velocity that is not finite.
         """
-        publication = advert.publication
+        publication = advertised.publication
         topic = publication.topic
         try:
-            if advert.encoding == "json":
+            if advertised.encoding == "json":
                 values = self._json.read(data)
                 if not values:
                     raise JsonError("is empty; expected JSON")
@@ -162,8 +162,8 @@ class ClientTopics:
         publication.publish(message)
 
 
-class Viewer(Protocol):
-    """What is needed here of a session: it stands for the client where zeros follow what that drove."""
+class PublishingViewer(Protocol):
+    """A session, as `ClientPublisher` uses it; it is also the client of `VelocityWatchdog`."""
 
     channel: ClientChannel
 
@@ -172,41 +172,41 @@ class Viewer(Protocol):
 
 
 class ClientPublisher:
-    """The topics that one client publishes, in the order in which it asks. Only `publish` may wait.
+    """Publishes for one client, in the order of its requests. Only `publish` may wait.
 
     Args:
-        topics: Those of all clients.
-        viewer: Its session.
-        queue: Has something done that may wait for the robot, after all that was queued before.
+        topics: The topics of all clients.
+        viewer: The client's session.
+        queue: Queues work that may wait for the robot.
 
     Attributes:
-        published: Messages so far.
+        published: Number of messages so far.
     """
 
     def __init__(
-        self, topics: ClientTopics, viewer: Viewer, queue: Callable[[Callable[[], None]], None]
+        self, topics: ClientTopics, viewer: PublishingViewer, queue: Callable[[Callable[[], None]], None]
     ) -> None:
         self.published = 0
         self._topics = topics
         self._viewer = viewer
         self._queue = queue
         self._lock = threading.Lock()
-        self._adverts: dict[int, AdvertisedTopic | str] = {}  # a text: why nothing is published there
-        self._behind: Counter[int] = Counter()  # what is queued of each channel
+        self._advertised: dict[int, AdvertisedTopic | str] = {}  # a text: the refusal
+        self._behind: Counter[int] = Counter()  # queued work of each channel
         self._closed = False
 
     def advertise(self, asked: Advertise) -> None:
-        """It begins to publish on channels."""
+        """The client advertises channels."""
         for channel in asked.channels:
             self._put_behind(channel.id, partial(self._advertise, channel))
 
     def unadvertise(self, asked: Unadvertise) -> None:
-        """It does not publish there any more."""
+        """The client ends channels."""
         for id in asked.channels:
             self._put_behind(id, partial(self._unadvertise, id))
 
     def publish_at_once(self, asked: Publish) -> bool:
-        """Publish a message if that takes no time, or queue it if its channel is; False: call `publish`."""
+        """Publish a short message now, or queue it behind its channel's work; False: call `publish`."""
         with self._lock:
             behind = asked.channel in self._behind
         if behind:
@@ -218,7 +218,7 @@ class ClientPublisher:
         return True
 
     def _put_behind(self, channel: int, work: Callable[[], None]) -> None:
-        """Queue something about a channel: what comes for it later waits for that."""
+        """Queue work of a channel; later messages of the channel wait for it."""
 
         def do() -> None:
             try:
@@ -236,9 +236,9 @@ class ClientPublisher:
     def _advertise(self, channel: ClientAdvertisement) -> None:
         opened: AdvertisedTopic | str
         try:
-            if channel.id in self._adverts:
+            if channel.id in self._advertised:
                 raise Refused(f"channel {channel.id} is advertised already")
-            if len(self._adverts) >= self._topics.most:
+            if len(self._advertised) >= self._topics.most:
                 raise Refused(f"{self._topics.most} topics are published: no more for this client")
             opened = self._topics.advertise(self._viewer, channel)
         except NotWritable as problem:
@@ -250,42 +250,42 @@ class ClientPublisher:
         with self._lock:
             closed = self._closed
             if not closed:
-                self._adverts[channel.id] = opened
+                self._advertised[channel.id] = opened
         if closed and isinstance(opened, AdvertisedTopic):
             opened.publication.close()
 
     def _unadvertise(self, id: int) -> None:
         with self._lock:
-            advert = self._adverts.pop(id, None)
-        if isinstance(advert, AdvertisedTopic):
-            advert.publication.close()
+            advertised = self._advertised.pop(id, None)
+        if isinstance(advertised, AdvertisedTopic):
+            advertised.publication.close()
 
     def publish(self, asked: Publish) -> None:
-        """Publish a message; tells the client what is wrong with it."""
+        """Publish a message; errors are reported to the client."""
         with self._lock:
-            advert = self._adverts.get(asked.channel)
-        way = self._viewer.channel
-        if self._closed or way.lost:
+            advertised = self._advertised.get(asked.channel)
+        connection = self._viewer.channel
+        if self._closed or connection.lost:
             return
-        if advert is None:
+        if advertised is None:
             self._viewer.status(f"nothing is published: channel {asked.channel} is not advertised")
-        elif isinstance(advert, str):
+        elif isinstance(advertised, str):
             self._topics.refusals += 1
-            self._viewer.status(advert)
-        elif not (way.gone and is_velocity(advert.publication.type_name)):
-            # A velocity of one who has gone meanwhile is not published: nobody drives any more.
+            self._viewer.status(advertised)
+        elif not (connection.gone and is_velocity(advertised.publication.type_name)):
+            # A velocity whose client has gone in the meantime is not published.
             try:
-                self._topics.publish(advert, asked.data)
+                self._topics.publish(advertised, asked.data)
                 self.published += 1
             except (Refused, RosError) as problem:
                 self._viewer.status(str(problem))
 
     def close(self) -> None:
-        """Publish nothing any more."""
+        """Stop publishing."""
         with self._lock:
             self._closed = True
-            adverts = list(self._adverts.values())
-            self._adverts.clear()
-        for advert in adverts:
-            if isinstance(advert, AdvertisedTopic):
-                advert.publication.close()
+            advertised_topics = list(self._advertised.values())
+            self._advertised.clear()
+        for advertised in advertised_topics:
+            if isinstance(advertised, AdvertisedTopic):
+                advertised.publication.close()

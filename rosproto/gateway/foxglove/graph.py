@@ -1,6 +1,6 @@
-"""Polls the master for the ROS graph while a client is connected.
+"""`GraphWatch`: polls the master for the ROS graph every second while a viewer is connected.
 
-The master does not report changes of the graph, so it is asked every second. It may go away and come back.
+The master does not report changes. It may stop answering, and come back.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ POLL_TIMEOUT = 3.0
 
 
 class MasterRun(NamedTuple):
-    """Which run of the master answers.
+    """Identifies a run of the master.
 
     Attributes:
-        pid: Its process.
-        run_id: The parameter of that name; None until roslaunch has set it.
+        pid: Its process id.
+        run_id: The parameter /run_id; None until roslaunch has set it.
     """
 
     pid: int
     run_id: object = None
 
     def is_another(self, before: MasterRun | None) -> bool:
-        """Whether the master has been restarted since; an id that is not known tells nothing."""
+        """Whether the master has been restarted since; unknown ids are not compared."""
         if before is None or None in (self.run_id, before.run_id):
             return before is not None and self.pid != before.pid
         return self != before
@@ -45,7 +45,7 @@ class GraphView(NamedTuple):
     Attributes:
         types: Topics that have publishers -> type.
         state: Publishers, subscribers and service providers.
-        master: The run of the master; None while nothing has been seen.
+        master: The run of the master; None before the first answer.
     """
 
     types: Mapping[str, str]
@@ -57,12 +57,12 @@ EMPTY_VIEW = GraphView({}, SystemState({}, {}, {}))
 
 
 class GraphWatch:
-    """Polls in a thread of its own, while `wanted()`.
+    """Polls in its own thread, while `wanted()`.
 
     Args:
-        node: Asks its master.
-        wanted: Whether a client is connected.
-        changed: Called with each view that differs from the one before; like the others, in the thread.
+        node: Calls its master.
+        wanted: Whether a viewer is connected.
+        changed: Called with each view that differs from the one before. All callbacks run in the thread.
         lost: Called with the error when the master stops answering.
         back: Called when it answers again, with whether it has been restarted; before `changed`.
 
@@ -94,7 +94,7 @@ class GraphWatch:
         self._thread.start()
 
     def next_view(self, timeout: float) -> GraphView:
-        """A view polled after this call; an older one if that takes too long."""
+        """Return a view polled after this call, or an older one if that takes too long."""
         with self._polled:
             wanted = self._polls + 1
             self._wake.set()
@@ -102,7 +102,7 @@ class GraphWatch:
         return self.view
 
     def close(self, timeout: float) -> None:
-        """End the thread; waits at most this long for a poll under way."""
+        """End the thread; waits at most this long for a poll in progress."""
         self._closed = True
         self._wake.set()
         self._thread.join(timeout)
@@ -157,7 +157,7 @@ class GraphWatch:
 
 
 class ConnectionGraph(NamedTuple):
-    """Who publishes, subscribes and provides, by name."""
+    """Publishers, subscribers and service providers by name."""
 
     published: Mapping[str, Sequence[str]] = {}
     subscribed: Mapping[str, Sequence[str]] = {}
@@ -165,7 +165,7 @@ class ConnectionGraph(NamedTuple):
 
 
 def connection_graph(view: GraphView, access: Access) -> ConnectionGraph:
-    """The connections of a view, without what clients may not see."""
+    """The connections of a view, without names that viewers may not see."""
     state = view.state
 
     def seen(names: Mapping[str, Sequence[str]], kind: Kind) -> dict[str, Sequence[str]]:

@@ -1,8 +1,9 @@
-"""The messages of the Foxglove WebSocket protocol, both ways. Pure.
+"""Reads and writes the messages of the Foxglove WebSocket protocol. Pure.
 
-Documents are texts of JSON with an `op`, binary messages begin with a number for it; all numbers in these are
-little-endian. What a client sends is checked here, and refused with a sentence. The protocol is published in
-github.com/foxglove/ws-protocol, docs/spec.md.
+A text message is JSON with an `op`; a binary message begins with an opcode and has little-endian numbers.
+`read` checks a client's message and refuses a wrong one with a sentence.
+
+Source: docs/spec.md of github.com/foxglove/ws-protocol.
 """
 
 from __future__ import annotations
@@ -24,17 +25,17 @@ if TYPE_CHECKING:
     from rosproto.gateway.foxglove.graph import ConnectionGraph
 
 SUBPROTOCOLS = "foxglove.sdk.v1", "foxglove.websocket.v1"
-"""Two names of the same messages; viewers of before Foxglove's SDK know the second one."""
+"""Two names of one protocol; viewers older than Foxglove's SDK know the second one."""
 
 ENCODINGS = "json", "ros1"
-"""Encodings in which clients may publish. Viewers choose the first, which needs no definition there."""
+"""Encodings in which clients may publish. Viewers choose the first: it needs no definition."""
 
 ROS1, SCHEMA_ENCODING = "ros1", "ros1msg"
 _SHOWN = 40  # characters of a client's text in a sentence
 
 
 class Level(IntEnum):
-    """How bad it is, of a status."""
+    """The level of a status."""
 
     INFO = 0
     WARNING = 1
@@ -42,16 +43,16 @@ class Level(IntEnum):
 
 
 class MessageError(ValueError):
-    """A message is none of the protocol; the text is a sentence for the client."""
+    """A message of a client is not valid; the text is a sentence for the client."""
 
 
-# -- what a client asks for ----------------------------------------------------------------------------------
+# -- requests of a client ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Subscribe:
     """Attributes:
-    subscriptions: (number that the client gives it, channel).
+    subscriptions: (the client's subscription id, channel id).
     """
 
     subscriptions: tuple[tuple[int, int], ...]
@@ -60,7 +61,7 @@ class Subscribe:
 @dataclass(frozen=True, slots=True)
 class Unsubscribe:
     """Attributes:
-    subscriptions: The client's numbers.
+    subscriptions: The client's subscription ids.
     """
 
     subscriptions: tuple[int, ...]
@@ -71,10 +72,10 @@ class ClientAdvertisement:
     """A channel on which a client publishes.
 
     Attributes:
-        id: The client's number.
-        topic, encoding, schema_name: As it says.
-        schema: Definition; "" for none.
-        schema_encoding: Of that.
+        id: The client's channel id.
+        topic, encoding, schema_name: As the client gives them.
+        schema: Definition of the type, or "".
+        schema_encoding: Format of the definition.
     """
 
     id: int
@@ -93,7 +94,7 @@ class Advertise:
 @dataclass(frozen=True, slots=True)
 class Unadvertise:
     """Attributes:
-    channels: The client's numbers.
+    channels: The client's channel ids.
     """
 
     channels: tuple[int, ...]
@@ -102,8 +103,8 @@ class Unadvertise:
 @dataclass(frozen=True, slots=True)
 class GetParameters:
     """Attributes:
-    names: Empty for all.
-    id: Of the request; None for none.
+    names: Parameters; empty for all.
+    id: Id of the request, or None.
     """
 
     names: tuple[str, ...]
@@ -113,8 +114,8 @@ class GetParameters:
 @dataclass(frozen=True, slots=True)
 class SetParameters:
     """Attributes:
-    parameters: (name, value), None to delete it.
-    id: Of the request; None when no answer is wanted.
+    parameters: (name, value); the value None deletes the parameter.
+    id: Id of the request; None if no answer is wanted.
     """
 
     parameters: tuple[tuple[str, object], ...]
@@ -177,10 +178,10 @@ Request = (
 
 
 def read(data: str | bytes, reader: JsonReader) -> Request:
-    """One message of a client.
+    """Read one message of a client.
 
     Raises:
-        MessageError: It is none.
+        MessageError: It is not valid.
     """
     return _read_binary(data) if isinstance(data, bytes) else _read_text(data, reader)
 
@@ -295,7 +296,7 @@ def _set_parameters(document: Mapping[str, Any]) -> Request:
 
 
 def _value(one: Mapping[str, Any]) -> object:
-    """The value of a parameter as a client gives it; None for none."""
+    """The value of a client's parameter; None if it has none."""
     value, kind = one.get("value"), one.get("type")
     if value is None or kind is None:
         return value
@@ -335,7 +336,7 @@ def _short(value: object) -> str:
     return text if len(text) <= 2 * _SHOWN else f"{text[: 2 * _SHOWN]}..."
 
 
-# -- what a client is told -----------------------------------------------------------------------------------
+# -- messages to a client ------------------------------------------------------------------------------------
 
 
 def _document(op: str, **fields: Any) -> str:
@@ -343,14 +344,14 @@ def _document(op: str, **fields: Any) -> str:
 
 
 def server_info(name: str, capabilities: Sequence[str], session: str) -> str:
-    """The first message; another session means that everything said before is void."""
+    """The first message; with a new session id, the viewer discards everything before."""
     return _document(
         "serverInfo", name=name, capabilities=capabilities, supportedEncodings=ENCODINGS, sessionId=session
     )
 
 
 def status(text: str, level: Level, id: str | None = None) -> str:
-    """A text to be shown; with an id it holds until `remove_status`."""
+    """A text to show; with an id it stays until `remove_status`."""
     return _document("status", level=level, message=text, id=id)
 
 
@@ -429,7 +430,7 @@ def _parameter(name: str, value: object) -> dict[str, Any]:
 
 
 def _plain(value: object) -> Any:
-    """The value with everything replaced that JSON does not have."""
+    """The value with replacements for everything that JSON cannot express."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, (bool, int, str)):
@@ -447,10 +448,10 @@ _Nodes = Mapping[str, Sequence[str]]
 
 
 def graph_update(before: ConnectionGraph, now: ConnectionGraph) -> str:
-    """What has changed in the graph since it was told."""
+    """The changes between two graphs."""
 
     def changed(old: _Nodes, new: _Nodes, ids: str, kept: Container[str] = ()) -> list[dict[str, Any]]:
-        """With what is `kept` but has nobody on this side any more."""
+        """The changed entries, with empty ones for names in `kept` that have no nodes left."""
         left = [name for name in old if name not in new and name in kept]
         return [{"name": name, ids: list(new[name])} for name in new if old.get(name) != new[name]] + [
             {"name": name, ids: []} for name in left
@@ -468,7 +469,7 @@ def graph_update(before: ConnectionGraph, now: ConnectionGraph) -> str:
 
 
 def message_head(subscription: int, nanoseconds: int) -> bytes:
-    """What stands before the bytes of a topic's message."""
+    """The header before the bytes of a topic's message."""
     return _MESSAGE.pack(1, subscription, nanoseconds)
 
 
@@ -482,7 +483,7 @@ def service_response(asked: Call, data: bytes) -> bytes:
 
 
 def asset_head(request: int) -> bytes:
-    """What stands before the bytes of a file."""
+    """The header before the bytes of a file."""
     return _ASSET.pack(4, request, 0, 0)
 
 

@@ -1,4 +1,4 @@
-"""The parameter server as clients see it: every single value under its full name, and changes of values."""
+"""Parameters for viewers: reads, sets and follows single values by their full names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rosproto.node.parameters import ParameterSubscription
 _log = get_logger("rosproto.gateway")
 
 ASK_SECONDS = 3.0
-MOST = 10_000  # parameters that a client gets at a time
+MOST = 10_000  # parameters sent to a client at a time
 DEEPEST = 64
 
 
@@ -32,8 +32,8 @@ class ParameterView:
     """Reads and sets parameters for the clients of one server.
 
     Args:
-        node: Asks its master.
-        access: Which may be read, and which may be set.
+        node: Calls its master.
+        access: Which parameters may be read and set.
         limits: Bounds.
     """
 
@@ -43,10 +43,10 @@ class ParameterView:
         self._limits = limits
 
     def get(self, names: Iterable[str]) -> dict[str, object]:
-        """The values of these parameters, or of all; those that are not set or not readable are left out.
+        """The values of these parameters, or of all; without those that are not set or not readable.
 
         Raises:
-            RosError: The master cannot be asked.
+            RosError: The master does not answer.
         """
         wanted = [self._named(name) for name in names]
         found: dict[str, object] = {}
@@ -73,7 +73,7 @@ class ParameterView:
         return name if name.startswith("/") else f"/{name}"
 
     def set(self, name: str, value: object) -> str | None:
-        """Set a parameter, or delete it with None. Returns None, or a sentence that says why it failed."""
+        """Set a parameter, or delete it with None. Return None, or a sentence if it failed."""
         name = self._named(name)
         if len(name) > self._limits.text_length:
             return "the name of a parameter is too long"
@@ -94,9 +94,9 @@ class FollowedParameters:
     """The parameters that one client follows.
 
     Args:
-        node: Subscribes them.
-        access: Which may be read.
-        most: How many at a time.
+        node: Subscribes to them.
+        access: Which parameters may be read.
+        most: The most parameters at a time.
         tell: Called with changed parameters, (name, value); in a thread of the node.
     """
 
@@ -112,7 +112,7 @@ class FollowedParameters:
         self._closed = False
 
     def follow(self, names: Iterable[str]) -> str | None:
-        """Follow these as well; asks the master. Returns None, or a sentence that says why some failed."""
+        """Follow more parameters; calls the master. Return None, or a sentence if some failed."""
         problem = None
         for name in names:
             with self._lock:
@@ -138,7 +138,7 @@ class FollowedParameters:
         return problem
 
     def leave(self, names: Iterable[str]) -> None:
-        """Stop following these, or all when there are none."""
+        """Stop following these parameters; without names, all."""
         with self._lock:
             over = [
                 self._subscriptions.pop(name)

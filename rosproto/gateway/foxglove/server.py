@@ -13,7 +13,7 @@ from rosproto.gateway.access import Access
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
-from rosproto.gateway.foxglove.server_state import ServerState, Viewer
+from rosproto.gateway.foxglove.server_state import ServerState, ViewerSession
 from rosproto.gateway.foxglove.session import FoxgloveSession
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.websocket_server import WebSocketServer
@@ -29,9 +29,9 @@ class ClientFacts(NamedTuple):
 
     Attributes:
         peer: "host:port".
-        subscriptions: Topics that it follows.
-        sent, sent_bytes: Messages sent to it, those of the protocol among them.
-        dropped: Messages not sent because it did not read, by topic.
+        subscriptions: Its topics.
+        sent, sent_bytes: All messages sent to it.
+        dropped: Messages dropped because it was too slow, by topic.
         published: Messages that it has published.
         since: When it connected, seconds since 1970.
     """
@@ -51,9 +51,9 @@ class FoxgloveStats(NamedTuple):
     Attributes:
         clients: Connected now.
         accepted, refused: Connections so far.
-        stalled: Connections cut because the client read nothing.
-        refusals: Writes that were not allowed.
-        topics: Followed at the robot now.
+        stalled: Clients disconnected because they read nothing.
+        refusals: Writes that were refused.
+        topics: Subscribed at the robot now.
         zeros: Zero velocities sent after clients that drove.
     """
 
@@ -77,12 +77,12 @@ class Foxglove:
         host: Address to listen on; one that other computers reach needs a `token`.
         port: Port; 0 for a free one.
         access: What clients may see and write; by default they see everything and write nothing.
-        limits: What a client may cost.
+        limits: Bounds for a client.
         tls: Certificate and key: `wss://`.
         origins: Origins of web pages from elsewhere that may connect: `("https://app.foxglove.dev",)`.
-        token: What clients have to know; they give it in the address: `ws://...?token=T`.
+        token: The secret that clients must send, in the address: `ws://...?token=T`.
         name: The server's name, as viewers show it.
-        topics: Topics of this program, which only the viewers see.
+        topics: Topics of this program that only viewers see.
         assets: Folders with packages, for `package://` addresses of meshes and textures.
         watchdog: Sends zero where a client drives when this process is killed or hangs.
 
@@ -187,10 +187,10 @@ class Foxglove:
     # -- the end --------------------------------------------------------------------------------------------
 
     def close(self, timeout: float = 5.0) -> None:
-        """Send zeros where clients drove, then end every connection. Calling it twice is fine.
+        """Send zeros where a client drives, then end all connections. May be called again.
 
         Raises:
-            RosTimeout: It took too long; what is left ends by itself.
+            RosTimeout: It took too long; the rest ends by itself.
         """
         if self._closed:
             return
@@ -204,7 +204,7 @@ class Foxglove:
             self._state.close(max(0.1, end - time.monotonic()))
 
     def _stop_driving(self, reason: str) -> None:
-        """The node is about to close: zeros while it still can."""
+        """Send zeros before the node closes."""
         self._state.velocity_watchdog.close()
 
     def __enter__(self) -> Foxglove:
@@ -214,7 +214,7 @@ class Foxglove:
         self.close()
 
 
-def _facts(session: Viewer) -> ClientFacts:
+def _facts(session: ViewerSession) -> ClientFacts:
     channel = session.channel
     return ClientFacts(
         channel.peer,

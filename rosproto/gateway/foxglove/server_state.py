@@ -1,4 +1,4 @@
-"""What the viewers of one server share: the robot's node, its graph, the topics that are followed."""
+"""`ServerState`: the parts of one Foxglove server that its sessions share, and the list of sessions."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from rosproto.watchdog import Watchdog
 _log = get_logger("rosproto.gateway")
 
 MASTER_STATUS = "master"  # id of the status about the master
-FIRST_VIEW_SECONDS = 3.0  # that the first viewer waits for a view of the graph
-CALLS = 256  # service calls of all viewers; each takes a thread
+FIRST_VIEW_SECONDS = 3.0  # the first viewer waits for a view of the graph
+CALLS = 256  # service calls of all viewers; each has a thread
 
 
-class Viewer(Protocol):
+class ViewerSession(Protocol):
     """One viewer's session, as far as the server and its state use it."""
 
     @property
@@ -68,19 +68,19 @@ class Viewer(Protocol):
 
 
 class ServerState:
-    """The robot's side of a server, and the list of its sessions.
+    """The parts that the sessions share.
 
     Args:
-        node: Talks to the robot.
-        name: What viewers show as the server's name.
+        node: The node of the server.
+        name: The server's name for viewers.
         access: What viewers may see and write.
-        limits: What a viewer may cost.
+        limits: Bounds for a viewer.
         topics: Topics of this program.
         assets: Files for viewers.
-        watchdog: Sends zero where a viewer drives when this process is gone.
+        watchdog: Process that sends zero where a viewer drives if this process dies.
 
     Attributes:
-        run: Stands for this run of the master.
+        run: Id of this run of the master, sent to viewers.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class ServerState:
         self.advertised = AdvertisedChannels(node, access, self._local.values())
         self._service_types = ServiceTypes(node, access)
         self._lock = threading.Lock()
-        self._sessions: set[Viewer] = set()
+        self._sessions: set[ViewerSession] = set()
         self._clock_subscription: SharedSubscription | None = None
         self._time_lock = threading.Lock()
         self._simulated_now = 0
@@ -124,20 +124,20 @@ class ServerState:
     # -- sessions -------------------------------------------------------------------------------------------
 
     @property
-    def sessions(self) -> tuple[Viewer, ...]:
+    def sessions(self) -> tuple[ViewerSession, ...]:
         """The sessions of all viewers."""
         with self._lock:
             return tuple(self._sessions)
 
-    def add(self, session: Viewer) -> bool:
-        """A viewer has come; True when it is the only one. Must not wait."""
+    def add(self, session: ViewerSession) -> bool:
+        """Add a viewer; True if it is the only one. Must not wait."""
         with self._lock:
             self._sessions.add(session)
             return len(self._sessions) == 1
 
-    def welcome(self, session: Viewer, first: bool) -> None:
-        """Tell a viewer what there is; called in a thread that may wait."""
-        if first:  # nobody has looked for a while
+    def welcome(self, session: ViewerSession, first: bool) -> None:
+        """Send a new viewer the graph, the time and the state of the master; in a thread that may wait."""
+        if first:  # the last view is old
             self._watch.next_view(FIRST_VIEW_SECONDS)
         if self._watch.problem is not None:
             session.status(_outdated(self._watch.problem), Level.ERROR, MASTER_STATUS)
@@ -150,7 +150,7 @@ class ServerState:
         session.show(self.view)
         self.pool.spawn(self._ask_services)
 
-    def gone(self, session: Viewer) -> None:
+    def gone(self, session: ViewerSession) -> None:
         """A session has ended."""
         with self._lock:
             self._sessions.discard(session)
@@ -169,11 +169,11 @@ class ServerState:
         return self._watch.view
 
     def advertised_services(self, view: GraphView) -> Mapping[str, AdvertisedService]:
-        """The services of a view that viewers may see and whose type is known."""
+        """The visible services of a view whose type is known."""
         return self.advertised.services(self._service_types.present(view))
 
     def differs(self, description: TopicDescription) -> None:
-        """A publisher's definition differs from what viewers were told. Called in a thread of the node."""
+        """A publisher's definition differs from the advertised one. Called in a thread of the node."""
         if self.advertised.learn(description):
             self.pool.spawn(self._show)
 
@@ -209,12 +209,12 @@ class ServerState:
             session.status(
                 "the robot's master is back" + (", another run of it" if another else ""), Level.INFO
             )
-            # `_changed` follows with what the new master knows; offering the old view now would be in vain.
+            # `_changed` follows with the new master's view.
 
     # -- topics ---------------------------------------------------------------------------------------------
 
     def subscribe(self, topic: str, receiver: Receiver) -> Any:
-        """Follow a topic of the robot or of this program; close what this returns. Asks the master."""
+        """Subscribe to a topic of the robot or of this program; close the result. Calls the master."""
         local = self._local.get(topic)
         return self.shared_subscriptions.open(topic, receiver) if local is None else local.open(receiver)
 
@@ -229,14 +229,14 @@ class ServerState:
                 _log.warning("! foxglove: simulated time cannot be followed: %s", problem)
 
     def tell_time(self, nanoseconds: int) -> None:
-        """Tell all viewers the simulated time."""
+        """Send the simulated time to all viewers."""
         with self._time_lock:
             self._simulated_now = nanoseconds
             for session in self.sessions:
                 session.tell_time(nanoseconds)
 
     def capabilities(self) -> Sequence[str]:
-        """What the server tells viewers that it can do."""
+        """The capabilities of the server, in the protocol's words."""
         found = ["clientPublish", "connectionGraph", "parameters", "parametersSubscribe", "services"]
         if self.node.clock.simulated:
             found.append("time")
@@ -245,7 +245,7 @@ class ServerState:
         return found
 
     def close(self, timeout: float) -> None:
-        """Release everything, when the sessions have ended."""
+        """Release everything, after the sessions have ended."""
         with self._lock:
             self._closed = True
         self._watch.close(timeout)
@@ -259,7 +259,7 @@ def _outdated(problem: RosError) -> str:
 
 
 class _ClockReceiver:
-    """Tells all sessions the simulated time."""
+    """Receives /clock for all sessions."""
 
     def __init__(self, state: ServerState) -> None:
         self._state = state

@@ -1,7 +1,7 @@
-"""The services of the graph for clients: their types, and calls of them.
+"""Services for viewers: finds their types, and calls them.
 
-The master does not know the type of a service; its provider tells it when asked. Each provider is asked once,
-in the background, while clients are connected.
+Only the provider of a service knows its type. Each provider is probed once, in the background, while viewers
+are connected.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class ServiceTypes:
     """The types of services.
 
     Args:
-        node: Asks the providers.
-        access: Which services may be seen.
+        node: Probes the providers.
+        access: Which services are visible.
     """
 
     def __init__(self, node: Node, access: Access) -> None:
@@ -51,7 +51,7 @@ class ServiceTypes:
             return {key[0]: self._known[key] for key in self._open(view) if key in self._known}
 
     def _open(self, view: GraphView) -> list[tuple[str, str]]:
-        """The services of a view that clients may see: (service, provider)."""
+        """The visible services of a view: (service, provider)."""
         return [
             (service, nodes[0])
             for service, nodes in sorted(view.state.services.items())
@@ -59,7 +59,7 @@ class ServiceTypes:
         ]
 
     def ask(self, view: GraphView, stop: Callable[[], bool]) -> bool:
-        """Ask providers that have not been asked yet; True if something was learned. May take a while."""
+        """Probe providers that have not been probed yet; True if a type was found. May take a while."""
         if not self._asking.acquire(blocking=False):
             return False
         try:
@@ -104,8 +104,8 @@ class CallCount:
     """Counts unanswered calls.
 
     Args:
-        most: How many there may be.
-        whose: In the sentence for one more.
+        most: The most at a time.
+        whose: "this client" or "all clients", for the sentence.
     """
 
     def __init__(self, most: int, whose: str) -> None:
@@ -133,8 +133,8 @@ def call(service: AdvertisedService, asked: Call, node: Node, access: Access, li
     """Call a service for a client; waits for the answer.
 
     Raises:
-        Refused: It may not be called, or not in this way.
-        RosError: There is no answer.
+        Refused: The client may not call it, or the request is not valid.
+        RosError: The call failed.
     """
     kind = service.kind
     insist(access.may_write("service", service.name, kind._type))

@@ -1,9 +1,8 @@
-"""One viewer: what it is offered, follows, publishes and asks for.
+"""`FoxgloveSession`: one viewer: its channels, subscriptions, parameters and calls.
 
-Its messages come one after the other, in the server's loop, which must not wait. What waits for the robot
-goes into a queue and is done in its order in a thread, so that a velocity on a topic that is open already
-never waits for a master that does not answer. Messages of topics come in the node's threads, changes of the
-graph in that of its watch.
+Messages of the viewer arrive in the server's loop, which must not wait. Work that waits for the robot is
+queued and done in order in a thread; so a velocity on an open topic never waits for a master that does not
+answer. Messages of topics arrive in the node's threads, changes of the graph in that of `GraphWatch`.
 """
 
 from __future__ import annotations
@@ -36,20 +35,20 @@ from rosproto.logs import get_logger
 
 _log = get_logger("rosproto.gateway")
 
-TOLD_AGAIN = 5.0  # seconds for which the same text is not told again
-MOST_WAITING = 8  # requests of a client that wait for the robot, before its next message is read
-ASSET_SIZE = 64 << 10  # bytes for which a file counts while it waits to be read and sent
+REPEAT_SECONDS = 5.0  # seconds until the same status is sent again
+MOST_WAITING = 8  # queued requests of a client; with more, its next message is not read yet
+ASSET_SIZE = 64 << 10  # a file counts as this many bytes in the outbox, until it is read
 
 
 class FoxgloveSession:
-    """One viewer of a server; see `gateway.channel.FoxgloveSession`.
+    """One viewer of a server; a `ClientSession`.
 
     Args:
-        state: What all sessions share.
-        channel: The way to the viewer.
+        state: Shared by all sessions.
+        channel: Sends to the viewer.
 
     Attributes:
-        since: When it came, seconds since 1970.
+        since: When it connected, seconds since 1970.
     """
 
     def __init__(self, state: ServerState, channel: ClientChannel) -> None:
@@ -58,14 +57,14 @@ class FoxgloveSession:
         self._state = state
         self._closed = False
         self._lock = threading.RLock()
-        self._told: dict[str, float] = {}
+        self._status_times: dict[str, float] = {}
         self._queue = _Queue(state.pool)
         self._publishing = ClientPublisher(state.client_topics, self, self._queue.put)
         self._channels: dict[str, AdvertisedChannel] = {}
         self._services: dict[str, AdvertisedService] = {}
         self._subscriptions: dict[int, _Subscription] = {}
         self._calls = CallCount(state.limits.calls_per_client, "this client")
-        self._graph: ConnectionGraph | None = None  # as it was told; None while it is not wanted
+        self._graph: ConnectionGraph | None = None  # as sent last; None while it is not wanted
         self._followed = FollowedParameters(
             state.node, state.access, state.limits.subscriptions_per_client, self._parameters_changed
         )
@@ -78,20 +77,20 @@ class FoxgloveSession:
             messages.LeaveParameters: lambda asked: self._followed.leave(asked.names),
             messages.WantGraph: self._want_graph,
         }
-        self._leaving: list[Closable] = []
+        self._to_close: list[Closable] = []
         self._send(messages.server_info(state.name, state.capabilities(), state.run))
         first = state.add(self)
         self._queue.put(lambda: state.welcome(self, first))
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """The topics that it follows now."""
+        """Its subscribed topics."""
         with self._lock:
             return tuple(sorted(one.topic for one in self._subscriptions.values() if one.shared is not None))
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Messages that were not sent because it did not read, by topic."""
+        """Messages dropped because it was too slow, by topic."""
         return {key: count for key, count in self.channel.outbox.dropped.items() if isinstance(key, str)}
 
     @property
@@ -102,11 +101,11 @@ class FoxgloveSession:
     def _send(self, *payloads: str | bytes) -> None:
         self.channel.answer(payloads)
 
-    # -- what comes -----------------------------------------------------------------------------------------
+    # -- messages of the viewer -----------------------------------------------------------------------------
 
     @property
     def longest(self) -> int:
-        """Bytes that its next message may have: what could not be carried out need not be read."""
+        """Longest next message in bytes: less where nothing may be written."""
         limits = self._state.limits
         if not self._state.access.writes_anything:
             return min(READER_BYTES, limits.message_bytes)
@@ -140,10 +139,10 @@ class FoxgloveSession:
         if self._queue.full:
             await state.pool.run(self._queue.wait_for_room)
 
-    # -- what is offered ------------------------------------------------------------------------------------
+    # -- channels and services ------------------------------------------------------------------------------
 
     def show(self, view: GraphView) -> None:
-        """Offer exactly the topics and services of a view; may ask publishers."""
+        """Advertise exactly the topics and services of a view; may probe publishers."""
         wanted = self._state.advertised.channels(view)
         with self._lock:
             if self._closed:
@@ -154,11 +153,11 @@ class FoxgloveSession:
                 self._channels.update((one.topic, one) for one in new)
                 self._send(messages.advertise(new))
             if self._graph is not None and (now := connection_graph(view, self._state.access)) != self._graph:
-                self._tell_graph(self._graph, now)
+                self._send_graph(self._graph, now)
         self.show_services(view)
 
     def _withdraw(self, channels: Iterable[AdvertisedChannel]) -> None:
-        """Take back channels, and end what subscribes them. The lock is held."""
+        """Withdraw channels, and end their subscriptions. The lock is held."""
         gone = {one.id for one in channels}
         if not gone:
             return
@@ -168,7 +167,7 @@ class FoxgloveSession:
         self._send(messages.unadvertise(sorted(gone)))
 
     def show_services(self, view: GraphView) -> None:
-        """Offer exactly the services of a view whose type is known."""
+        """Advertise exactly the services of a view whose type is known."""
         wanted = self._state.advertised_services(view)
         with self._lock:
             if self._closed:
@@ -182,7 +181,7 @@ class FoxgloveSession:
                 self._send(messages.advertise_services(new))
 
     def restart(self) -> None:
-        """The master is another run: the viewer forgets everything that it was offered."""
+        """The master was restarted: withdraw everything, with a new session id."""
         with self._lock:
             if self._closed:
                 return
@@ -193,24 +192,24 @@ class FoxgloveSession:
             self._send(messages.server_info(self._state.name, self._state.capabilities(), self._state.run))
 
     def status(self, text: str, level: Level = Level.WARNING, id: str | None = None) -> None:
-        """Show the viewer a text; the same text only once in a while."""
+        """Send a status; the same text only once in `REPEAT_SECONDS`."""
         now = time.monotonic()
         with self._lock:
-            if self._closed or now - self._told.get(text, -TOLD_AGAIN) < TOLD_AGAIN:
+            if self._closed or now - self._status_times.get(text, -REPEAT_SECONDS) < REPEAT_SECONDS:
                 return
-            if len(self._told) > 100:
-                self._told.clear()
-            self._told[text] = now
+            if len(self._status_times) > 100:
+                self._status_times.clear()
+            self._status_times[text] = now
             self._send(messages.status(text, level, id))
 
     def remove_status(self, id: str) -> None:
-        """The status with this id no longer holds."""
+        """Remove the status with this id."""
         with self._lock:
-            self._told.clear()
+            self._status_times.clear()
             self._send(messages.remove_status(id))
 
     def tell_time(self, nanoseconds: int) -> None:
-        """The simulated time; what it has not taken is of no use any more."""
+        """Send the simulated time; it replaces one that waits."""
         data = messages.time(nanoseconds)
         self.channel.offer(messages.time, len(data), data, keep=1)
 
@@ -220,14 +219,14 @@ class FoxgloveSession:
                 self._graph = None
             elif self._graph is None:
                 now = connection_graph(self._state.view, self._state.access)
-                self._tell_graph(ConnectionGraph(), now)
+                self._send_graph(ConnectionGraph(), now)
 
-    def _tell_graph(self, before: ConnectionGraph, now: ConnectionGraph) -> None:
+    def _send_graph(self, before: ConnectionGraph, now: ConnectionGraph) -> None:
         """The lock is held."""
         self._send(messages.graph_update(before, now))
         self._graph = now
 
-    # -- topics that it follows -----------------------------------------------------------------------------
+    # -- subscriptions --------------------------------------------------------------------------------------
 
     def _subscribe(self, asked: messages.Subscribe) -> None:
         for id, channel in asked.subscriptions:
@@ -272,7 +271,7 @@ class FoxgloveSession:
                 self._end_subscription(id)
 
     def _end_subscription(self, id: int, only: _Subscription | None = None) -> None:
-        """The lock is held; the topic is left later, as that asks the master."""
+        """The lock is held; the topic is closed later, because that calls the master."""
         subscription = self._subscriptions.get(id)
         if subscription is None or only not in (None, subscription):
             return
@@ -280,19 +279,19 @@ class FoxgloveSession:
         subscription.ended = True
         self.channel.outbox.forget(subscription.topic)
         if subscription.shared is not None:
-            self._leaving.append(subscription.shared)
-            self._queue.put(self._leave)
+            self._to_close.append(subscription.shared)
+            self._queue.put(self._close_left)
 
-    def _leave(self) -> None:
+    def _close_left(self) -> None:
         with self._lock:
-            leaving, self._leaving = self._leaving, []
-        for shared in leaving:
+            to_close, self._to_close = self._to_close, []
+        for shared in to_close:
             shared.close()
 
-    # -- what it asks for -----------------------------------------------------------------------------------
+    # -- calls, files and parameters ------------------------------------------------------------------------
 
     def _call(self, asked: messages.Call) -> None:
-        """Call a service in a thread of its own, if not too many wait."""
+        """Call a service in a thread, if not too many calls wait."""
         state = self._state
         with self._lock:
             service = next((one for one in self._services.values() if one.id == asked.service), None)
@@ -348,7 +347,7 @@ class FoxgloveSession:
             if problem is not None:
                 state.client_topics.refusals += 1
                 self.status(problem)
-        if asked.id is not None:  # the values that hold now
+        if asked.id is not None:  # answer with the present values
             names = [name for name, _ in asked.parameters]
             try:
                 found = state.parameters.get(names) if names else {}
@@ -369,7 +368,7 @@ class FoxgloveSession:
     # -- the end --------------------------------------------------------------------------------------------
 
     def ended(self) -> None:
-        """It has gone: zero where it drove, then leave everything. May wait for the master."""
+        """The viewer has gone: send zero where it drove, then close everything. May wait for the master."""
         with self._lock:
             self._closed = True
             for id in tuple(self._subscriptions):
@@ -377,7 +376,7 @@ class FoxgloveSession:
         self._state.publications.velocity_watchdog.gone(self)
         self._queue.close()
         self._publishing.close()
-        self._leave()
+        self._close_left()
         self._followed.close()
         self._state.gone(self)
 
@@ -390,11 +389,11 @@ class Closable(Protocol):
 
 
 class _Subscription:
-    """A channel that the viewer follows, which receives its topic's messages.
+    """The viewer's subscription of a channel; receives its topic's messages.
 
     Attributes:
-        shared: Ends it; None while it begins.
-        ended: The viewer wants no more.
+        shared: The subscription at the robot; None until it is open.
+        ended: The viewer has unsubscribed.
     """
 
     def __init__(
@@ -414,22 +413,22 @@ class _Subscription:
         self._same: TopicDescription | None = None
 
     def offer(self, event: MessageEvent) -> None:
-        """See `Receiver`."""
+        """Send a message to the viewer; see `Receiver`."""
         description = event.description
         if self.ended:
             return
         if description is not self._same:
-            told = self.channel.schema
-            if (description.md5sum, description.type_name) != (told.md5sum, told.type_name):
+            schema = self.channel.schema
+            if (description.md5sum, description.type_name) != (schema.md5sum, schema.type_name):
                 self._differs(description)
-                return  # the viewer would misread it; the channel that replaces this one sends it
+                return  # the viewer would misread it; another channel replaces this one
             self._same = description
         head = messages.message_head(self._id, event.stamp.to_nsec())
         self._viewer.offer(self.topic, len(event.data), framed(head, event.data))
 
 
 class _Queue:
-    """What one viewer asks of the robot, done one after the other in a thread of the pool."""
+    """Requests of one viewer that wait for the robot, done in order in a thread of the pool."""
 
     def __init__(self, pool: Pool) -> None:
         self._pool = pool
@@ -439,7 +438,7 @@ class _Queue:
 
     @property
     def full(self) -> bool:
-        """Whether more waits than should be read ahead."""
+        """Whether no further message should be read."""
         return len(self._waiting) >= MOST_WAITING
 
     def put(self, work: Callable[[], object]) -> None:
@@ -472,7 +471,7 @@ class _Queue:
             self._changed.wait_for(lambda: not self.full or self._closed)
 
     def close(self) -> None:
-        """Drop what waits; what is being done goes on."""
+        """Drop the queued requests; the running one continues."""
         with self._changed:
             self._closed = True
             self._waiting.clear()

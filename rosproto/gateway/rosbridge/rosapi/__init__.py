@@ -1,6 +1,6 @@
-"""/rosapi inside the gateway: answers to web clients' questions about the graph, its types and parameters.
+"""/rosapi inside the gateway: the graph, types and parameters for web clients.
 
-`Rosapi` answers calls with JSON values; `provide` registers the same answers as ROS services.
+`Rosapi` answers calls with JSON values; `provide` registers the same services in ROS.
 """
 
 from rosproto.gateway.rosbridge.rosapi.answers import ProvidedRosapi, Rosapi, provide

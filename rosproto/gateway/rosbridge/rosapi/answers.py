@@ -1,7 +1,7 @@
-"""The services of /rosapi: a table of their names, types and answers, for web clients and for ROS programs.
+"""`Rosapi`: the table of the services of /rosapi; and `provide`, which registers them in ROS.
 
-Requests and responses are the fields of their definitions (msgdefs/rosapi) as JSON values. Every request
-field of rosapi is a string.
+Requests and responses are JSON values by the fields of their definitions (msgdefs/rosapi). Every request
+field is a string.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from rosproto.transport.deadline import Deadline
 
 NAMESPACE = "/rosapi"
 CALL_SECONDS = 10.0
-MOST_TEXT = 1 << 20  # characters of one field: a robot_description may be set
+MOST_TEXT = 1 << 20  # characters of one field; enough for a robot_description
 
 Values = dict[str, object]
 Fields = dict[str, str]
@@ -38,13 +38,12 @@ class _Entry(NamedTuple):
 
 
 class Rosapi:
-    """Answers the services of /rosapi within what an `Access` allows.
+    """Answers the services of /rosapi within the rules of an `Access`. Thread-safe.
 
-    `call` asks the master and other nodes and blocks until they reply: call it in a thread that may wait.
-    Safe from several threads.
+    `call` blocks until the master and other nodes reply: call it in a thread that may wait.
 
     Args:
-        node: Asks in its own name; the services are listed as this node's.
+        node: Calls the master and other nodes; it is listed as the provider of the services.
         access: What clients may see and write.
         timeout: Seconds for one call.
 
@@ -65,21 +64,21 @@ class Rosapi:
         self._graph = VisibleGraph(node, visible, self.services)
 
     def answers(self, service: str) -> bool:
-        """True when a call of this service is answered here; "rosapi/topics" is "/rosapi/topics"."""
+        """Whether this service is one of them; "rosapi/topics" means "/rosapi/topics"."""
         return _local_name(service) in self._table
 
     def call(self, service: str, args: object = None) -> Values:
         """Answer one call.
 
         Args:
-            service: Its name.
-            args: The request: a dict of fields, a list of them in order, or None. Missing fields are "".
+            service: Name of the service.
+            args: The request: a dict by field, a list by position, or None. Missing fields are "".
 
         Returns:
             The fields of the response, as JSON values.
 
         Raises:
-            RosapiError: It is refused or cannot be answered; the text is for the client.
+            RosapiError: It is refused or failed; the text is for the client.
         """
         entry = self._table.get(_local_name(service))
         if entry is None:
@@ -93,7 +92,7 @@ class Rosapi:
             raise RosapiError(f"{NAMESPACE}/{_local_name(service)}: {error}") from error
 
     def _name(self, name: str) -> str:
-        """The global name that a client means, which is compared with the patterns."""
+        """The resolved name, which is compared with the patterns."""
         return self._node.resolve_name(name) if name else name
 
     def _entries(self) -> dict[str, _Entry]:
@@ -190,7 +189,7 @@ def _local_name(service: str) -> str:
 
 
 def _fields(type_name: str, args: object) -> Fields:
-    """The request's fields, all strings, by its definition."""
+    """All fields of a request, as strings; missing ones are ""."""
     request = bundled().service(f"rosapi/{type_name}").request
     names = [field.name for field in request.fields]
     fields = dict.fromkeys(names, "")
@@ -243,11 +242,11 @@ class ProvidedRosapi:
 
 
 def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
-    """Register all services of /rosapi; they are answered as for web clients.
+    """Register all services of /rosapi at the master, with the answers for web clients.
 
     Raises:
         MasterError, ConnectionLost, RosTimeout: A service could not be registered.
-        ServiceError: Somebody provides /rosapi already; a second one would take over its services.
+        ServiceError: Another node provides /rosapi; this one would take over its services.
     """
     try:
         node.master.lookup_service("/rosapi/topics")

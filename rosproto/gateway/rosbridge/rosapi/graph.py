@@ -1,6 +1,6 @@
-"""The graph for web clients: topics, nodes, services and action servers that `Access` does not hide.
+"""The graph for /rosapi: topics, nodes, services and action servers that `Access` does not hide.
 
-The types of services, which only their providers know, are asked for by a probe, and remembered for a while.
+Only the provider of a service knows its type, so it is probed; the type is remembered.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from rosproto.transport.uri import parse_uri
 
 
 class RosapiError(RosError):
-    """A call of /rosapi that is refused or cannot be answered; its text is a sentence for the client."""
+    """A call of /rosapi is refused or failed; the text is a sentence for the client."""
 
 
 class AccessRules(Protocol):
-    """What is needed of an `Access` here."""
+    """An `Access`, as far as /rosapi uses it."""
 
     def may_read(self, kind: Kind, name: str) -> Refusal | None: ...
 
@@ -32,29 +32,29 @@ class AccessRules(Protocol):
 
 
 class Visible:
-    """The decisions of an `Access`, as filters."""
+    """Filters names by an `Access`."""
 
     def __init__(self, access: AccessRules) -> None:
         self.access = access
 
     def shows(self, kind: Kind, name: str) -> bool:
-        """True when clients may know about it."""
+        """Whether clients may see a name."""
         return self.access.may_read(kind, name) is None
 
     def only(self, kind: Kind, names: Iterable[str]) -> list[str]:
-        """Those that clients may know about, sorted, each once."""
+        """The visible names, sorted, without duplicates."""
         return sorted(name for name in set(names) if self.shows(kind, name))
 
 
 MOST_REMEMBERED = 2000
-PROBE_SECONDS = 2.0  # for one provider that does not answer
-AGAIN_AFTER = 10.0  # seconds until a provider that did not answer is asked again
+PROBE_SECONDS = 2.0  # longest time for one probe
+AGAIN_AFTER = 10.0  # seconds until a provider that did not answer is probed again
 
 
 class ServiceTypes:
-    """Types by service name; safe from any thread.
+    """Types of services by name, by probes of their providers. Thread-safe.
 
-    A provider is identified by its address: when another one takes over the service, it is asked again.
+    A provider is identified by its address: when another one takes over the service, it is probed again.
     """
 
     def __init__(self, node: Node) -> None:
@@ -63,7 +63,7 @@ class ServiceTypes:
         self._silent: BoundedCache[tuple[str, str], float] = BoundedCache(MOST_REMEMBERED)
 
     def of(self, service: str, deadline: Deadline) -> str:
-        """Its type; "" when nobody provides it, or the provider does not say."""
+        """The type of a service; "" without a provider, or if it does not answer."""
         try:
             uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
         except RosError:
@@ -89,12 +89,12 @@ ACTION_PARTS = frozenset(("cancel", "feedback", "goal", "result", "status"))
 
 
 class VisibleGraph:
-    """The master's graph, as far as one gateway shows it.
+    """The part of the master's graph that one gateway shows.
 
     Args:
-        node: Asks the master.
+        node: Calls the master.
         visible: Which names may be shown.
-        own: Services that the gateway answers itself, with their types; they are listed as this node's.
+        own: Types of the services that the gateway answers itself, by name; they are listed as this node's.
     """
 
     def __init__(self, node: Node, visible: Visible, own: Mapping[str, str]) -> None:
@@ -151,7 +151,7 @@ class VisibleGraph:
         return self._types.of(service, deadline) if self._visible.shows("service", service) else ""
 
     def services_for_type(self, type_name: str, deadline: Deadline) -> list[str]:
-        """The services of this type. Asks every provider not known yet, as many as there is time for."""
+        """The services of this type. Probes unknown providers, as many as the deadline allows."""
         return [
             name
             for name in self.services(deadline)
@@ -169,7 +169,7 @@ class VisibleGraph:
         return [node for node in dict.fromkeys(found) if self._visible.shows("node", node)]
 
     def service_node(self, service: str, deadline: Deadline) -> str:
-        """The node that provides a service; "" when there is none."""
+        """The node that provides a service, or ""."""
         if service in self._own:
             return self._node.name
         if not self._visible.shows("service", service):
@@ -178,7 +178,7 @@ class VisibleGraph:
         return found[0] if found else ""
 
     def service_host(self, service: str, deadline: Deadline) -> str:
-        """The host of a service; "" when nobody provides it."""
+        """The host of a service's provider, or ""."""
         if service in self._own:
             return self._node.tcpros_address[0]
         if not self._visible.shows("service", service):
@@ -201,7 +201,7 @@ class VisibleGraph:
 
 
 def action_servers(topics: Mapping[str, str] | list[str]) -> list[str]:
-    """The names that have all five topics of an action below them, sorted."""
+    """The names that have all five topics of an action, sorted."""
     parts: dict[str, set[str]] = {}
     for topic in topics:
         name, _, part = topic.rpartition("/")

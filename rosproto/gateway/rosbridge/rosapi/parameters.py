@@ -1,7 +1,7 @@
-"""Parameters for web clients, as JSON text, within what `Access` allows.
+"""Parameters for /rosapi, as JSON text, within the rules of an `Access`.
 
-A namespace is read without its hidden parameters, and written or deleted only if everything below it may be;
-otherwise `/` would be a way around every pattern.
+A namespace is read without its hidden parameters, and written or deleted only if everything in it may be;
+otherwise `/` would circumvent all patterns.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible
 from rosproto.node import Node
 
 _HIDDEN = object()
-MOST_NESTING = 32  # of a value that a client sets
+MOST_NESTING = 32  # of a client's value
 
 
 class VisibleParameters:
-    """The parameter server, as far as one gateway shows it. The node resolves names."""
+    """The part of the parameter server that one gateway shows. The node resolves names."""
 
     def __init__(self, node: Node, visible: Visible) -> None:
         self._node = node
         self._visible = visible
 
     def get(self, name: str, default: str) -> str:
-        """Its value as JSON; `default` (JSON, or else a string) or "null" when it is not set."""
+        """A parameter as JSON text; if it is not set, `default` (JSON, or else a string) or "null"."""
         key = self._key(name)
         value = self._node.params.get(key, _HIDDEN)
         if value is _HIDDEN:
@@ -35,11 +35,11 @@ class VisibleParameters:
         shown = self._pruned(key, value)
         if shown is _HIDDEN:
             self._check(self._visible.access.may_read("parameter", key))
-            shown = {}  # a namespace that may be read, and nothing in it
+            shown = {}  # a visible namespace without visible parameters
         return _to_json(shown)
 
     def set(self, name: str, value: str) -> None:
-        """Set it from JSON text."""
+        """Set a parameter from JSON text."""
         key = self._key(name)
         try:
             parsed = json.loads(value)
@@ -58,14 +58,14 @@ class VisibleParameters:
             raise RosapiError(str(error)) from error
 
     def delete(self, name: str) -> None:
-        """Delete it; nothing when it is not set."""
+        """Delete a parameter, if it is set."""
         key = self._key(name)
         self._check_write(key)
         if self._node.params.has(key):
             self._node.params.delete(key)
 
     def has(self, name: str) -> bool:
-        """True when it, or a namespace of that name, is set and not hidden."""
+        """Whether a visible parameter or namespace of this name is set."""
         key = self._key(name)
         if self._visible.shows("parameter", key):
             return self._node.params.has(key)
@@ -73,7 +73,7 @@ class VisibleParameters:
         return any(other.startswith(below) for other in self.names())
 
     def search(self, name: str) -> str:
-        """The nearest of that name, from the gateway's namespace upwards; "" when there is none."""
+        """The nearest parameter of this name, from the gateway's namespace upwards, or ""."""
         if not name or name.startswith("~"):
             raise RosapiError(
                 f'"{name}" cannot be searched for; give a relative name, such as robot_description'
@@ -82,11 +82,11 @@ class VisibleParameters:
         return found if found and self._visible.shows("parameter", found) else ""
 
     def names(self) -> list[str]:
-        """All keys that are not hidden, sorted."""
+        """All visible keys, sorted."""
         return self._visible.only("parameter", self._node.params.names())
 
     def _key(self, name: str) -> str:
-        """The key a name means, as patterns are compared with it: without // and a / at its end."""
+        """The resolved key of a name, without // and / at the end, for comparison with patterns."""
         if not name:
             raise RosapiError("the name of the parameter is empty")
         try:
@@ -106,7 +106,7 @@ class VisibleParameters:
         return value if self._visible.shows("parameter", key) else _HIDDEN
 
     def _check_write(self, key: str) -> None:
-        """Make sure that the key, and everything below it, may be written."""
+        """Check that the key, and everything below it, may be written."""
         self._check_one(key)
         below = key.rstrip("/") + "/"
         for other in self._node.params.names():
@@ -149,7 +149,7 @@ def _to_json(value: object) -> str:
 
 
 def _plain(value: object) -> object:
-    """A value as JSON can express it: NaN and infinity become null, bytes base64, a date its text."""
+    """Replace values that JSON cannot express: NaN and infinity by null, bytes by base64, a date by text."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):

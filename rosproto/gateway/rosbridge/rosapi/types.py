@@ -1,7 +1,7 @@
-"""Definitions of types in the form of rosapi/TypeDef: one dict for a type and one for each type it uses.
+"""Types for /rosapi, as rosapi/TypeDef: one dict for a type and one for each type it uses.
 
-They come from the node, the bundled ones, or a publisher. Services have no definition on the wire, so theirs
-are the bundled ones and the user's.
+Definitions come from the node, the bundled ones, or a publisher; those of services, which are not on the
+wire, only from the bundled ones and the user's.
 
 Fields are described as by rosapi's objectutils.py, which reads genpy's classes: builtin types by their name,
 examples as Python prints the default value, and constants sorted by name. Where the original fails (a field
@@ -29,7 +29,7 @@ from rosproto.msg import (
 from rosproto.node import Node
 from rosproto.transport.deadline import Deadline
 
-MOST_TYPES = 300  # in one answer, and the greatest depth: definitions learned from robots cannot be trusted
+MOST_TYPES = 300  # of one answer, and the greatest depth: definitions from robots are not trusted
 _TIMES = ("time", "duration")
 _EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}
 
@@ -37,7 +37,7 @@ Typedef = dict[str, object]
 
 
 def type_details(spec: MessageSpec, find: Callable[[str], MessageSpec]) -> list[Typedef]:
-    """The typedefs of a message and of all it uses, in the order in which fields name them first.
+    """The typedefs of a message and of all types it uses, in order of their first use.
 
     Args:
         spec: The message, or one half of a service.
@@ -112,7 +112,7 @@ ASK_SECONDS = 3.0
 
 
 class Definitions:
-    """Definitions by type name, for one node; safe from any thread."""
+    """Definitions by type name, for one node. Thread-safe."""
 
     def __init__(self, node: Node, visible: Visible) -> None:
         self._node = node
@@ -140,7 +140,7 @@ class Definitions:
         return self._guard(name, details)
 
     def full_text(self, name: str, deadline: Deadline | None = None) -> str:
-        """The definition with all types it uses, as in a connection header; "" if nobody knows it."""
+        """The definition with all types it uses, as in a connection header; "" if unknown."""
         try:
             return self._library(self._full_name(name), deadline).full_text(name, kind="msg")
         except (RosapiError, DefinitionError):
@@ -149,7 +149,7 @@ class Definitions:
     @staticmethod
     def _full_name(name: str) -> str:
         parts = [part for part in name.split("/") if part]
-        if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):  # as ROS 2 writes it
+        if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):  # ROS 2's form
             del parts[1]
         if len(parts) != 2:
             raise RosapiError(f'"{name}" is no type; expected package/Type, such as std_msgs/String')
@@ -177,7 +177,7 @@ class Definitions:
         return learned
 
     def _ask(self, name: str, deadline: Deadline) -> DefinitionLibrary | None:
-        """Ask its publishers: their connection headers contain the definition."""
+        """Get the definition from the connection headers of the type's publishers."""
         from rosproto.node import probe_topic
 
         node = self._node
@@ -196,7 +196,7 @@ class Definitions:
                     continue
                 library = library_from_full_text(name, reply.message_definition)
             except (RosError, OSError):
-                continue  # the next one may know
+                continue  # try the next one
             self._learned.put(name, library, len(reply.message_definition))
             return library
         return None
