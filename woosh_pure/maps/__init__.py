@@ -1,4 +1,4 @@
-"""Maps, marks, and where the robot is in them."""
+"""Grid maps with map_server's files, and the user's list of marks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""An occupancy grid as a value: numpy cells, resolution, origin; map_server's PGM+YAML files and PNG.
+"""`GridMap`: an occupancy grid as a value (numpy cells, resolution, origin), and its conversion from and to
+messages.
 
 Rows run south to north as in nav_msgs/OccupancyGrid (row 0 at the origin); image files run north to south.
 Source: wiki.ros.org/map_server.
@@ -29,7 +30,7 @@ UNKNOWN = -1
 
 @dataclass(frozen=True, eq=False)
 class GridMap:
-    """A map.
+    """An occupancy grid.
 
     Attributes:
         cells: (height, width) int8: 0 free, 100 occupied, -1 unknown; row 0 at the origin.
@@ -57,21 +58,21 @@ class GridMap:
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Number of rows."""
         return int(self.cells.shape[0])
 
     @property
     def width(self) -> int:
-        """Columns."""
+        """Number of columns."""
         return int(self.cells.shape[1])
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
-        """(row, column) of a point in m in the map frame; may lie outside."""
+        """(row, column) of a point in m in the map frame; may be outside the map."""
         row, column = self.place_of(x, y)
         return math.floor(row), math.floor(column)
 
     def place_of(self, x: float, y: float) -> tuple[float, float]:
-        """(row, column) of a point in m in the map frame, with fractions; a cell begins at whole numbers."""
+        """(row, column) of a point in m in the map frame, with fractions; cells begin at whole numbers."""
         dx, dy = x - self.origin.x, y - self.origin.y
         if self.origin.yaw:
             c, s = math.cos(-self.origin.yaw), math.sin(-self.origin.yaw)
@@ -85,12 +86,12 @@ class GridMap:
         return self.origin.x + c * dx - s * dy, self.origin.y + s * dx + c * dy
 
     def contains(self, x: float, y: float) -> bool:
-        """True when the point lies on the map."""
+        """Whether a point is on the map."""
         row, column = self.cell_of(x, y)
         return 0 <= row < self.height and 0 <= column < self.width
 
     def is_occupied(self, x: float, y: float) -> bool:
-        """True for an occupied cell and for points off the map; unknown cells count as free here."""
+        """Whether a point is occupied or outside the map; unknown cells count as free."""
         row, column = self.cell_of(x, y)
         if not (0 <= row < self.height and 0 <= column < self.width):
             return True
@@ -98,13 +99,14 @@ class GridMap:
 
     @classmethod
     def load(cls, yaml_path: str | Path, *, limit_cells: int = 100_000_000, beside: bool = False) -> GridMap:
-        """Read map_server's YAML and the image it names: PGM, PPM or PNG, in any of its three modes.
+        """Read map_server's YAML and its image: PGM, PPM or PNG, in any of the three modes.
 
-        The image's path is relative to the YAML. Mode raw gives the image's numbers as they are.
-        With `beside`, for files of others, only its name counts: it lies beside the YAML, or is not read.
+        The image's path is relative to the YAML. Mode raw keeps the image's numbers. With `beside`, for files
+        from
+        untrusted sources, the image must be beside the YAML: its folder is ignored.
 
         Raises:
-            ValueError: Not a map file; the message says which file and what is wrong.
+            ValueError: A file is invalid; the message says which one and why.
             OSError: A file cannot be read.
         """
         from woosh_pure.maps.mapfiles import read_map
@@ -149,8 +151,6 @@ def grid_from_message(message: Any) -> GridMap:
         ValueError: Fewer cells than the message says.
     """
     import numpy as np
-
-    from woosh_pure.maps.gridmap import GridMap
 
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)

@@ -1,7 +1,7 @@
-"""map_server's files: a small YAML beside an image (wiki.ros.org/map_server, map_saver.cpp,
+"""Read and write map_server's files: a YAML and its image (wiki.ros.org/map_server, map_saver.cpp,
 image_loader.cpp).
 
-Images are PGM or PPM (plain or raw) or PNG. The three modes are read as map_server's image_loader does.
+Images are PGM or PPM (plain or raw) or PNG. The three modes are read as by map_server's image_loader.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _PNG_SIZE = struct.Struct(">II")
 def read_map(
     yaml_path: Path, limit_cells: int, *, beside: bool = False
 ) -> tuple[NDArray[np.int8], float, Pose2D]:
-    """Cells, resolution and origin; see `GridMap.load`."""
+    """Read cells, resolution and origin; see `GridMap.load`."""
     fields = _read_yaml(yaml_path)
     image = fields["image"]
     if beside:
@@ -53,7 +53,7 @@ def read_map(
 def write_map(
     yaml_path: Path, grey: NDArray[np.uint8], resolution: float, origin: Pose2D
 ) -> tuple[Path, Path]:
-    """See `GridMap.save`."""
+    """Write a map; see `GridMap.save`."""
     yaml_path = yaml_path.with_suffix(".yaml")
     image = yaml_path.with_suffix(".pgm")
     height, width = grey.shape
@@ -76,11 +76,11 @@ def write_map(
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
-    """The keys of the file, each value read as one on a command line is; "image" stays a text."""
+    """Read the YAML; values are parsed as on a command line, "image" stays a text."""
     fields: dict[str, Any] = {}
     for key, text in _entries(path).items():
         try:
-            # As it stands between its quotes: YAML would take the backslashes of a Windows path for escapes.
+            # The text between the quotes: YAML would treat the backslashes of a Windows path as escapes.
             fields[key] = text.strip("\"'") if key == "image" else parse_value(text)
         except ValueError as error:
             raise ValueError(say("{path}: {key} {error}", path=path, key=key, error=error)) from None
@@ -97,9 +97,8 @@ def _read_yaml(path: Path) -> dict[str, Any]:
 
 
 def _entries(path: Path) -> dict[str, str]:
-    """Key and value of each line "key: value", as text; a list may stand in one line, over several lines, or
-    as items with dashes.
-    """
+    """The "key: value" lines as texts; a list may be on one line, on several lines, or as items with
+    dashes."""
     found: dict[str, list[str]] = {}  # the value, then the items with dashes below it
     key = ""
     for line in read_text(path, "utf-8-sig").splitlines():
@@ -124,7 +123,7 @@ def _entries(path: Path) -> dict[str, str]:
 
 
 def _without_comment(line: str) -> str:
-    """A "#" begins a comment at the start or after a blank, outside of quotes."""
+    """Remove a comment: "#" at the start or after a blank, outside quotes."""
     quote = ""
     for at, character in enumerate(line):
         if quote:
@@ -145,7 +144,7 @@ def _number(fields: dict[str, Any], key: str, default: float, path: Path) -> flo
 
 
 def _float(value: object) -> float:
-    """A number, also one in quotes; NaN for what is none."""
+    """A number, also in quotes; NaN if invalid."""
     try:
         return math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -174,7 +173,7 @@ def _mode(fields: dict[str, Any], path: Path) -> str:
 
 
 def _origin(value: object, path: Path) -> Pose2D:
-    parts = parse_value(f"[{value}]") if isinstance(value, str) else value  # also without brackets
+    parts = parse_value(f"[{value}]") if isinstance(value, str) else value  # brackets are optional
     try:
         x, y, yaw = map(float, parts)  # type: ignore[call-overload]
     except (TypeError, ValueError):
@@ -192,7 +191,7 @@ def _origin(value: object, path: Path) -> Pose2D:
 
 
 def _read_image(path: Path, limit_cells: int) -> NDArray[np.uint8]:
-    """(height, width, channels) uint8."""
+    """Read an image as (height, width, channels) uint8."""
     try:
         with path.open("rb") as file:
             data = file.read(_HEAD_BYTES)
@@ -203,10 +202,10 @@ def _read_image(path: Path, limit_cells: int) -> NDArray[np.uint8]:
 
 
 def _most_bytes(head: bytes, limit_cells: int) -> int:
-    """How much may follow the first bytes of a picture: a device or a pipe may never end."""
+    """The largest size of the rest of an image; a device or a pipe may never end."""
     if is_png(head):
         cells: int = math.prod(_PNG_SIZE.unpack_from(head, 16)) if len(head) >= 24 else 0
-        return _SPARE_BYTES + 9 * min(cells, limit_cells)  # not even packed: 4 channels of 16 bits
+        return _SPARE_BYTES + 9 * min(cells, limit_cells)  # uncompressed, 4 channels of 16 bits
     kind, (width, height, _), _ = _pnm_head(head)
     return _SPARE_BYTES + 6 * _CHANNELS[kind] * min(width * height, limit_cells)  # 5 digits and a blank
 
@@ -281,7 +280,7 @@ def _cells_of(
     pixels: NDArray[np.uint8], *, mode: str, negate: bool, occupied: float, free: float
 ) -> NDArray[np.int8]:
     has_alpha = pixels.shape[2] in (2, 4)
-    # image_loader.cpp: in trinary mode the alpha counts as one more colour, in the others it does not.
+    # image_loader.cpp: trinary mode treats alpha as another colour, the other modes do not.
     colours = pixels if mode == "trinary" or not has_alpha else pixels[:, :, :-1]
     grey = colours.sum(axis=2, dtype=np.int64) // colours.shape[2]
     if negate:

@@ -1,7 +1,7 @@
-"""A user's own list of marks: name, pose, note. Marks cannot be listed over the chassis's ROS interface.
+"""`MarkFile`: the user's own list of marks (name, pose, note); the chassis's ROS interface cannot list them.
 
 The file is JSON: `{"A1": {"x": 3.0, "y": 1.0, "yaw": 1.57, "note": "shelf"}}`; x, y in m, yaw in rad, map
-frame. `"charger": true` marks a charger, `"on_chassis": false` a place that is not on the chassis's own map.
+frame. `"charger": true` is a charger, `"on_chassis": false` a place that is not on the chassis's own map.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ class UserMark:
 
     Attributes:
         name: Its name.
-        pose: Where it is, in the map.
-        note: Anything.
+        pose: Its pose in the map.
+        note: Free text.
         charger: Whether there is a charger.
-        on_chassis: Whether the chassis's own map has a mark of this name, to which a task can go. Else it is
-            a place, to which the robot is sent by its pose.
+        on_chassis: Whether the chassis's own map has a mark of this name for tasks. Else it is a place, and
+            the robot is sent to its pose.
     """
 
     name: str
@@ -40,7 +40,7 @@ class UserMark:
 
 
 class MarkFile:
-    """The marks of one site, kept in a file.
+    """The marks of one site in a file.
 
     Attributes:
         path: The file; it need not exist yet.
@@ -53,11 +53,11 @@ class MarkFile:
         self.refresh()
 
     def refresh(self) -> None:
-        """Read the file again if it has changed: another program may keep the same list.
+        """Read the file again if another program has changed it.
 
         Raises:
-            ValueError: It is no list of marks.
-            OSError: It cannot be read.
+            ValueError: The file is not a list of marks.
+            OSError: The file cannot be read.
         """
         stamp = self._stamp()
         if stamp == self._read:
@@ -121,10 +121,10 @@ class MarkFile:
         """Add a mark, or replace its pose and note; `save` writes the file.
 
         Args:
-            name: As on the chassis's map, or of a place of yours.
-            pose: In the map; None when it is not known.
-            note: Anything.
-            on_chassis: False for a place that is not on the chassis's map; None keeps what was said before.
+            name: The name on the chassis's map, or that of your own place.
+            pose: Its pose in the map; None if not known.
+            note: Free text.
+            on_chassis: False for a place that is not on the chassis's map; None keeps the earlier value.
 
         Raises:
             ValueError: The name is empty, the pose is not finite, or a place has no pose.
@@ -143,7 +143,7 @@ class MarkFile:
         return mark
 
     def remove(self, name: str) -> None:
-        """Take a mark off."""
+        """Remove a mark."""
         del self._marks[self[name].name]
 
     def save(self) -> None:
@@ -151,7 +151,7 @@ class MarkFile:
         self.keep(self)
 
     def keep(self, marks: Iterable[UserMark]) -> None:
-        """Write these marks in place of all that are there; nothing changes if that fails."""
+        """Replace all marks in the file; nothing changes if writing fails."""
         kept = {mark.name: mark for mark in marks}
         entries = {mark.name: _entry(mark) for mark in kept.values()}
         text = json.dumps(entries, indent=2, ensure_ascii=False, sort_keys=True) + "\n"

@@ -82,8 +82,6 @@ def unpack(data: bytes) -> GridMap:
     import tempfile
     import zipfile
 
-    from woosh_pure.maps.gridmap import GridMap
-
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:
             infos = [info for info in packed.infolist() if not info.is_dir()]

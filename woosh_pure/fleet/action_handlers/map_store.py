@@ -157,7 +157,7 @@ class MapStore:
                         version=version,
                     )
                 )
-            chassis.set_map(_loaded(sheet), pose)
+            chassis.set_map(GridMap.load(sheet), pose)
             self.active, self.version = map_id, version
             self._save()
 
@@ -167,7 +167,7 @@ class MapStore:
             if (self.active, self.version) == (self.own.map_id, self.own.version):
                 return
             try:
-                given = _loaded(self._place(self.active, self.version)[0])
+                given = GridMap.load(self._place(self.active, self.version)[0])
                 same = _alike(chassis.get_map(), given)
                 why = "it has another"
             except Exception as error:
@@ -219,12 +219,6 @@ class MapStore:
         self._entries = there
         if any((each.map_id, each.version) == (active, version) for each in there):
             self.active, self.version = str(active), str(version)
-
-
-def _loaded(sheet: Path) -> GridMap:
-    from woosh_pure.maps.gridmap import GridMap  # imported late, because it loads numpy
-
-    return GridMap.load(sheet)
 
 
 def _alike(one: GridMap, other: GridMap) -> bool:
