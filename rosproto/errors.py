@@ -58,7 +58,7 @@ class RosError(Exception):
 
 
 class DefinitionError(RosError, ValueError):
-    """A .msg, .srv or .action text is missing or wrong.
+    """A .msg, .srv or .action text is missing or invalid.
 
     Attributes:
         file: File or other origin of the text, None when unknown.
@@ -73,7 +73,7 @@ class DefinitionError(RosError, ValueError):
 
 
 class CodecError(RosError, ValueError):
-    """Bytes and definition, or value and definition, disagree.
+    """Bytes or a value do not match the definition.
 
     Attributes:
         type_name: Message type, as "package/Type".
@@ -113,11 +113,11 @@ class ProtocolError(RosError):
 
 
 class LocalProtocolError(ProtocolError):
-    """This side did something illegal: the calling program must be fixed."""
+    """This side broke the protocol: fix the calling program."""
 
 
 class RemoteProtocolError(ProtocolError):
-    """The other side did something illegal: that one connection is dropped."""
+    """The other side broke the protocol: that connection is dropped."""
 
 
 class Md5sumMismatch(RemoteProtocolError):

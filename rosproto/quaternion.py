@@ -31,7 +31,7 @@ Matrix = Sequence[Sequence[float]]
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """The rotation b, then a."""
+    """Rotation b followed by rotation a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -61,7 +61,7 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
 
 
 def normalized(q: Quaternion) -> Quaternion:
-    """Same rotation, length 1.
+    """The same rotation, with length 1.
 
     Raises:
         ValueError: Its length is zero or not finite.
@@ -73,7 +73,7 @@ def normalized(q: Quaternion) -> Quaternion:
 
 
 def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
-    """From a (0) to b (1) on the shorter arc at steady speed."""
+    """Interpolate from a (0) to b (1) on the shorter arc at constant speed."""
     dot = _dot(a, b)
     cosine = abs(dot) / math.sqrt(_dot(a, a) * _dot(b, b))
     angle = math.acos(min(1.0, cosine))

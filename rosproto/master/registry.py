@@ -193,7 +193,7 @@ class Registry:
     # -- parameter subscriptions (values live in `parameters.py`) --------------------------------------------
 
     def subscribe_param(self, name: str, key: str, uri: str) -> Answer:
-        """Add a subscription of `key` (as `parameters.subscription_key` makes it)."""
+        """Add a subscription of `key` (in the form of `parameters.subscription_key`)."""
         if self._full(name, self.param_subscribers, key, uri):
             return self._refusal(0)
         if (name, uri) in self._evicted and name in self._nodes:
@@ -208,7 +208,7 @@ class Registry:
     # -- questions ---------------------------------------------------------------------------------------
 
     def lookup_node(self, name: str) -> Answer:
-        """XML-RPC URI of a node; "" (status -1) when unknown."""
+        """XML-RPC URI of a node; "" (status -1) if unknown."""
         node = self._nodes.get(name)
         if node is None:
             return Answer(ERROR, f"unknown node [{name}]", "")

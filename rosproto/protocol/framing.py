@@ -310,7 +310,7 @@ class FrameDecoder:
 
     @property
     def is_large(self) -> bool:
-        """True while a long frame is being received into memory of its own."""
+        """Whether a long frame is being received into separate memory."""
         return self._large is not None
 
     @property

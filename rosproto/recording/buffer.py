@@ -75,7 +75,8 @@ class MessageBuffer:
                 self._wakened.notify()
 
     def take(self, timeout: float) -> list[Entry]:
-        """Some of the oldest messages, about `SLICE_BYTES`; those of the previous call now count as written.
+        """Take some of the oldest messages, about `SLICE_BYTES`; those of the previous call now count as
+        written.
 
         Waits for `wake_bytes`, or until the time is over. Only one thread may call it.
         """
@@ -95,7 +96,7 @@ class MessageBuffer:
             return entries
 
     def close(self) -> None:
-        """Accept no more messages; those that wait can still be taken."""
+        """Accept no more messages; waiting ones can still be taken."""
         with self._lock:
             self._closed = True
             self._wakened.notify()

@@ -323,7 +323,7 @@ class Player:
         return False
 
     def _wait_or_tick(self, now: float, due: float, time_ns: int) -> bool:
-        """Wait for a message that is due then, or for whatever comes first; True when the message is due."""
+        """Wait until a message is due or something else happens; True if the message is due."""
         if due <= now:
             return True
         until = min(due, self._next_tick)

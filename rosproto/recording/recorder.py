@@ -221,7 +221,7 @@ class Recorder:
         return self._finished.is_set()
 
     def stats(self) -> RecorderStats:
-        """The present state."""
+        """The current state."""
         return RecorderStats(
             messages=self.messages,
             dropped=self.dropped,

@@ -22,7 +22,7 @@ class TimelineEntry(NamedTuple):
 
 
 class Timeline:
-    """What is played: a time span of the chosen topics of some bags.
+    """The messages to play: a time span of the chosen topics of some bags.
 
     Args:
         bags: Open bags; the caller closes them.
@@ -82,7 +82,7 @@ class Timeline:
         return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda e: (e[0], e[1]))
 
     def latched_before(self) -> list[TimelineEntry]:
-        """Each latched connection's last message before the span: what a late subscriber would get."""
+        """Each latched connection's last message before the span, for late subscribers."""
         if not self._offset:
             return []
         found = [

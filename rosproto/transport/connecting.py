@@ -126,7 +126,9 @@ class _ConnectionAttempts:
 
     @staticmethod
     def _goes_on(error: OSError) -> bool:
-        """The attempt is not over, only our wait for it. A time-out with a number is the system's own."""
+        """Whether the attempt continues although our wait has ended. A time-out with an errno is the
+        system's: it has ended.
+        """
         code = getattr(error, "winerror", None) or error.errno
         return code in _IN_PROGRESS or (isinstance(error, TimeoutError) and code is None)
 
