@@ -85,7 +85,7 @@ class MasterApi:
         self._post = post
         self._stop = stop
         self._may_stop = may_stop
-        self._said = PeerLog("rosproto.master")
+        self._peer_log = PeerLog("rosproto.master")
 
     def dispatch(self, method: str, params: Sequence[object], peer: str = "") -> list[object]:
         """Answer one call with the triple [status, text, value].
@@ -128,7 +128,7 @@ class MasterApi:
             return [ERROR, problem, 0]
         if not self._may_stop(peer):
             text = "! refused shutdown of the master by %s (%s): %s"
-            self._said.warning("", text, params[0], peer, params[1])
+            self._peer_log.warning("", text, params[0], peer, params[1])
             return [ERROR, f"shutdown of the master is not allowed from {peer}", 0]
         self._stop(f"external shutdown request from [{params[0]}] at {peer}: {params[1]}")
         return [SUCCESS, "shutdown", 0]

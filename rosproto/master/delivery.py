@@ -29,7 +29,7 @@ class NodeSender:
         names_at: Names registered with a URI at this moment.
         timeout: Seconds for one call; for identifying a node, all calls together.
         limits: Limits of the node's replies.
-        said: The master's log of what nodes do.
+        peer_log: The master's log of what nodes do.
     """
 
     def __init__(
@@ -39,13 +39,13 @@ class NodeSender:
         *,
         timeout: float,
         limits: Limits,
-        said: PeerLog | None = None,
+        peer_log: PeerLog | None = None,
     ) -> None:
         self.uri = uri
         self._names_at = names_at
         self._timeout = timeout
         self._limits = limits
-        self._said = said or PeerLog("rosproto.master")
+        self._peer_log = peer_log or PeerLog("rosproto.master")
         try:
             self._client: XmlRpcClient | None = XmlRpcClient(uri, limits=limits, timeout=timeout)
         except ValueError:  # registered with an invalid URI
@@ -87,13 +87,13 @@ class NodeSender:
         others = [name for name in self._names_at(note.uri) if name != note.name]
         if others:
             text = "= %s moved; its old address %s is %s now, left alone"
-            self._said.info("", text, note.name, note.uri, others[0])
+            self._peer_log.info("", text, note.name, note.uri, others[0])
             return
         if note.name in self._names_at(note.uri):
             return  # the name is registered at this address again: the process there is the right one
         verdict = identify(client, note, self._limits, Deadline(self._timeout))
         if verdict is not Verdict.SAME:
-            self._said.warning(
+            self._peer_log.warning(
                 "",
                 "! %s was registered twice; the process at its old address %s is %s, so it is not shut down",
                 note.name,
@@ -101,7 +101,7 @@ class NodeSender:
                 "another node" if verdict is Verdict.OTHER else "not known",
             )
             return
-        self._said.info("", "> shutdown of %s at %s: %s", note.name, note.uri, note.reason)
+        self._peer_log.info("", "> shutdown of %s at %s: %s", note.name, note.uri, note.reason)
         client.call("shutdown", CALLER_ID, note.reason)
 
 

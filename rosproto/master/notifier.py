@@ -111,7 +111,7 @@ class Notifier:
         self._senders: set[Sender] = set()
         self._order = itertools.count()
         self._closed = False
-        self._said = PeerLog("rosproto.master")
+        self._peer_log = PeerLog("rosproto.master")
         self._counts = dict.fromkeys(("sent", "replaced", "dropped", "failed"), 0)
 
     def post(self, note: Notification) -> None:
@@ -266,8 +266,8 @@ class Notifier:
         # Notifications posted during the call are for a new node, perhaps at the same address.
         later = {key: item for key, item in queue.pending.items() if item[0] > begun}
         self._counts["failed"] += 1 + len(queue.pending) - len(later)
-        say = self._said.info if outcome is DeliveryOutcome.GONE else self._said.warning
-        say(
+        log = self._peer_log.info if outcome is DeliveryOutcome.GONE else self._peer_log.warning
+        log(
             queue.uri,
             "! %s is %s: gave up %s and later notifications",
             queue.uri,

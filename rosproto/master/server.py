@@ -73,9 +73,11 @@ class Master:
         self._process = os.getpid()
         self._closing = threading.Lock()
         registry = Registry()
-        said = PeerLog("rosproto.master")
+        peer_log = PeerLog("rosproto.master")
         self._notifier = Notifier(
-            lambda uri: NodeSender(uri, self._names_at, timeout=call_timeout, limits=limits, said=said)
+            lambda uri: NodeSender(
+                uri, self._names_at, timeout=call_timeout, limits=limits, peer_log=peer_log
+            )
         )
         self._api = MasterApi(
             self._notifier.post,
