@@ -1,5 +1,5 @@
-"""Traces of the order machine: seeds play a fleet manager, a chassis, a network and a disk; each event is written down with
-what the machine asked for and what has changed of it.
+"""Recorded traces of the order machine: a seed generates the events of a fleet manager, a chassis and a disk; each event is
+recorded with its effects and the changes of the state.
 
 `python -m tests.support.fleet_traces` writes the file of `tests/unit/fleet/order/test_traces.py` anew, after a change that
 is meant to change them."""
@@ -20,7 +20,7 @@ from woosh_pure.fleet.order.errors import Level, Problem
 from woosh_pure.fleet.order.tables import ActionStatus
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
-__all__ = ["FILE", "SEEDS", "Player", "Playing", "lines"]
+__all__ = ["FILE", "SEEDS", "EventSource", "ReplayedMachine", "lines"]
 
 FILE = Path(__file__).resolve().parent.parent / "unit" / "fleet" / "order" / "traces.txt"
 SEEDS, EVENTS = range(12), 50
@@ -30,11 +30,11 @@ MAPS = ("hall", "hall", "hall", "up")
 Event = tuple[Any, ...]
 
 
-class Playing:
-    """One order machine, told events as plain values.
+class ReplayedMachine:
+    """An order machine that takes events as plain values.
 
     Attributes:
-        asked: What the last event asked for.
+        asked: The effects of the last event.
     """
 
     def __init__(self) -> None:
@@ -99,16 +99,16 @@ def words(effect: Any) -> list[Any]:
     return [name, *(getattr(effect, each) for each in effect.__slots__)]
 
 
-class Player:
-    """Draws the events of one seed, by what was asked before: nothing ends that was not begun.
+class EventSource:
+    """Generates the events of one seed by the effects so far: only what has begun ends.
 
     Args:
-        seed: Of its choices.
-        playing: Who is told them.
+        seed: The random seed.
+        machine: The machine that gets the events.
     """
 
-    def __init__(self, seed: int, playing: Any) -> None:
-        self.random, self.playing = random.Random(seed), playing
+    def __init__(self, seed: int, machine: Any) -> None:
+        self.random, self.machine = random.Random(seed), machine
         self.number = 0
         self.x = 0.0
         self.drive: list[Any] | None = None
@@ -122,14 +122,14 @@ class Player:
         return f"x{self.number}"
 
     def next(self) -> Event:
-        """The next event; `took` is to be called with what it asked for."""
+        """The next event; call `took` with its effects."""
         while True:
             event = self.events.pop(0) if self.events else self._drawn()
             if event is not None:
                 return event
 
     def took(self, event: Event, asked: list[list[Any]]) -> None:
-        """Keep in mind what was asked."""
+        """Note the effects of an event."""
         if event[0] == "restart":
             self.drive, self.halting, self.stopping, self.running = None, False, False, []
             self.events = [("mode", "AUTOMATIC"), ("position", self.x)]
@@ -147,7 +147,7 @@ class Player:
                 self.running.append(given[0])
 
     def _drawn(self) -> Event | None:
-        draw, shown = self.random, self.playing.shown()
+        draw, shown = self.random, self.machine.shown()
         kind = draw.choices(
             ("drive", "act", "new", "update", "again", "instant", "stand", "moves", "stopped", "lost", "back", "mode",
              "retry", "restart", "end", "disk", "fast", "malformed", "problem", "map"),
@@ -271,27 +271,29 @@ def brief(event: Event) -> str:
     return " ".join((name, *(str(each) for each in given)))
 
 
-def lines(seed: int, playing: Any, count: int = EVENTS) -> list[str]:
+def lines(seed: int, machine: Any, count: int = EVENTS) -> list[str]:
     """The trace of one seed: the event, what it asked for, and what of the machine has changed."""
-    player, found = Player(seed, playing), [f"seed {seed}"]
+    source, found = EventSource(seed, machine), [f"seed {seed}"]
     before: dict[str, Any] = {}
     for _ in range(count):
-        event = player.next()
-        playing.happens(event)
-        player.took(event, playing.asked)
-        shown = playing.shown()
+        event = source.next()
+        machine.happens(event)
+        source.took(event, machine.asked)
+        shown = machine.shown()
         changed = {key: value for key, value in shown.items() if before.get(key) != value}
         if "actions" in changed:
             known = before.get("actions", {})
             gone = {name: "" for name in known if name not in shown["actions"]}
             changed["actions"] = {k: v for k, v in shown["actions"].items() if known.get(k) != v} | gone
-        found.append(f"{brief(event)} -> {json.dumps(playing.asked)} {json.dumps(changed)}")
+        found.append(f"{brief(event)} -> {json.dumps(machine.asked)} {json.dumps(changed)}")
         before = shown
     return found
 
 
 def main() -> None:
-    FILE.write_text("\n".join(line for seed in SEEDS for line in lines(seed, Playing())) + "\n", "utf-8")
+    FILE.write_text(
+        "\n".join(line for seed in SEEDS for line in lines(seed, ReplayedMachine())) + "\n", "utf-8"
+    )
 
 
 if __name__ == "__main__":

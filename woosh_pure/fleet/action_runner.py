@@ -1,4 +1,4 @@
-"""Runs the actions that the order machine begins, each in a thread of its own."""
+"""`ActionRunner`: runs the actions that the order machine begins, each in a thread."""
 
 from __future__ import annotations
 

@@ -225,7 +225,7 @@ class BrokerConnection:
             try:
                 callback(*given)
             except Exception:
-                _log.exception("! %s: a failure of our own; the connection goes on", self.prefix)
+                _log.exception("! %s: an internal error; the connection goes on", self.prefix)
 
         return call
 

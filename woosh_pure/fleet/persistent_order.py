@@ -94,11 +94,11 @@ class PersistentOrder:
         if later and not begins:
             self.state, self.owed = after, self.owed or len(effects) > len(done)
             return
-        tells = self.owed or PublishState() in effects
+        publishes = self.owed or PublishState() in effects
         if (self.owed or SaveState() in effects) and not self.failing:
             problem = self._save(after)
             if problem is not None:
-                self.failing = tells = True
+                self.failing = publishes = True
                 without, _ = step(before, DiskFailed(problem))
                 after, effects = step(without, event)
                 begins = [
@@ -107,21 +107,21 @@ class PersistentOrder:
                     if each not in done and not isinstance(each, (SaveState, PublishState))
                 ]
         self.state, self.owed = after, False
-        if tells:
+        if publishes:
             yield PublishState()
         yield from begins
 
     def write(self) -> list[Effect]:
         """Save the current state, if it was put off or the disk has failed; return the effects."""
         problem = self._save(self.state)
-        told: list[Effect] = [PublishState()] if self.owed else []
+        effects: list[Effect] = [PublishState()] if self.owed else []
         failed, self.failing, self.owed = self.failing, problem is not None, False
         if problem is not None and not failed:
             return [*self.happens(DiskFailed(problem))]
         if problem is None and failed:
             _log.warning("! %s: the state is kept on disk again", self._name)
             return [*self.happens(DiskRecovered())]
-        return told
+        return effects
 
     def _save(self, state: OrderState) -> Problem | None:
         """Save a state; the problem if it cannot be saved."""

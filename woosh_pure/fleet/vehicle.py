@@ -277,7 +277,7 @@ class Vehicle:
                 self._handle(contents)
                 self._on_time(time.monotonic())
             except Exception:
-                _log.exception("! %s: a failure of our own; the vehicle goes on", self.config.prefix)
+                _log.exception("! %s: an internal error; the vehicle goes on", self.config.prefix)
 
     def _handle(self, contents: InboxContents) -> None:
         flags, robot_events, message = contents

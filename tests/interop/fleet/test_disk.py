@@ -1,4 +1,4 @@
-"""A disk that takes nothing: what is acknowledged must be kept, so nothing new is acknowledged."""
+"""A failing disk: orders that cannot be saved are not acknowledged."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
 @pytest.mark.promise("a flood takes no room from `cancelOrder` and `startPause`")
 @pytest.mark.parametrize(("requests", "rate"), [(300, 0), (3000, 1000)])
 def test_a_cancel_behind_a_flood_of_requests_is_obeyed(hall: Any, requests: int, rate: int) -> None:
-    """300 at once and the cancel behind them; 1000 a second and the cancel among them. What was dropped is told."""
+    """300 at once and a cancel after them; 1000 a second and a cancel among them. Dropped messages are reported."""
     broker, master, ours = hall
     ours.chassis.speed = 0.03
     master.send("order", order_over("one", "n1 n2"))
@@ -105,7 +105,7 @@ def resent(master: Master) -> bool:
 
 @pytest.mark.promise("The broker is told to deliver no message that is longer (MQTT 5)")
 def test_a_message_that_is_too_long_is_not_delivered(hall: Any) -> None:
-    """The broker drops it, by the size that the connection has told; the connection stands, and the vehicle obeys."""
+    """The broker drops it, by the size limit of the connection, which stays up, and the vehicle obeys."""
     _, master, _ = hall
     told = len(master.all("connection"))
     master.send("order", b"x" * (40 * MOST_BYTES))

@@ -1,4 +1,4 @@
-"""What a manager is told of a robot that drives on: nothing that is not known, and FINISHED when it stands."""
+"""A robot that drives on is reported as such; cancel and pause are FINISHED only when it stands."""
 
 from __future__ import annotations
 

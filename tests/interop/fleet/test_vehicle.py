@@ -70,7 +70,7 @@ def moved(hall: Hall) -> None:
 
 
 def test_it_comes_online_and_leaves_in_order(hall: Hall) -> None:
-    """ONLINE and OFFLINE are retained; header ids go up by one; the factsheet tells the robot's outline."""
+    """ONLINE and OFFLINE are retained; header ids go up by one; the factsheet has the robot's outline."""
     hall.master.until(lambda c: c["connectionState"] == "ONLINE", topic="connection")
     # The first factsheet may come before the navigation has told both; another follows then.
     hall.master.until(
@@ -301,7 +301,7 @@ def test_maps_are_downloaded_enabled_and_deleted(hall: Hall, tmp_path: Path) -> 
 
 
 def test_a_robot_that_does_not_know_where_it_is_takes_no_order(hall: Hall) -> None:
-    """noRouteError until initPosition has told it: then pose and last node are those of its parameters."""
+    """noRouteError until initPosition: then pose and last node are those of its parameters."""
     hall.sim.lose_localization()
     hall.master.until(lambda s: not s["agvPosition"]["positionInitialized"])
     hall.order("one", "n1 n2")
@@ -442,7 +442,7 @@ def located(state: dict[str, Any]) -> bool:
 
 
 def test_a_broker_with_tls_and_a_password(tmp_path: Path) -> None:
-    """A certificate of ours, one of the broker's that is checked, user and password; without them nobody comes in."""
+    """Client certificate, checked broker certificate, user and password; without them the broker refuses."""
     run = lambda *words: subprocess.run(words, cwd=tmp_path, check=True, capture_output=True, timeout=30)  # noqa: E731
     if not (shutil.which("openssl") and shutil.which("mosquitto_passwd")):
         pytest.skip("openssl or mosquitto_passwd is not installed")

@@ -19,13 +19,13 @@ pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 STATE = {"text": "x" * 2600}  # as long as a state with 18 nodes ahead
 
 
-class Heard:
-    """What a line tells: whether it stands."""
+class RecordedConnection:
+    """A connection that records its `changed` calls."""
 
     def __init__(self, url: str, serial: str = "1") -> None:
         self.told: list[bool] = []
         self.came = threading.Condition()
-        self.line = BrokerConnection(
+        self.connection = BrokerConnection(
             Broker(url), f"uagv/v2/W/{serial}", lambda s: {"connectionState": s}, lambda *_: None, self._on
         )
 
@@ -42,13 +42,13 @@ class Heard:
 
 
 @pytest.fixture
-def opened() -> Iterator[Callable[..., Heard]]:
+def opened() -> Iterator[Callable[..., RecordedConnection]]:
     with ExitStack() as stack:
 
-        def make(url: str, serial: str = "1") -> Heard:
-            heard = Heard(url, serial)
-            stack.callback(heard.line.close, 0.1)
-            heard.line.open()
+        def make(url: str, serial: str = "1") -> RecordedConnection:
+            heard = RecordedConnection(url, serial)
+            stack.callback(heard.connection.close, 0.1)
+            heard.connection.open()
             return heard
 
         yield make
@@ -56,21 +56,21 @@ def opened() -> Iterator[Callable[..., Heard]]:
 
 @pytest.mark.promise("at most 200 messages or 1 MB for a vehicle")
 def test_a_broker_that_does_not_read_costs_a_bounded_amount(opened: Any) -> None:
-    """What is too much is dropped and counted; when it reads again that is told, so that a new state follows."""
+    """Surplus messages are dropped and counted; `changed` is called when the broker reads again, for a new state."""
     with StuckBroker() as broker:
         heard = opened(broker.url)
         heard.until(lambda: heard.told == [True])
         pause, dropped = threading.Event(), 0
         while dropped < 100:  # one after the other: then the system's buffers are full, too
-            dropped = 0 if heard.line.send("state", STATE) else dropped + 1
+            dropped = 0 if heard.connection.send("state", STATE) else dropped + 1
             pause.wait(0.001 if dropped else 0.0)
-        assert heard.line.dropped >= 100
-        assert heard.line.waiting <= MOST_WAITING
+        assert heard.connection.dropped >= 100
+        assert heard.connection.waiting <= MOST_WAITING
         told = len(heard.told)
         broker.reading.set()
         heard.until(lambda: len(heard.told) > told)
         assert heard.told[-1]
-        assert heard.line.send("state", STATE)
+        assert heard.connection.send("state", STATE)
 
 
 def test_a_broker_that_answers_no_ping_is_left(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,15 +127,15 @@ def test_a_failure_of_our_own_does_not_end_the_connection(
 ) -> None:
     """It is logged, and what comes next is heard."""
     with StuckBroker() as broker:
-        heard = Heard(broker.url)
+        heard = RecordedConnection(broker.url)
         told: list[bool] = []
 
         def fails(stands: bool) -> None:
             told.append(stands)
             raise RuntimeError("ours")
 
-        monkeypatch.setattr(heard.line, "_changed", fails)
-        heard.line.open()
+        monkeypatch.setattr(heard.connection, "_changed", fails)
+        heard.connection.open()
         try:
             deadline = time.monotonic() + 10.0
             while told != [True]:
@@ -146,7 +146,7 @@ def test_a_failure_of_our_own_does_not_end_the_connection(
                 assert time.monotonic() < deadline + 10.0
                 time.sleep(0.01)
         finally:
-            heard.line.close(0.1)
+            heard.connection.close(0.1)
     assert "ours" in caplog.text
 
 
@@ -178,6 +178,9 @@ def test_a_broker_that_hangs_up_at_once_is_not_stormed(
 
 def test_the_name_stays_and_every_broker_takes_it() -> None:
     """So a broker ends the connection of before when the next one comes."""
-    names = {Heard("mqtt://127.0.0.1:1", serial).line._name() for serial in ("1", "1", "2" * 300)}
+    names = {
+        RecordedConnection("mqtt://127.0.0.1:1", serial).connection._name()
+        for serial in ("1", "1", "2" * 300)
+    }
     assert len(names) == 2
     assert all(name.isalnum() and len(name) <= 23 for name in names)

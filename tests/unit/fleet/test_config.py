@@ -1,4 +1,4 @@
-"""What a vehicle is told, and where secrets may stand."""
+"""The configuration of vehicles, and where secrets may be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drives as goals of a chassis: each has one report of its end, which tells what is known of it."""
+"""Drives as goals of a chassis: the end of each is reported once, and whether it is known."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NODE = Node("b", 2, True, NodePosition(2.0, 0.0, 0.0, "hall"))
 
 
 class Goal:
-    """A goal that ends when it is told to."""
+    """A goal that ends on demand."""
 
     def __init__(self) -> None:
         self.outcome: queue.SimpleQueue[Outcome] = queue.SimpleQueue()
@@ -137,7 +137,7 @@ def test_what_was_refused_was_not_sent_and_anything_else_may_have_been(
 
 
 def test_a_cancel_that_cannot_be_sent_is_reported_once(hands: Hands) -> None:
-    """The drive may go on; its later end is no second report."""
+    """The drive may go on; its later end is not reported again."""
     goal = hands.drive()
     goal.cancel_fails = ConnectionLost("gone")
     hands.driver.halt(1)
@@ -148,7 +148,7 @@ def test_a_cancel_that_cannot_be_sent_is_reported_once(hands: Hands) -> None:
 
 
 def test_a_drive_that_was_to_be_replaced_is_ended_where_its_successor_fails(hands: Hands) -> None:
-    """Else it would drive on, and nobody would know of it."""
+    """Else it would drive on unnoticed."""
     first = hands.drive()
     hands.robot.fails = MotionRefused("not ready")
     hands.send()

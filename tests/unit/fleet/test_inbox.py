@@ -51,7 +51,7 @@ def test_each_message_has_its_lane(message: Message, lane: MessageKind) -> None:
 @pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 @pytest.mark.parametrize("message", [ORDER, MALFORMED, told("stateRequest")])
 def test_a_full_lane_drops_what_comes_and_counts_it(message: Message) -> None:
-    """And takes nothing from another lane."""
+    """And leaves the capacity of other kinds alone."""
     inbox, lane = Inbox(), message_kind(message)
     taken = [inbox.add_message(message) for _ in range(500)]
     assert taken.count(True) == inbox.waiting_messages == CAPACITY[lane]

@@ -1,4 +1,4 @@
-"""State and factsheet: what they tell of machine, chassis and abilities, in both versions."""
+"""The published messages: state, visualization and factsheet, in both versions of the standard."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_a_lost_robot_is_not_said_to_stand_where_it_was(may_move: bool) -> None:
 
 
 def test_what_is_not_known_is_left_out() -> None:
-    """A pose that nobody has told is no pose of zeros."""
+    """An unknown pose is omitted, and not sent as zeros."""
     vehicle = PureVehicle()
     found = state_message(vehicle.state, ChassisFacts(), HEADER, "2.1.0")
     assert not {"agvPosition", "velocity", "loads"} & set(found)
@@ -175,7 +175,7 @@ def test_the_factsheet_tells_what_is_obeyed(version: str) -> None:
 
 
 def test_an_outline_that_nobody_tells_is_not_guessed() -> None:
-    """Zero, which the standard reads as not told, and no envelope."""
+    """Zero, which means "not known" in the standard, and no envelope."""
     found = factsheet_message(PhysicalParameters(), LIMITS, HEADER, version="2.1.0")
     assert (found["physicalParameters"]["length"], found["physicalParameters"]["width"]) == (0.0, 0.0)
     assert found["agvGeometry"] == {}

@@ -97,7 +97,7 @@ def test_the_lock_of_a_process_that_was_killed_is_gone(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_cannot_be_made_is_locked_with_the_first_save(tmp_path: Path) -> None:
-    """A disk that takes nothing is told by `save`, as ever; then nobody else may have the file."""
+    """A failing disk is reported by `save`, which locks the file later."""
     (tmp_path / "state").write_text("a file where the folder belongs")
     store = Store(tmp_path / "state", "Woosh", "1")
     with pytest.raises(OSError):

@@ -1,4 +1,4 @@
-"""The glue of a vehicle, without a network."""
+"""`Vehicle` without a network: its inbox, and when its thread is woken."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
 @pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 def test_a_flood_of_messages_is_bounded() -> None:
-    """Beyond the room of their lane they are dropped, and counted."""
+    """Messages beyond the capacity of their kind are dropped and counted."""
     from woosh_pure.fleet.inbox import CAPACITY, MessageKind
     from woosh_pure.fleet.vehicle import Vehicle
 

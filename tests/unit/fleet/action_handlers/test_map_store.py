@@ -184,7 +184,7 @@ def test_a_map_that_is_not_there_is_none_to_stand_in() -> None:
 
 
 def test_a_chassis_that_refuses_leaves_all_as_it_was(shelf: MapStore) -> None:
-    """What is told as in use is in use."""
+    """The map that is reported as in use is in use."""
     robot = Robot()
     robot.refuses = True
     shelf.add("hall", "2", grid(5))
@@ -194,7 +194,7 @@ def test_a_chassis_that_refuses_leaves_all_as_it_was(shelf: MapStore) -> None:
 
 
 def test_maps_outlive_the_process_if_the_robot_has_them_still(shelf: MapStore, tmp_path: Path) -> None:
-    """A robot that was switched off may have its own map again: then that is in use, and told."""
+    """A robot that was switched off may have its own map again: then that one is in use, and reported."""
     robot = Robot()
     shelf.add("hall", "2", grid(5))
     handlers(shelf)["enableMap"](task(robot, mapId="hall", mapVersion="2"))

@@ -114,7 +114,7 @@ def test_actions_of_the_standard_have_its_scopes_and_parameters() -> None:
 
 
 def wait_for(kind: str, triggers: Triggers, **given: str) -> tuple[Any, Task]:
-    """waitForTrigger of that type, in a thread of its own."""
+    """waitForTrigger of a type, in a thread."""
     full = VehicleConfig(manufacturer="W", serial="1", triggers=given)
     waiting = task(triggerType=kind)
     _, doing = supported_actions(full, triggers=triggers)["waitForTrigger"]

@@ -1,4 +1,4 @@
-"""Messages of a fleet manager: what fits the table is read, what does not is named by its path."""
+"""Messages of a fleet manager: valid ones are read, the wrong field of others is named by its path."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def test_a_message_for_somebody_else_is_invalid(field: str, value: str) -> None:
 
 @pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
 def test_an_order_of_too_many_nodes_is_invalid() -> None:
-    """The factsheet tells how many are taken."""
+    """The factsheet has these limits."""
     data = order_json(nodes="a")
     data["nodes"] *= 1001
     with pytest.raises(Invalid, match="at most 1000"):

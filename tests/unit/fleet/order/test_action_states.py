@@ -171,7 +171,7 @@ def test_the_map_of_an_order_is_not_changed_beside_it(vehicle: PureVehicle) -> N
 
 @pytest.mark.parametrize("kind", ["beep", "stateRequest", "stopPause"])
 def test_an_action_id_that_was_used_is_refused(vehicle: PureVehicle, kind: str) -> None:
-    """With an error that names it; what was done under it stays as it is told."""
+    """With an error that names it; the state of the first action does not change."""
     vehicle.instant(action("p", "startPause"))
     assert vehicle.status("p") == "FINISHED"
     vehicle.instant(action("p", kind))
@@ -204,7 +204,7 @@ def test_what_stops_is_obeyed_under_an_id_that_was_used(vehicle: PureVehicle) ->
 
 
 def test_a_message_that_comes_twice_is_no_mistake(vehicle: PureVehicle) -> None:
-    """While its action is under way it is done once, and nothing is told."""
+    """While the action runs, the repetition is ignored without an error."""
     vehicle.order(nodes="ab")
     for _ in range(2):
         vehicle.instant(action("x", "cancelOrder"))

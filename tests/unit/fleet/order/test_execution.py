@@ -118,7 +118,7 @@ def test_the_first_node_is_turned_to(vehicle: PureVehicle) -> None:
 
 
 def test_a_drive_that_ends_beside_its_node_is_tried_again(vehicle: PureVehicle) -> None:
-    """No node is skipped: it is told, tried again with longer waits, and then left to a person."""
+    """No node is skipped: the failure is reported, tried again with longer waits, and then left to a person."""
     vehicle.order(nodes="abc")
     for n, seconds in enumerate(RETRIES):
         assert vehicle.drive is not None

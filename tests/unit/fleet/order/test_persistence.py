@@ -1,4 +1,4 @@
-"""After a restart, with a disk that takes nothing, and with an order that has no end."""
+"""The order after a restart, with a failing disk, and with endless updates."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_an_update_does_not_set_a_restored_order_going(vehicle: PureVehicle) -> 
 
 
 def test_actions_wait_with_a_restored_order(vehicle: PureVehicle) -> None:
-    """A pause lets actions go on; here a lift that begins by itself is no better than a robot that drives."""
+    """A pause lets actions go on; after a restart no action starts by itself either."""
     vehicle.order(nodes="ab", node_actions={"a": [action("x", blocking="HARD"), action("y")]})
     again = restart(vehicle)
     assert (again.begun, again.status("x"), again.status("y")) == ([], "FAILED", "WAITING")
@@ -69,7 +69,7 @@ def test_what_waits_for_its_manager_anyway_is_not_held(vehicle: PureVehicle) -> 
 
 
 def test_an_orderly_end_ends_the_order(vehicle: PureVehicle) -> None:
-    """What ran and what waited has failed, and is told; the next start has no order to go on with."""
+    """Running and waiting actions fail, and this is published; the next start has no order."""
     vehicle.order(nodes="ab", node_actions={"a": [action("x")], "b": [action("y")]})
     vehicle.instant(action("i"))
     vehicle.happens(ShutDown("it was ended"))
@@ -194,7 +194,7 @@ def test_no_order_is_taken_that_was_not_written() -> None:
 
 
 def test_what_was_put_off_is_written_before_the_next_is_told() -> None:
-    """A flood of requests costs one write; nothing of it is told before."""
+    """A flood of requests costs one write, and is published after it."""
     vehicle = PureVehicle()
     saves, told = vehicle.disk.saves, vehicle.told
     for n in range(5):

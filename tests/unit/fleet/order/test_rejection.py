@@ -15,7 +15,7 @@ from woosh_pure.fleet.order.events import MalformedMessage, ModeChanged, Positio
 
 @pytest.mark.promise("is answered with `validationError` and changes nothing")
 def test_a_malformed_order_is_a_validation_error(vehicle: PureVehicle) -> None:
-    """6.6.4.1: it is not taken, it is told until an order is taken, with what of it can be read."""
+    """6.6.4.1: it is rejected, and reported with its readable fields until an order is accepted."""
     data = order_json("bad")
     del data["nodes"][1]["released"]
     with pytest.raises(Invalid) as caught:
@@ -225,7 +225,7 @@ def test_an_update_with_an_action_that_has_run_is_rejected(vehicle: PureVehicle)
 
 
 def test_problems_of_orders_are_bounded(vehicle: PureVehicle) -> None:
-    """Who sends nonsense for ever fills no memory; the newest are told."""
+    """Endless invalid messages do not fill the memory; the newest errors are reported."""
     for n in range(200):
         vehicle.order(f"far{n}", nodes="bc")
     found = list(vehicle.state.problems)

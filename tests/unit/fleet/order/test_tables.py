@@ -82,7 +82,7 @@ def test_an_action_that_has_ended_stays_so_and_one_that_began_never_waits_again(
 
 
 def test_every_hold_keeps_the_vehicle_from_driving() -> None:
-    """All but those that cannot be there during a drive halt it, and a disk that takes nothing."""
+    """All holds halt a drive, except a failing disk and those that cannot occur during a drive."""
     assert set(PREVENTED_ACTIVITIES) == set(Hold)
     assert all(Activity.START_DRIVE in what for what in PREVENTED_ACTIVITIES.values())
     silent = {hold for hold in Hold if Activity.CONTINUE_DRIVE not in PREVENTED_ACTIVITIES[hold]}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.support.fleet_traces import FILE, SEEDS, Playing, lines
+from tests.support.fleet_traces import FILE, SEEDS, ReplayedMachine, lines
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -12,4 +12,4 @@ def test_every_event_is_followed_by_what_was_recorded(seed: int) -> None:
     """A change that is meant to change them writes the file anew (see `tests/support/fleet_traces.py`), and its
     difference is read like that of the source."""
     recorded = FILE.read_text("utf-8").split(f"seed {seed}\n", 1)[1].split("\nseed ", 1)[0].splitlines()
-    assert lines(seed, Playing())[1:] == recorded
+    assert lines(seed, ReplayedMachine())[1:] == recorded

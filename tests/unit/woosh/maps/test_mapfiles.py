@@ -1,4 +1,4 @@
-"""Maps of map_server: every form of its YAML and of its images, and what is told of a broken one."""
+"""Maps of map_server: all forms of YAML and images, and the errors for broken ones."""
 
 from __future__ import annotations
 
