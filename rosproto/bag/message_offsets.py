@@ -98,8 +98,9 @@ class MessageTable(NamedTuple):
         return self.take(np.lexsort((start, time)))
 
     def places(self) -> list[MessageLocation]:
-        """The same as Python's numbers."""
-        return list(zip(*[column.tolist() for column in self], strict=True))
+        """The same as Python's numbers; nanoseconds beyond a second are carried over."""
+        found = list(zip(*[column.tolist() for column in self], strict=True))
+        return [_carried(place) for place in found] if (self.nsecs >= NS).any() else found
 
     def part(self, first: int, end: int) -> MessageTable:
         """The rows from `first` on, before `end`."""
@@ -309,7 +310,15 @@ def locate_few(
             at += size
     if at != end or not _agree(places, counts):
         return None
-    return places if _in_order(places) else sorted(places, key=lambda p: (p[1] * NS + p[2], p[3]))
+    if _in_order(places):
+        return places
+    return [_carried(place) for place in sorted(places, key=lambda p: (p[1] * NS + p[2], p[3]))]
+
+
+def _carried(place: MessageLocation) -> MessageLocation:
+    """With less than 10**9 nanoseconds, as rosbag returns it; seconds stay in the range that a bag stores."""
+    conn, secs, nsecs, start, end = place
+    return conn, min(secs + nsecs // NS, 0xFFFFFFFF), nsecs % NS, start, end
 
 
 def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:

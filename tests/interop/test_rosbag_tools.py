@@ -70,12 +70,11 @@ def rows_by_debian(path: Path) -> list[list[object]]:
 
 
 def rows_by_us(path: Path) -> list[list[object]]:
-    """Of each message; a damaged time may have more nanoseconds than a second has, which rosbag carries over."""
     import hashlib
 
     with BagReader(path, skip_damaged=True) as bag:
         return [
-            [t, raw.type, hashlib.md5(raw.data).hexdigest(), s.secs + s.nsecs // 10**9, s.nsecs % 10**9]
+            [t, raw.type, hashlib.md5(raw.data).hexdigest(), s.secs, s.nsecs]
             for t, raw, s in bag.read_messages(raw=True)
         ]
 

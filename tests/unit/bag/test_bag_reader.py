@@ -325,3 +325,19 @@ def test_a_missing_file_is_a_bag_error(tmp_path):
 def test_message_classes_of_known_types_are_the_bundled_ones():
     bag = read(bag_bytes(entries(10)))
     assert bag.message_class("/cmd_vel") is message_class("geometry_msgs/Twist")
+
+
+@pytest.mark.parametrize("count", [3, 600])
+def test_nanoseconds_beyond_a_second_are_carried_over_as_by_rosbag(tmp_path, count):
+    """A damaged or odd file may hold them; at the last second that a bag can store, the seconds stay."""
+    path = tmp_path / "odd.bag"
+    with BagWriter(path) as writer:
+        for i in range(count):
+            writer.write("/n", String(data=str(i)), Time.from_wire(10 + i, 2_500_000_000))
+        writer.write("/n", String(data="last"), Time.from_wire(0xFFFFFFFF, 1_000_000_007))
+    with BagReader(path) as bag:
+        expected = [(12 + i, 500_000_000) for i in range(count)] + [(0xFFFFFFFF, 7)]
+        for raw in (False, True):
+            assert [(t.secs, t.nsecs) for _, _, t in bag.read_messages(raw=raw)] == expected
+        _, message, at = bag.message_at("/n", 13.0)
+        assert (message.data, at.secs, at.nsecs) == ("0", 12, 500_000_000)
