@@ -138,8 +138,6 @@ class ChunkWriter:
 
     def __init__(self, output: BagOutputFile, compression: str, compress: Callable[[bytes], bytes]) -> None:
         self._output = output
-        self._compression = compression
-        self._compress = compress
         self.end = 0
         self.chunks: list[ChunkInfo] = []
         self.messages = 0
@@ -149,7 +147,13 @@ class ChunkWriter:
         self._writing = threading.Lock()
         self._moved = threading.Condition()
         # A program that ends without closing its bag still finishes these few chunks: not daemons.
-        self._workers = WorkerPool("bag writer", 0 if compression == "none" else worker_count(), daemon=False)
+        self._workers = WorkerPool("bag writer", worker_count(), daemon=False)
+        self.set_compression(compression, compress)
+
+    def set_compression(self, compression: str, compress: Callable[[bytes], bytes]) -> None:
+        """Compress the chunks added from now on this way."""
+        self.drain()
+        self._compression, self._compress = compression, compress
 
     @property
     def size(self) -> int:

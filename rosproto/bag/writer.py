@@ -101,12 +101,10 @@ class BagWriter:
         *,
         append: bool = False,
     ) -> None:
-        if not 1 <= chunk_bytes <= 1 << 30:
-            raise ValueError(f"chunk_bytes {chunk_bytes}: between 1 and {1 << 30} bytes")
+        self._limit = _chunk_limit(chunk_bytes)
         self._compression = compression
         with system_errors(os.fspath(file) if isinstance(file, (str, os.PathLike)) else None):
             compress = compressor(compression)
-        self._limit = chunk_bytes
         self._outs: dict[tuple[str, type], _OutgoingConnection] = {}
         self._raw_outs: dict[tuple[str, int], _OutgoingConnection] = {}
         self._by_identity: dict[tuple[object, ...], _OutgoingConnection] = {}
@@ -215,6 +213,21 @@ class BagWriter:
         """
         raw = RawMessage(connection.type, data, connection.md5sum, (0, 0), connection)
         self.write(connection.topic, raw, t)
+
+    def set_chunks(self, compression: Literal["none", "bz2", "lz4"], chunk_bytes: int) -> None:
+        """Write the chunk being filled; later ones get this compression and size.
+
+        Raises:
+            BagError: The file cannot be written.
+            ValueError: Unknown compression, or a chunk size out of range; nothing is changed.
+        """
+        limit = _chunk_limit(chunk_bytes)
+        with system_errors(self.path):
+            compress = compressor(compression)
+        with self._lock:
+            self.flush()
+            self._chunks.set_compression(compression, compress)
+            self._compression, self._limit = compression, limit
 
     def flush(self) -> None:
         """Write the chunk being filled, however small, so that readers of the file can see it.
@@ -451,3 +464,9 @@ def _index_entries(flat: list[int]) -> tuple[bytes, int, int]:
     if (stamps[1:] < stamps[:-1]).any():  # rosbag does a binary search in it
         table = table[np.argsort(stamps, kind="stable")]
     return table.tobytes(), int(stamps.min()), int(stamps.max())
+
+
+def _chunk_limit(chunk_bytes: int) -> int:
+    if not 1 <= chunk_bytes <= 1 << 30:
+        raise ValueError(f"chunk_bytes {chunk_bytes}: between 1 and {1 << 30} bytes")
+    return chunk_bytes

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import subprocess
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,8 @@ from rosproto.codec import define, encode, message_class
 from rosproto.msg import DefinitionLibrary
 from rosproto.time import Time
 from tests.support import ros
+from tests.support.bag_setters import BAG_SETTERS
+from tests.support.rospy_program import output
 
 COMPRESSIONS = ["none", "bz2", "lz4"]
 String = message_class("std_msgs/String")
@@ -353,3 +356,10 @@ def test_we_read_what_rosbag_record_wrote_from_us(tmp_path, our_master, compress
         connection = bag.topics["/chatter"].connections[0]
         assert connection.callerid == "/talker"
         assert connection.latching
+
+
+def test_compression_and_chunk_threshold_are_set_as_by_rosbag(tmp_path, ros_installed):
+    """The same program prints the same with Debian's rosbag and with the rospy layer."""
+    program = tmp_path / "theirs.py"
+    program.write_text(textwrap.dedent(BAG_SETTERS), "utf-8")
+    assert output(BAG_SETTERS, tmp_path) == ros.run_rospy(program, "http://127.0.0.1:1").stdout

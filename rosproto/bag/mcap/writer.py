@@ -1,4 +1,4 @@
-"""Write MCAP files with the interface of `BagWriter`."""
+"""Write MCAP files: `McapWriter`, with the methods of `BagWriter` except `set_chunks`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _OWN = ("type", "message_definition")  # what the schema says
 
 
 class McapWriter:
-    """An MCAP file (profile `ros1`), opened for writing, with the methods of `BagWriter`.
+    """An MCAP file (profile `ros1`), opened for writing, with the methods of `BagWriter` except `set_chunks`.
 
     Messages are stored unchanged, with their receive times as log times. A connection becomes a channel, its
     header the channel's metadata, its definition the schema. Any thread may write. The file on disk is always

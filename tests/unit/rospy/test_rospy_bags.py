@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tests.support.bag_setters import BAG_SETTERS
 from tests.support.rospy_program import output
 
 
@@ -43,4 +44,22 @@ def test_a_bag_tells_what_rosbag_info_tells_and_answers_when_closed(tmp_path: Pa
         "ValueError",
         "FileNotFoundError",
         "rosbag.bag",
+    ]
+
+
+def test_compression_and_chunk_threshold_can_be_set_while_writing(tmp_path: Path) -> None:
+    """Each setting ends the open chunk; wrong values and closed bags are refused."""
+    assert output(BAG_SETTERS, tmp_path).splitlines() == [
+        "compression compression must be one of: none, bz2, lz4",
+        "chunk_threshold chunk_threshold must be greater than or equal to zero",
+        "[('chunk_threshold', 160), ('compression', 'none')]",
+        "compression I/O operation on closed bag",
+        "chunk_threshold I/O operation on closed bag",
+        "lz4 27",
+        "[('none', '5/8'), ('bz2', '2/8'), ('lz4', '1/8')]",
+        str(
+            [("x", 1 + 10 * at + i) for at in range(4) for i in range(5)]
+            + [("y", 100 + i) for i in range(6)]
+            + [("z", 200)]
+        ),
     ]

@@ -42,6 +42,20 @@ BagMessageWithConnectionHeader = namedtuple(
 _ALLOWED = (Compression.NONE, Compression.BZ2, Compression.LZ4)
 
 
+def _check_compression(compression):
+    if compression not in _ALLOWED:
+        raise ValueError("compression must be one of: %s" % ", ".join(_ALLOWED))
+
+
+def _check_threshold(threshold):
+    if threshold < 0:
+        raise ValueError("chunk_threshold must be greater than or equal to zero")
+
+
+def _chunk_bytes(threshold):
+    return max(1, threshold)
+
+
 class Bag(BagInfo):
     """A bag file, opened for reading ("r"), writing ("w") or appending ("a")."""
 
@@ -60,10 +74,8 @@ class Bag(BagInfo):
                 raise ValueError("options must be of type dict")
             compression = options.get("compression", compression)
             chunk_threshold = options.get("chunk_threshold", chunk_threshold)
-        if compression not in _ALLOWED:
-            raise ValueError("compression must be one of: %s" % ", ".join(_ALLOWED))
-        if chunk_threshold < 0:
-            raise ValueError("chunk_threshold must be greater than or equal to zero")
+        _check_compression(compression)
+        _check_threshold(chunk_threshold)
         if not f:
             raise ValueError("filename (or stream) is invalid")
         if mode not in ("r", "w", "a"):
@@ -112,7 +124,9 @@ class Bag(BagInfo):
 
     def _writing(self, append=False):
         with rosbag_errors():
-            return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
+            return BagWriter(
+                self._file, self._compression, _chunk_bytes(self._chunk_threshold), append=append
+            )
 
     def _append(self):
         """Continue after what the reader found."""
@@ -175,13 +189,30 @@ class Bag(BagInfo):
 
     @property
     def compression(self):
-        """What chunks written from now on are compressed with; settled when the bag was opened."""
+        """Compression of the chunks that are written from now on; setting it ends the open chunk."""
         return self._compression
+
+    @compression.setter
+    def compression(self, compression):
+        _check_compression(compression)
+        self._set_chunks(compression, self._chunk_threshold)
 
     @property
     def chunk_threshold(self):
-        """Bytes after which a chunk is written."""
+        """Bytes after which a chunk is written; setting it ends the open chunk."""
         return self._chunk_threshold
+
+    @chunk_threshold.setter
+    def chunk_threshold(self, chunk_threshold):
+        _check_threshold(chunk_threshold)
+        self._set_chunks(self._compression, chunk_threshold)
+
+    def _set_chunks(self, compression, threshold):
+        self._require_open()
+        if self._writer is not None:
+            with rosbag_errors():
+                self._writer.set_chunks(compression, _chunk_bytes(threshold))
+        self._compression, self._chunk_threshold = compression, threshold
 
     def _require_open(self):
         if self._closed:
