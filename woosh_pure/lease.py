@@ -1,9 +1,10 @@
-"""Who commands a robot now: one at a time, asked for, shown to all, given back, lapsing by itself.
+"""The lease of a chassis: which program or person may command it now.
 
-A lease is taken when it is free. Who wants it while another holds it asks, and the holder grants it. Who has
-asked can take it over from a holder that cannot be asked, a program: `take_over`; the page and the REST API
-never take it from a person. It lapses when its holder does not renew it. It is advisory for programs
-(`chassis.lease.holder` tells them), and binding for the page, the REST API and the fleet.
+A client acquires the lease while it is free. While another client holds it, a client requests it, and the
+holder grants it. A client that has requested it can take it over from a program, which cannot grant it
+(`take_over`); the page and the REST API never take it from a person. A lease that is not renewed lapses. It
+is advisory for programs, which can read `chassis.lease.holder`, and binding for the page, the REST API and
+the fleet.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ __all__ = ["DEFAULT_SECONDS", "MOST_SECONDS", "ChassisLease", "Lease", "LeaseSta
 DEFAULT_SECONDS = 60.0
 MOST_SECONDS = 3600.0
 MOST_ASKING = 16
-"""Who asks beyond these is not noted: a list that others fill has a bound."""
+"""Further requests are refused: clients fill this list, so it is bounded."""
 _logger = get_logger("woosh_pure.lease")
 
 
@@ -32,9 +33,9 @@ class LeaseState:
     """A lease at one moment.
 
     Attributes:
-        holder: Who has it, None when it is free.
-        seconds: Until it lapses; 0 when it is free.
-        asking: Who asks for it, the first one first.
+        holder: The owner's name; None if the lease is free.
+        seconds: Time until it lapses; 0 if it is free.
+        asking: Names of the clients that have requested it, the first one first.
     """
 
     holder: str | None = None
@@ -44,12 +45,12 @@ class LeaseState:
 
 @dataclass(slots=True)
 class Lease:
-    """The machine. Pure: `now` is given, in seconds of any one clock.
+    """The rules of a lease. Pure: `now` is an argument, in seconds of any one clock.
 
     Attributes:
-        owner: Who has it, None when it is free.
+        owner: The owner's name; None if the lease is free.
         expires: When it lapses.
-        asking: Who asks for it, in the order of asking.
+        asking: Names of the clients that have requested it, in order.
     """
 
     owner: str | None = None
@@ -57,14 +58,14 @@ class Lease:
     asking: list[str] = field(default_factory=list)
 
     def lapse(self, now: float) -> bool:
-        """Take note of the time; True when the lease has lapsed just now."""
+        """Free the lease if its time is up; True if this call has freed it."""
         if self.owner is None or now < self.expires:
             return False
         self.owner, self.expires = None, -math.inf
         return True
 
     def acquire(self, owner: str, seconds: float, now: float) -> bool:
-        """Take it when it is free, or keep it; False when another has it."""
+        """Take the lease if it is free, or extend it; False if another client has it."""
         self.lapse(now)
         if self.owner not in (None, owner):
             return False
@@ -73,7 +74,7 @@ class Lease:
         return True
 
     def renew(self, owner: str, seconds: float, now: float) -> bool:
-        """Keep it for another while; False when it is not this owner's (any more)."""
+        """Extend the lease; False if this client does not have it."""
         self.lapse(now)
         if self.owner != owner:
             return False
@@ -81,7 +82,7 @@ class Lease:
         return True
 
     def shorten(self, owner: str, seconds: float, now: float) -> bool:
-        """Let it lapse after so many seconds at most; False when it is not this owner's (any more)."""
+        """Let the lease lapse within `seconds`; False if this client does not have it."""
         self.lapse(now)
         if self.owner != owner:
             return False
@@ -89,7 +90,7 @@ class Lease:
         return True
 
     def release(self, owner: str, now: float) -> bool:
-        """Give it back, and take back a question; False when it was not this owner's."""
+        """Give the lease back and withdraw a request; False if this client did not have the lease."""
         self.lapse(now)
         self._forget(owner)
         if self.owner != owner:
@@ -98,15 +99,13 @@ class Lease:
         return True
 
     def withdraw(self, owner: str) -> bool:
-        """Take back a question, and keep the lease; False when nobody of that name asks."""
+        """Withdraw a request, but keep the lease; False if this client has not requested it."""
         asks = owner in self.asking
         self._forget(owner)
         return asks
 
     def request(self, owner: str, now: float) -> bool:
-        """Ask the holder for it; True when the question stands, False when there is nobody to ask, or too
-        many ask already.
-        """
+        """Request the lease; False if it is free, if this client has it, or if too many have requested it."""
         self.lapse(now)
         if self.owner is None or self.owner == owner:
             return False
@@ -117,7 +116,7 @@ class Lease:
         return True
 
     def grant(self, owner: str, to: str, seconds: float, now: float) -> bool:
-        """Hand it over to somebody who asks; False when it is not this owner's, or `to` does not ask."""
+        """Grant the lease to `to`; False if this client does not have it, or `to` has not requested it."""
         self.lapse(now)
         if self.owner != owner or to not in self.asking:
             return False
@@ -126,7 +125,7 @@ class Lease:
         return True
 
     def take_over(self, owner: str, holder: str, seconds: float, now: float) -> bool:
-        """Take it from this holder; False when another has it, or `owner` has not asked for it before."""
+        """Take the lease from `holder`; False if another client has it, or `owner` has not requested it."""
         self.lapse(now)
         if self.owner != holder or owner not in self.asking:
             return False
@@ -135,7 +134,7 @@ class Lease:
         return True
 
     def state(self, now: float) -> LeaseState:
-        """How it stands."""
+        """The state of the lease at `now`."""
         self.lapse(now)
         left = 0.0 if self.owner is None else self.expires - now
         return LeaseState(self.owner, left, tuple(self.asking))
@@ -146,10 +145,9 @@ class Lease:
 
 
 class ChassisLease:
-    """The lease of one `Chassis`, as `chassis.lease`: the machine with a lock and a clock. Safe from any
-    thread.
+    """The lease of one `Chassis`, as `chassis.lease`. Safe from any thread.
 
-    Owners are names that others see: a program's, a person's. Nothing is enforced here.
+    Owners are names of programs and persons, shown to the others. Nothing is enforced here.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -164,12 +162,12 @@ class ChassisLease:
 
     @property
     def holder(self) -> str | None:
-        """Who has it now, None when it is free."""
+        """The owner's name; None if the lease is free."""
         return self.state.holder
 
     @property
     def state(self) -> LeaseState:
-        """Holder, seconds that are left, and who asks; also notices that it has lapsed."""
+        """The state now. Reading it frees a lease whose time is up."""
         with self._lock:
             lapsed = self._lease.lapse(self._clock())
             state = self._lease.state(self._clock())
@@ -178,7 +176,7 @@ class ChassisLease:
         return state
 
     def acquire(self, owner: str, seconds: float = DEFAULT_SECONDS) -> bool:
-        """Take it when it is free, or keep it; False when another has it: `request` it then.
+        """Take the lease if it is free, or extend it; False if another client has it: then `request` it.
 
         Args:
             owner: A name that others see.
@@ -191,17 +189,18 @@ class ChassisLease:
         return self._change(lambda now: self._lease.acquire(owner, seconds, now))
 
     def renew(self, owner: str, seconds: float = DEFAULT_SECONDS) -> bool:
-        """Keep it for another while; False when it is not this owner's any more.
+        """Extend the lease; False if this client does not have it any more.
 
         Raises:
             ValueError: No name, or `seconds` makes no sense.
         """
         owner, seconds = _name(owner), _seconds(seconds)
-        with self._lock:  # nobody is told: what others see does not change
+        with self._lock:  # no listener is called: the holder stays the same
             return self._lease.renew(owner, seconds, self._clock())
 
     def shorten(self, owner: str, seconds: float) -> bool:
-        """Let it lapse after so many seconds at most: its holder has gone; False when it is not this owner's.
+        """Let the lease lapse within `seconds`, for a client that has gone; False if it does not have the
+        lease.
 
         Raises:
             ValueError: No name, or `seconds` makes no sense.
@@ -211,15 +210,15 @@ class ChassisLease:
             return self._lease.shorten(owner, seconds, self._clock())
 
     def release(self, owner: str) -> bool:
-        """Give it back, or take a question back; False when it was not this owner's."""
+        """Give the lease back, or withdraw a request; False if this client did not have the lease."""
         return self._change(lambda now: self._lease.release(owner, now))
 
     def withdraw(self, owner: str) -> bool:
-        """Take a question back, but keep the lease; False when nobody of that name asks."""
+        """Withdraw a request, but keep the lease; False if this client has not requested it."""
         return self._change(lambda now: self._lease.withdraw(owner))
 
     def request(self, owner: str) -> bool:
-        """Ask the holder for it; False when it is free (`acquire` it), or too many ask already.
+        """Request the lease; False if it is free (`acquire` it), or too many have requested it.
 
         Raises:
             ValueError: No name.
@@ -228,7 +227,7 @@ class ChassisLease:
         return self._change(lambda now: self._lease.request(owner, now))
 
     def grant(self, owner: str, to: str, seconds: float = DEFAULT_SECONDS) -> bool:
-        """Hand it over to somebody who asks; False when it is not this owner's, or `to` does not ask.
+        """Grant the lease to `to`; False if this client does not have it, or `to` has not requested it.
 
         Raises:
             ValueError: `seconds` makes no sense.
@@ -237,9 +236,9 @@ class ChassisLease:
         return self._change(lambda now: self._lease.grant(owner, to, seconds, now))
 
     def take_over(self, owner: str, holder: str, seconds: float = DEFAULT_SECONDS) -> bool:
-        """Take it from a holder that cannot be asked; False when another has it, or `owner` did not ask.
+        """Take the lease from a program; False if another client has it, or `owner` has not requested it.
 
-        What the holder has begun goes on until it is cancelled or replaced.
+        The program's goals go on until they are cancelled or replaced.
 
         Raises:
             ValueError: No name, or `seconds` makes no sense.
@@ -248,9 +247,10 @@ class ChassisLease:
         return self._change(lambda now: self._lease.take_over(owner, holder, seconds, now))
 
     def on(self, callback: Callable[[LeaseState], object]) -> Callable[[], None]:
-        """Call `callback(state)` after each change, in the thread that changed it; returns what ends that.
+        """Call `callback(state)` after each change, in the thread that changed it. Return a function that
+        removes the callback.
 
-        That it has lapsed is told when somebody looks next.
+        A lapse is reported when the state is read next.
         """
         with self._lock:
             self._listeners.append(callback)

@@ -1,10 +1,10 @@
-"""Who may reach the server: token, log-in, Host, Origin and the rate; sessions; slots for connections. No
-input or output: headers and times are arguments.
+"""Access to the server: token, log-in, Host, Origin and rate; sessions of pages; slots for connections. Pure:
+headers and times are arguments.
 
-A browser sends requests on behalf of any page that is open in it. A page from somebody else's site must not
-reach the robot through the browser on this computer. `Origin` tells which site's page sent the request, and
-`Host` under which name the server was reached. By DNS rebinding an attacker can make a foreign name point to
-this server, but not an IP address or localhost. Programs do not send `Origin`, and pass that check.
+A browser sends requests for any page that is open in it, and a page of another site must not reach the robot
+through it. `Origin` names the site of the page that sent a request, `Host` the name under which the server
+was reached. By DNS rebinding an attacker can make another name point to this server, but not an IP address or
+localhost. Programs do not send `Origin`, and pass that check.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class AccessRules:
     """The access rules of one application.
 
     Args:
-        token: The secret that every request must carry; None lets everybody in.
+        token: The secret that every request must carry; with None, no request needs one.
         origins: Origins whose pages may send requests, besides our own page, as "https://host:port". Their
             host names are accepted as names of this server, too.
         hosts: Further host names under which this server may be reached.
@@ -198,10 +198,10 @@ class AccessRules:
         return Refusal(401, WRONG_TOKEN, "wrong-token")
 
     def log_in(self, place: str) -> str:
-        """What a browser keeps in place of the token.
+        """A log-in, which a browser keeps in place of the token.
 
-        It is good as long as the token is, also for a server that was started again: STOP of a page that is
-        open needs no second log-in. It is no way to the token, and good at this place only.
+        It is valid as long as the token is, also after the server was started again: an open page needs no
+        second log-in for STOP. The token cannot be found from it, and it is valid at this place only.
 
         Args:
             place: The cookie's name and the server's port.
@@ -210,7 +210,7 @@ class AccessRules:
         return f"{number}.{self._mark_of(number, place)}"
 
     def is_logged_in(self, kept: Iterable[str], place: str) -> bool:
-        """Whether one of these was given by `log_in` for this place."""
+        """Whether `log_in` has made one of these for this place."""
         if self._token is None:
             return False
         numbers = ((value.encode("utf-8", "surrogateescape"), value.partition(".")[0]) for value in kept)
@@ -231,7 +231,7 @@ class AccessRules:
 
 
 def _key_of(token: str) -> bytes:
-    """A key that takes long to try: who has read a cookie is no nearer to the token."""
+    """A key that is slow to compute, so that a token cannot be guessed from a cookie."""
     return hashlib.pbkdf2_hmac("sha256", token.encode("utf-8", "surrogateescape"), b"woosh log-in", 100_000)
 
 
@@ -264,7 +264,7 @@ def _origin(origin: str, *, strict: bool = True) -> str:
     return f"{parts.scheme}://{netloc}"
 
 
-# -- who it is: a page with a session, or a program at an address --------------------------------------------
+# -- clients: pages with sessions, and programs --------------------------------------------------------------
 
 MOST_SESSIONS = 256
 KEPT_SECONDS = 60.0
@@ -301,9 +301,9 @@ class Clients:
         self._known: OrderedDict[str, Client] = OrderedDict()
 
     def connect(self, address: str, session: str = "") -> Client | None:
-        """A page connects, or resumes its session. None if there are too many sessions.
+        """Connect a page, or resume its session. None if there are too many sessions.
 
-        A page that was reloaded can be here before its old connection has ended, which is then replaced.
+        A reloaded page can connect before its old connection has ended, which is then replaced.
         """
         now, replaced = time.monotonic(), None
         with self._lock:
@@ -324,7 +324,7 @@ class Clients:
         return client
 
     def disconnect(self, client: Client) -> None:
-        """A page has disconnected. It may resume its session for a while."""
+        """Disconnect a page. It may resume its session for a while."""
         with self._lock:
             client.connected, client.last_connected, client.replaced = False, time.monotonic(), None
             if client.session in self._known:
@@ -336,7 +336,7 @@ class Clients:
             return self._known.get(session)
 
     def is_page(self, name: str) -> bool:
-        """Whether a page has this name: somebody sits in front of it, and can be asked."""
+        """Whether a page has this name, so that a person can be asked."""
         with self._lock:
             return any(client.name == name for client in self._known.values())
 

@@ -39,7 +39,7 @@ _SERVER = (readings.robots, session.login)
 
 
 class _Json(JSONResponse):
-    """JSON in which what is no number (NaN, infinite) is null."""
+    """JSON in which NaN and infinity are null."""
 
     def render(self, content: Any) -> bytes:
         """See Starlette."""

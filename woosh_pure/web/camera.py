@@ -1,5 +1,5 @@
-"""Camera pictures. A camera is subscribed only while somebody looks at it: nothing else on the robot sends as
-much data.
+"""Camera pictures, as PNG and JPEG. A camera is subscribed only while it has viewers, because it sends more
+data than anything else on the robot.
 """
 
 from __future__ import annotations
@@ -75,14 +75,14 @@ class SharedCamera:
         return self._feed is not None
 
     def add_viewer(self) -> None:
-        """A viewer begins to look. Blocks while the camera is being subscribed."""
+        """Add a viewer. Blocks while the camera is being subscribed."""
         with self._lock:
             self._viewers += 1
             if self._feed is None:
                 self._feed = Feed(self._row, lambda: self._chassis.node).open()
 
     def remove_viewer(self) -> None:
-        """A viewer looks no longer. `close_idle` ends the subscription later."""
+        """Remove a viewer. `close_idle` ends the subscription later."""
         with self._lock:
             self._viewers, self._left = max(0, self._viewers - 1), time.monotonic()
 

@@ -1,4 +1,4 @@
-"""What the parts of one application share: its robots, who is connected, and the rules."""
+"""The state that the parts of one application share: robots, access rules, clients, slots, threads, hubs."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from woosh_pure.web.robot import Robot
 
 
 class WebContext:
-    """What the parts of one application share.
+    """The state that the parts of one application share.
 
     Attributes:
         robots: By name. Paths without a robot's name mean the first one.
-        access: Who may send requests.
+        access: The access rules.
         allow_driving: Whether a page may drive by velocity.
-        clients: Who is connected.
+        clients: Pages and their sessions.
         slots: The slots for connections. Unused if the application is mounted in another server.
         drives, reads: Threads for each of these purposes.
-        hubs: What viewers are shown, by the robot's name.
-        streams, viewers: How many are open.
+        hubs: The hub of each robot, by its name.
+        streams, viewers: Numbers of open ones.
         closed: True once the server is ending.
     """
 
@@ -57,10 +57,10 @@ class WebContext:
         return self.robots[name]
 
     def take_over(self, robot: Robot, who: str, seconds: float = DEFAULT_SECONDS) -> None:
-        """Give the lease of a program to a client that has asked for it before: a program does not answer.
+        """Give the lease of a program to a client that has requested it: a program cannot grant it.
 
         Raises:
-            Problem: A person has the lease, or the client has not asked before.
+            Problem: A page has the lease, or the client has not requested it.
         """
         lease = robot.chassis.lease
         holder = lease.holder
@@ -78,7 +78,7 @@ class WebContext:
         robot.journal.note(who, command("take_over", holder=holder))
 
     def close(self, why: str) -> None:
-        """End driving by velocity at once. Requests that still wait for something end soon."""
+        """End driving by velocity at once. Requests that are still waiting end soon."""
         self.closed = True
         for robot in self.robots.values():
             robot.close(why)

@@ -1,7 +1,7 @@
-"""The goals that were started through the web, and the journal: what was asked for, by whom, how it ended.
+"""The goals that clients of the web server have started, the journal of their commands, and the answers kept
+for requests with an `Idempotency-Key`.
 
-Each goal has a number and a place in the list, and a thread that waits for its end. The Chassis's verbs
-block, so the goals are called from threads.
+A thread waits for the end of each goal. The verbs of the Chassis block, so they are called in threads.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ COMMANDS = {
 
 
 class Command(NamedTuple):
-    """What a client asked for.
+    """A command of a client.
 
     Attributes:
-        text: In English.
-        key: The same for programs, which have words of their own: "mark", "rotate", "stop" ...
-        values: What belongs to it; m and rad.
+        text: The command in English.
+        key: Its kind, for programs that have their own words: "mark", "rotate", "stop" ...
+        values: Its values, in m and rad.
     """
 
     text: str
@@ -69,7 +69,7 @@ class Command(NamedTuple):
 
 
 def command(key: str, **values: Any) -> Command:
-    """A command by its key; further values are kept, too."""
+    """Make a command from its key and values."""
     return Command(COMMANDS[key].format_map(values), key, values)
 
 
@@ -80,8 +80,8 @@ class Entry:
     Attributes:
         id: Grows by one with each entry.
         at: When it began, s since 1970.
-        who: The name of the client that asked for it.
-        what: What was asked for, in words.
+        who: The name of the client.
+        what: The command in words.
         key, values: The same for programs, see `Command`.
         state: "under way", or how it ended: "arrived", "failed", "cancelled", "done", "refused" ...
         text: The library's sentence about how it ended; "" before that.
@@ -125,7 +125,7 @@ class Journal:
         self.version = 0
 
     def begin(self, who: str, what: Command | str, goal: str = "") -> int:
-        """Add an entry for something that was asked for; returns its number, to be given to `end`."""
+        """Add an entry for a command that begins. Return its number, for `end`."""
         text, key, values = what if isinstance(what, Command) else Command(what)
         with self._lock:
             number = next(self._numbers)
@@ -137,7 +137,7 @@ class Journal:
             return number
 
     def end(self, number: int, state: str, text: str = "", **why: Any) -> None:
-        """Note how it ended, and why: `reasons`, `said`. Does nothing if the entry has been dropped."""
+        """Note the end of an entry, and why: `reasons`, `said`. An entry that was dropped is ignored."""
         ended = round(time.time(), 3)
         with self._lock:
             entry = self._entries.get(number)
@@ -145,7 +145,7 @@ class Journal:
                 self._put(replace(entry, state=state, text=_short(text, 1000), ended=ended, **why))
 
     def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
-        """Add an entry for something that is done already."""
+        """Add an entry for a command that is done already."""
         self.end(self.begin(who, what), state, text)
 
     def entries(self) -> list[Entry]:
@@ -165,7 +165,7 @@ class Journal:
 
 
 def _short(text: str, most: int = 200) -> str:
-    """One printable line of limited length, whatever a client has sent."""
+    """One printable line of limited length."""
     text = printable(text)
     return text if len(text) <= most else text[: most - 1] + "…"
 
@@ -253,8 +253,8 @@ class GoalManager:
     """The goals of one robot, the last 200. Safe from any thread.
 
     Args:
-        journal: Where each is noted.
-        readiness: Asked why, when one has failed.
+        journal: Gets an entry for each goal.
+        readiness: Asked for the reasons when a goal has failed.
     """
 
     def __init__(self, journal: Journal, readiness: Callable[[], Readiness]) -> None:
@@ -314,7 +314,7 @@ class GoalManager:
         return goal
 
     def _wait_for_end(self, goal: Goal) -> None:
-        """Wait for the end of the goal, so that its time-out works even if no client waits for it."""
+        """Wait for the end of the goal, so that its time-out works even if no client waits."""
         try:
             outcome = goal.handle.wait(raises=False)
         except RosError as error:
@@ -328,7 +328,7 @@ class GoalManager:
             self._journal.end(goal.entry, outcome.kind.value, for_clients(outcome.sentence()), **why)
 
     def _reasons(self, outcome: Outcome) -> tuple[dict[str, Any], ...]:
-        """Why a goal failed, as far as the robot's state tells."""
+        """The reasons in the robot's state for the failure of a goal."""
         if outcome.kind not in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
             return ()
         try:
@@ -356,7 +356,7 @@ class GoalManager:
         return goal
 
     def remove(self, number: str) -> None:
-        """Forget a goal that has ended; its entries in the journal stay."""
+        """Forget a goal that has ended. Its entry in the journal stays."""
         with self._lock:
             self._goals.pop(number, None)
 
@@ -373,16 +373,15 @@ class GoalManager:
 
 @dataclass(slots=True)
 class _KeyedRequest:
-    """A request with a key: what it asked for, and its answer, which is None while it is being worked on."""
+    """A request with a key, and its answer; None until there is one."""
 
     request: str
     answer: dict[str, Any] | Problem | None = None
 
 
 class IdempotentAnswers:
-    """The answers to requests that had a key, as the IETF's draft `Idempotency-Key` has it: the same request
-    gets the answer of the first one, and nothing is done again. A refusal is an answer, too. The last 1000
-    are kept. Safe from any thread.
+    """The answers to requests with a key (IETF draft `Idempotency-Key`): the same request gets the first
+    answer again, also a refusal, and is not carried out again. The last 1000 are kept. Safe from any thread.
     """
 
     def __init__(self, most: int = MOST_KEYS) -> None:
@@ -395,10 +394,10 @@ class IdempotentAnswers:
 
         Args:
             who: The client; each has keys of its own.
-            request: What is asked for, as text.
+            request: The content of the request, as text.
 
         Raises:
-            Problem: The answer is one; or the key was used for another request, or is in use now.
+            Problem: The answer is a refusal, or the key belongs to another request or is in use.
         """
         with self._lock:
             first = self._known.get((who, key))

@@ -1,4 +1,4 @@
-"""Errors of the library as problem+json (RFC 9457), with the library's own sentence and the error's facts."""
+"""Errors of the library as problem+json (RFC 9457): status, kind, the library's sentence, and its facts."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ ADVICE = {
     "or wait for it with wait()": _NOT_THERE,
     "nobody publishes {topic}; is the server running, and is the name right?": _NOT_THERE,
 }
-"""What the library says to those who write Python, said to a client of the API: template to template."""
+"""The library's advice for Python programs, and what a client of the API is told instead: by templates."""
 KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (MotionRefused, 409, "motion-refused"),
     (StaleState, 503, "stale-state"),
@@ -72,7 +72,7 @@ KINDS: tuple[tuple[type[Exception], int, str], ...] = (
 
 
 class Problem(Exception):
-    """An error that the client is told as it is.
+    """An error whose text is sent to the client.
 
     Attributes:
         status: The HTTP status.
@@ -86,7 +86,7 @@ class Problem(Exception):
         self.status, self.text, self.kind, self.facts = status, text, kind, facts
 
     def again(self) -> Problem:
-        """The same, to be raised once more: this one may keep the frames in which it was raised."""
+        """A copy to raise again, without the traceback of this one."""
         return Problem(self.status, self.text, self.kind, **self.facts)
 
     def document(self, instance: str, language: str = "en") -> dict[str, Any]:
@@ -108,7 +108,7 @@ class Problem(Exception):
 
 
 def for_clients(text: str) -> str:
-    """A sentence of the library, without what only somebody who writes Python can do."""
+    """A sentence of the library, with advice for clients of the API in place of advice for Python."""
     return text.mapped(ADVICE) if isinstance(text, Sentence) else text
 
 
@@ -122,7 +122,7 @@ def _said(text: str, language: str) -> str:
 
 
 def language_of(headers: Mapping[str, str]) -> str:
-    """The language that a client reads, by the first one in its `Accept-Language`: "zh" or "en"."""
+    """The first language of `Accept-Language`: "zh", or else "en"."""
     return "zh" if headers.get("accept-language", "").strip().lower().startswith("zh") else "en"
 
 

@@ -1,4 +1,4 @@
-"""The map of one robot, fetched when somebody looks at it and refreshed now and then."""
+"""The map of one robot as picture, facts and YAML: fetched when it is needed, and refreshed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.web.snapshot import pose_part
 
 FRESH = 30.0
-"""Seconds after which the map is fetched again if somebody looks at it."""
+"""Seconds after which the map is fetched again when it is needed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -165,7 +165,7 @@ def _require_free(marks: dict[str, UserMark], name: str) -> None:
 
 
 def _not_kept(what: str, error: Exception) -> Problem:
-    """Where this computer keeps its files is not told to clients."""
+    """A problem without the path of the file, which is only logged."""
     _logger.error("! the list of marks cannot be %s: %s", what, error)
     text = "the list of marks cannot be {what}; the log of the server says why"
     return Problem(503, say(text, what=say(what)), "marks-not-kept")

@@ -1,5 +1,5 @@
-"""The requests and answers of the REST API as models: they are checked, and described in /openapi.json. What
-a request may hold is written down here only, with the limits of the library itself.
+"""The requests and answers of the REST API as pydantic models. They check requests, with the limits of the
+library, and describe the API in /openapi.json.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def _number(unit: str, low: float, high: float, more: str = "") -> Any:
 
 
 def _seconds(most: float, more: str = "") -> Any:
-    """More than 0 s, and at most so many."""
+    """A time above 0 s, up to `most`."""
     unit_too: dict[str, Any] = {"x-unit": "s"}
     return Field(gt=0.0, le=most, allow_inf_nan=False, description="s" + more, json_schema_extra=unit_too)
 

@@ -1,5 +1,5 @@
-"""What /openapi.json says besides what the routes say of themselves: the errors that any request may get, who
-may ask, and no null where nothing can be sent. And what it says of a request that is being answered.
+"""Completes /openapi.json: the errors that any request may get, the token, and no null where a value cannot
+be null. Also finds the schema of a request that is being answered.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SCHEMES = {"token": {"type": "http", "scheme": "bearer", "description": "browse
 
 
 def describe(app: FastAPI) -> None:
-    """Complete the description that FastAPI makes of the routes."""
+    """Complete the description that FastAPI makes from the routes."""
     made = app.openapi
     secret = app.state.context.access.needs_token
 

@@ -20,7 +20,7 @@ from woosh_pure.web.http_errors import Problem
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 NOT_WRITTEN = "the bag cannot be written; the log of the server says why"
-"""What clients are told: where this computer keeps its files is not their business."""
+"""Clients are not told the paths of this computer."""
 _logger = get_logger("woosh_pure.web")
 
 

@@ -1,4 +1,6 @@
-"""One robot of the web server: its Chassis, and what all its viewers share."""
+"""One robot of the web server: its Chassis with its journal, goals, marks, map, cameras, recordings and
+stops.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,10 @@ STOP_SECONDS = 5.0
 
 
 class StopQueue:
-    """The stops of one robot. They have threads of their own, which no request and no other robot can take.
+    """Carries out the stops of one robot, in threads that no request and no other robot can take.
 
-    Each request is a stop of its own, also while another is under way: what has begun meanwhile ends, too.
-    While `MOST` are under way, the next ones wait for one of them, and are one stop.
+    Each request is a separate stop, also while another one is under way, so that it ends what has begun
+    meanwhile. While `MOST` stops are under way, further requests wait for one of them, and become one stop.
 
     Args:
         stop: Called as `stop(who, everything)`; stops, and reports what stands still.
@@ -46,12 +48,12 @@ class StopQueue:
         self._under_way = 0
 
     def begin(self, who: str, everything: bool) -> Future[StopReport]:
-        """Begin a stop. Does not wait; only if no thread can be started, it stops in this one."""
+        """Begin a stop without waiting. If no thread can be started, stop in this one."""
         with self._lock:
             if everything in self._due:
                 return self._due[everything][1]
             future: Future[StopReport] = Future()
-            future.set_running_or_notify_cancel()  # whoever gives up waiting for it does not end it
+            future.set_running_or_notify_cancel()  # a caller that gives up waiting does not end it
             self._due[everything] = who, future
             if self._under_way >= self.MOST:
                 return future
@@ -76,14 +78,14 @@ class StopQueue:
 
 
 class Robot:
-    """Opens and subscribes nothing until there is a request.
+    """One robot. It subscribes to nothing until there is a request.
 
     Attributes:
         name: The robot's name in the paths of the API.
-        chassis: The Chassis; whoever made it opens and closes it.
+        chassis: The Chassis; its maker opens and closes it.
         marks: The marks that are known here: the chassis cannot list its own.
         journal, goals, idempotent_answers, manual_drive, map, cameras, recordings: See their classes.
-        unreachable: Why the Chassis is not connected yet, in words, while its opener still tries; else "".
+        unreachable: Why the Chassis is not connected yet; "" once it is.
     """
 
     def __init__(
@@ -119,7 +121,7 @@ class Robot:
         self._listening = True
 
     def require_connection(self) -> None:
-        """Refuse at once what needs a robot that is still off, so that no thread waits for it.
+        """Refuse a request that needs a robot that is still off, so that no thread waits for it.
 
         Raises:
             Problem: The robot has not been reached yet.
@@ -158,7 +160,7 @@ class Robot:
             lease.renew(client.name)
 
     def begin_stop(self, who: str, *, everything: bool = True) -> Future[StopReport]:
-        """Stop now. Does not wait: an open drive is over when this returns, and the rest is under way."""
+        """Begin a stop without waiting. An open drive has ended when this returns; the rest is under way."""
         self.manual_drive.halt(f"{who} stopped the robot")
         return self._stops.begin(who, everything)
 
@@ -174,6 +176,6 @@ class Robot:
         return report
 
     def close(self, why: str) -> None:
-        """End driving and recordings at once. The Chassis is closed by whoever opened it."""
+        """End driving and recordings at once. The Chassis stays open."""
         self.manual_drive.close(why)
         self.recordings.close()

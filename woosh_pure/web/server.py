@@ -1,5 +1,5 @@
-"""The server for the application: uvicorn in a thread, as a `with` block, and its listening socket. A
-connection for which there is no slot is closed before anything is read from it.
+"""Runs the web application: uvicorn in a thread, as a `with` block, and its listening socket, which closes a
+connection without a free slot before anything is read from it.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 __all__ = ["Listener", "WebServer"]
 
 PONG_SECONDS = 4.0
-"""A WebSocket that answers no ping for so many seconds is closed. That is longer than a short outage of a
-radio link, and shorter than the six seconds after which the page gives up, so it returns to its session."""
+"""A WebSocket that does not answer a ping within this time is closed. The time is longer than a short outage
+of a radio link, and shorter than the six seconds after which the page connects again."""
 
 _logger = get_logger("woosh_pure.web")
 _NO_LINGER = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
-"""Seconds for the server to start; for clients to receive what is left and disconnect; and for it to end."""
+"""Time for the server to start; for clients to receive the rest and disconnect; and for the server to end."""
 
 
 class Listener(socket.socket):
@@ -71,7 +71,7 @@ class Listener(socket.socket):
             ) from error
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection that gets a slot."""
+        """Accept the next connection that gets a slot."""
         while True:
             accepted, address = super().accept()
             connection = _Connection(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
@@ -89,7 +89,7 @@ class _Connection(socket.socket):
     slots: ConnectionSlots
 
     def end(self) -> None:
-        """Shut it down from our side. Whoever reads from it notices, and closes it."""
+        """Shut the connection down; its reader then closes it."""
         try:
             self.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
             self.shutdown(socket.SHUT_RDWR)
@@ -103,8 +103,8 @@ class _Connection(socket.socket):
 
 
 class WebServer:
-    """Serves an application made by `woosh_pure.web.app`. Use it in a `with` block; leaving the block first
-    ends driving by velocity.
+    """Serves an application made by `woosh_pure.web.app` while a `with` block lasts. Leaving the block ends
+    driving by velocity first.
 
     Args:
         app: The application.
@@ -223,7 +223,7 @@ class WebServer:
         return self._thread.is_alive()
 
     def close(self) -> None:
-        """End driving first, then the server. Takes a bounded time, and may be called again."""
+        """End driving, then the server, in a bounded time. May be called again."""
         self.app.state.context.close("the server ends")
         self._server.should_exit = True
         if self._thread.is_alive():
@@ -235,7 +235,7 @@ class WebServer:
 
 
 def _check_tls(cert: str | Path, key: str | Path | None) -> None:
-    """Fail here, and not in the server's thread, if the files are missing or do not fit."""
+    """Check the files before the server's thread starts."""
     for file in (cert, key):
         if file is not None:
             Path(file).open("rb").close()

@@ -27,7 +27,7 @@ LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization",
 
 
 def text_of(document: Any) -> str:
-    """A document as the JSON text that is sent. What is no number (NaN, infinite) is null."""
+    """A document as JSON text. NaN and infinity become null."""
     try:
         return _encode(document)
     except ValueError:
@@ -67,12 +67,12 @@ def plain(value: Any) -> Any:
 
 
 def ages(readings: Mapping[str, Reading[Any] | None]) -> dict[str, float | None]:
-    """Seconds since each feed was heard; None if it was not heard."""
+    """Age of each feed's value in seconds; None without a value."""
     return {name: None if r is None else round(r.age, 2) for name, r in readings.items()}
 
 
 def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
-    """The parts that come from feeds; None if a feed was not heard."""
+    """The parts from feeds; None for a feed without a value."""
     value: dict[str, Any] = {name: r.value for name, r in readings.items() if r is not None}
     status = value.get("status")
     return {
@@ -84,7 +84,7 @@ def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
 
 
 def pose_part(pose: Pose2D) -> dict[str, float] | None:
-    """A pose: m and rad, in the map. None if one of its numbers is none: it is not known then."""
+    """A pose in the map, m and rad; None if it has NaN or infinity."""
     if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
         return None
     return {"x": round(pose.x, 4), "y": round(pose.y, 4), "yaw": round(pose.yaw, 5)}
@@ -137,7 +137,7 @@ def readiness_part(readiness: Readiness) -> dict[str, Any]:
 
 
 def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
-    """Reasons not to move, in the order given, with what their sentences were made of."""
+    """Reasons not to move, in the order given, with the values of their sentences."""
     return [
         {
             "key": str(reason.key),
@@ -151,7 +151,7 @@ def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
 
 
 def said_part(text: str) -> dict[str, str] | None:
-    """What the robot or the library says, in both languages as far as they are known; None for no text."""
+    """A text of the robot or the library in both languages, as far as known; None for no text."""
     if not text:
         return None
     said = with_words(text)
@@ -184,7 +184,7 @@ def faults_part(faults: Faults) -> dict[str, Any]:
 def lease_part(
     state: LeaseState, *, mine: str | None = None, is_page: Callable[[str], bool] = lambda name: True
 ) -> dict[str, Any]:
-    """The lease, for the client with the name `mine`; `is_page` tells whose names people have."""
+    """The lease, for the client with the name `mine`; `is_page` tells pages from programs."""
     part: dict[str, Any] = {
         "holder": state.holder,
         "seconds": round(state.seconds, 1),
@@ -198,7 +198,7 @@ def lease_part(
 
 
 def stop_part(report: StopReport) -> dict[str, Any]:
-    """What a stop did."""
+    """The result of a stop."""
     return {
         "stands_still": report.standing,
         "text": report.sentence(),
@@ -210,5 +210,5 @@ def stop_part(report: StopReport) -> dict[str, Any]:
 
 
 def points_part(points: Iterable[tuple[float, float]]) -> list[list[float]]:
-    """Points in m, rounded to mm, without those of which a number is none."""
+    """Points in m, rounded to mm, without those that have NaN or infinity."""
     return [[round(x, 3), round(y, 3)] for x, y in points if math.isfinite(x) and math.isfinite(y)]

@@ -1,7 +1,6 @@
-"""What is wrong with a request: which part of it, what was found there, and what is allowed.
+"""Sentences for the validation errors of a request: the field, the value found, and the values allowed.
 
-What is allowed is read from the JSON schema that /openapi.json shows, so it is written down once, in
-`models`. Pure.
+The allowed values are read from the JSON schema of `models`, which /openapi.json shows, too. Pure.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ MOST_TOLD, MOST_SHOWN = 10, 60
 
 
 def refusal(errors: Iterable[Mapping[str, Any]], schema: Schema, parts: Schema) -> str:
-    """One sentence for all of them.
+    """Describe validation errors in one sentence.
 
     Args:
-        errors: As pydantic has them, with `loc` as a way down the schema.
-        schema: Of what was checked.
-        parts: The schemas that `$ref` names, by their name.
+        errors: pydantic's errors, with `loc` as a path in the schema.
+        schema: The schema of the checked value.
+        parts: The schemas that `$ref` refers to, by name.
     """
     told = [_one(error, schema, parts) for error in list(errors)[:MOST_TOLD]]
     return both(*dict.fromkeys(told))

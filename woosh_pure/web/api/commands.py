@@ -1,7 +1,7 @@
-"""What a client may ask for, besides a stop: goals, the lease, recordings. Each noun has its routes.
+"""The routes of goals, the lease and recordings.
 
-A DELETE deletes: afterwards there is nothing at the address, and the next DELETE says so with 404. What is
-under way ends first: a goal is cancelled by it, a recording is refused. The lease is given back.
+After a DELETE there is nothing at the address, and the next DELETE is answered with 404. DELETE cancels a
+running goal first, is refused for a running recording, and gives the lease back.
 """
 
 from __future__ import annotations
@@ -267,7 +267,7 @@ lease = APIRouter(tags=["lease"], responses=PROBLEMS)
 
 
 def get_lease(request: Request) -> dict[str, Any]:
-    """Who commands the robot, and who has asked for it."""
+    """The holder of the lease, and the clients that have requested it."""
     state = robot_of(request).chassis.lease.state
     return lease_part(state, mine=client_of(request).name, is_page=context_of(request).clients.is_page)
 
@@ -295,7 +295,7 @@ def give_lease_back(request: Request) -> dict[str, Any]:
 
 
 def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, Any]:
-    """Hand the lease over to a client that has asked for it."""
+    """Grant the lease to a client that has requested it."""
     robot, client = robot_of(request), client_of(request)
     lease = robot.chassis.lease
     to = (None if body is None else body.to) or next(iter(lease.state.asking), "")

@@ -1,4 +1,4 @@
-"""The marks of the list: GET and POST marks; GET, PATCH and DELETE one. Nothing here moves the robot."""
+"""The routes of the list of marks. None of them moves the robot."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def get_mark(request: Request, mark: str = _NAME) -> dict[str, Any]:
 
 
 def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) -> dict[str, Any]:
-    """Rename a mark, move it, or change what is said about it. What is not given stays."""
+    """Rename a mark, move it, or change its note. Fields that are not given stay."""
     robot, client = check_command(request, lease=False, connected=False)
     changes = {
         name: value
@@ -61,14 +61,14 @@ def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) ->
 
 
 def delete_mark(request: Request, mark: str = _NAME) -> None:
-    """Take a mark off the list. The chassis's own map stays as it is."""
+    """Remove a mark from the list. The chassis's own map is not changed."""
     robot, client = check_command(request, lease=False, connected=False)
     robot.marks.remove(mark)
     robot.journal.note(client.name, command("delete_mark", mark=mark))
 
 
 def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2D) -> Pose2D | None:
-    """The pose that a request gives, None if it gives none. `here` waits for what the robot says now."""
+    """The pose in a request; None if there is none. `here` waits for the robot's pose."""
     given = [value is not None for value in (body.x, body.y, body.yaw)]
     if body.here:
         if any(given):
@@ -83,7 +83,7 @@ def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2
 
 
 def _here(robot: Robot) -> Pose2D:
-    """Where the robot says now that it is, unless it does not know."""
+    """The robot's pose now; refused if it is not localised."""
     robot.require_connection()
     robot.listen()
     here: Pose2D = robot.feed("pose").wait(HERE_SECONDS)

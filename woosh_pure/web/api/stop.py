@@ -1,8 +1,9 @@
-"""POST stop, and POST pose. A stop stops first, whatever the request looks like, and complains afterwards.
+"""POST stop, and POST pose. A stop is carried out first; what is wrong with the request is answered
+afterwards.
 
-Who may reach the server at all (token, `Host`, `Origin`) may stop. Everything else comes second: an unknown
-session, an odd path or method, a body that makes no sense or does not come. What is ours is stopped before
-the body is read; only a body that says so, in time, leaves alone what others have started.
+Every client that may reach the server (token, `Host`, `Origin`) may stop, also with an unknown session, an
+odd path or method, or a body that is not valid or does not come. The goals of this server are stopped before
+the body is read. Those of others are stopped, too, unless a body says in time that they are not.
 """
 
 from __future__ import annotations
@@ -157,7 +158,7 @@ class _Body:
         return models.StopRequest.model_validate_json(self._text)
 
     def complaint(self) -> Problem | None:
-        """What is wrong with it."""
+        """What is wrong with the body; None if it is valid."""
         if len(self._text) > MOST_BODY:
             return Problem(413, say("the body is larger than {most} bytes", most=MOST_BODY))
         if not self._reading.done():
@@ -174,14 +175,14 @@ class _Body:
         return None
 
     async def ends(self, seconds: float) -> None:
-        """Wait until it has come, or the time is up."""
+        """Wait until the body has come, or the time is up."""
         try:
             await asyncio.wait([self._reading], timeout=seconds)
         finally:
             self.close()
 
     def close(self) -> None:
-        """Read no more of it."""
+        """Stop reading the body."""
         self._reading.cancel()
 
 

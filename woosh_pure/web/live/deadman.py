@@ -1,5 +1,5 @@
-"""The dead-man switch: may the robot still be driven for this person? The server decides. Pure: times are
-arguments.
+"""The dead-man switch of one page, decided on the server: whether the robot may still be driven. Pure: times
+are arguments.
 
 While a person holds the control, the page sends a press and then a beat every 100 ms, each with a sequence
 number and the page's own time. When the person lets go, or the page is hidden, frozen, asleep or cut off, no
@@ -12,9 +12,9 @@ more beats come, and that alone ends the drive.
 | driving | a second one: ended   | zero    | in time: drive           | ended              | ended        |
 | ended   | newer number: opening | zero    | ignored: nothing resumes | -                  | -            |
 
-A beat is late if it took more than 0.25 s longer than the fastest one so far: what a network held back and
-delivers all at once is out of date. The two clocks need not agree, they only have to run. If the page's clock
-is set back, all beats are late, which ends the drive. If it is set forward, the next beat becomes the
+A beat is late if it took more than 0.25 s longer than the fastest one so far: beats that a network held back
+and delivers at once are out of date. The two clocks need not agree, they only have to run. If the page's
+clock is set back, all beats are late, which ends the drive. If it is set forward, the next beat becomes the
 fastest, and later ones are measured by it. Clocks drift apart a little; that is allowed for between two
 presses, but never while somebody holds.
 
@@ -29,13 +29,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 SILENCE = 0.4
-"""A drive is over after so many seconds without a beat in time."""
+"""A drive ends after this time without a beat that is in time."""
 VALID_FOR = 0.3
-"""A beat moves the robot for so many seconds from when it was sent, even if the event loop is blocked."""
+"""A beat moves the robot for this time after it was sent, even if the event loop is blocked."""
 LATEST = 0.25
-"""A beat may take so many seconds longer than the fastest one."""
+"""A beat may take this much longer than the fastest one."""
 DRIFT = 1e-3
-"""Seconds by which two clocks may drift apart in a second: far more than they do."""
+"""Allowed drift between the two clocks, in seconds per second; real clocks drift much less."""
 
 State = Literal["idle", "opening", "driving", "ended"]
 Act = Literal["none", "open", "drive", "zero"]

@@ -1,7 +1,7 @@
-"""What one page is sent, at the pace at which it reads.
+"""Sends frames to one page as fast as the page reads them.
 
-At most two frames are under way; the page acknowledges each. So a slow link gets fewer values, but fresh
-ones, and a page that has stopped reading costs two frames of memory and is disconnected with a reason.
+The page acknowledges each frame, and at most two frames are unacknowledged. A slow link therefore gets fewer
+values, but new ones. A page that stops reading takes the memory of two frames, and is disconnected.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from woosh_pure.web.snapshot import lease_part, text_of
 CREDITS = 2
 MOST_ENTRIES = 50
 NOTHING_READ, SEND_SECONDS = 15.0, 10.0
-"""Seconds after which a viewer that acknowledges nothing, or accepts nothing, is disconnected."""
+"""Seconds after which a page that acknowledges nothing, or accepts nothing, is disconnected."""
 _AT_ONCE = ("lost",)
 _ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
 
 
 class BadMessage(Exception):
-    """A message that our page would not send; the text says what is wrong with it."""
+    """A message that the page does not send; the text says what is wrong with it."""
 
 
 class FrameSender:
-    """The frames of one page: those for it alone, and the newest of each kind that the hub has.
+    """Sends one page its own messages, and the newest content of each kind from the hub.
 
     Used in the event loop only.
 
     Args:
-        hub: What all pages of this robot are shown.
-        name: The page's, as others see it.
-        is_page: Whether a holder of the lease is a page: somebody who can be asked.
+        hub: The content for all pages of this robot.
+        name: The page's name, shown to others.
+        is_page: Whether the holder of the lease with this name is a page, and not a program.
 
     Attributes:
         wake: Set when there is something new.
@@ -62,23 +62,23 @@ class FrameSender:
         self._parts: deque[bytes] = deque()  # of a costmap that is being sent
 
     def tell(self, document: Mapping[str, Any]) -> None:
-        """Send something to this page alone."""
+        """Send a message to this page only."""
         self._own_messages.append(text_of(document))
         self.wake.set()
 
     def tell_lease_again(self) -> None:
-        """The page has asked about the lease: it gets the state, changed or not."""
+        """Send the lease again, also if it has not changed."""
         self._lease = None
 
     def drop_costmap(self) -> None:
-        """Send no more of the costmap that was begun."""
+        """Discard the rest of a costmap that is being sent."""
         self._parts.clear()
 
     async def send_all(self, socket: WebSocket) -> None:
-        """Send what there is, for as long as the page reads.
+        """Send frames until the page stops reading.
 
         Raises:
-            TimeoutError: It reads no more, or takes no more.
+            TimeoutError: The page has stopped acknowledging or accepting frames.
         """
         while True:
             self.wake.clear()
@@ -103,10 +103,10 @@ class FrameSender:
                 raise TimeoutError("you take nothing any more; connect again") from None
 
     def acknowledge(self, number: object) -> None:
-        """The page has got so many frames.
+        """Note that the page has received `number` frames.
 
         Raises:
-            BadMessage: It cannot have got so many.
+            BadMessage: That is no number, or fewer or more than possible.
         """
         if isinstance(number, bool) or not isinstance(number, int) or not self._acked <= number <= self._sent:
             raise BadMessage(
@@ -123,12 +123,12 @@ class FrameSender:
         self.wake.set()
 
     def round_trip(self) -> float:
-        """Seconds that a frame and its acknowledgement take now."""
+        """Seconds from sending a frame to its acknowledgement, now."""
         oldest = time.monotonic() - self._under_way[0] if self._under_way else 0.0
         return max(self._round_trip, oldest)
 
     def _next(self) -> str | bytes | None:
-        if self._own_messages:  # messages for this page alone are few, and cannot wait
+        if self._own_messages:  # messages for this page are few and urgent
             return self._own_messages.popleft()
         if self._sent - self._acked >= CREDITS:
             return None
@@ -143,8 +143,8 @@ class FrameSender:
         return None
 
     def _in_turn(self) -> list[str]:
-        """All kinds, in the order in which to send them. Over a slow link, pose and scan have always changed
-        again, and must not keep out the rest. So the pose gets every other frame, and the rest takes turns.
+        """All kinds, in the order in which to send them. Over a slow link, pose and scan change with every
+        frame and must not displace the rest: the pose gets every other frame, and the others take turns.
         """
         looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self.watched]
         others = sorted([*_ORDER, *looked_at], key=lambda kind: self._last_sent.get(kind, -1))

@@ -1,5 +1,5 @@
-"""Binary frames of the live connection, little-endian, and the costmap that they carry. The first byte tells
-the kind. A frame is encoded once for all viewers.
+"""Encodes the binary frames of the live connection (scan, camera, costmap), and reads the costmap. Numbers
+are little-endian; the first byte is the kind. A frame is encoded once for all viewers.
 
     scan     B kind=1, B 0, H count, 5f x y yaw angle_min angle_increment (laser in the map, m and rad),
              then count H: centimetres, 0 for no measurement

@@ -1,8 +1,7 @@
-"""What all viewers of one robot are shown: the newest content of each kind, encoded once, with a version.
+"""The content for all viewers of one robot: the newest of each kind, encoded once, with a version.
 
-It runs in the event loop of the application, only while there are viewers, and asks the robot in threads. A
-viewer remembers which version of each kind it was sent last, so memory does not grow with what a slow viewer
-has missed.
+The hub runs in the event loop of the application while there are viewers, and asks the robot in threads. A
+viewer remembers the last version that it was sent, so a slow viewer takes no more memory.
 """
 
 from __future__ import annotations
@@ -32,9 +31,8 @@ R = TypeVar("R")
 
 
 class Workers:
-    """A few threads for one kind of blocking work, so that a stop or a drive never waits for a free one.
-
-    They are started with the first job.
+    """A few threads for one kind of blocking work, so that a stop or a drive never waits for a free one. The
+    first job starts them.
     """
 
     def __init__(self, name: str, most: int) -> None:
@@ -57,7 +55,7 @@ class Workers:
             job.exception()  # marks it as seen: whoever awaits the job gets it, otherwise it is ignored
 
     def close(self) -> None:
-        """Accept no more jobs. Those that run end in their own bounded time."""
+        """Accept no more jobs. Running jobs end in a bounded time."""
         threads, self._threads = self._threads, None
         if threads is not None:
             threads.shutdown(wait=False, cancel_futures=False)
@@ -67,7 +65,7 @@ Content = str | bytes | tuple[bytes, ...]
 _logger = get_logger("woosh_pure.web")
 TICK, SLOW, CAMERA_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
 LOST_AFTER = 1.5
-"""A robot counts as lost after so many seconds without any message; a running chassis sends many a second."""
+"""A robot counts as lost after this time without a message; a running chassis sends many a second."""
 STATE_PARTS = (
     *("status", "battery", "velocity", "odometer"),
     *("readiness", "faults", "goals", "recordings", "driver", "rates"),
@@ -75,8 +73,8 @@ STATE_PARTS = (
 
 
 async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
-    """Run a loop as long as there are viewers. After an unexpected error it is logged and started again, so
-    that the page keeps showing the rest.
+    """Run a loop while there are viewers. Log an unexpected error and start the loop again, so that the page
+    goes on showing the rest.
     """
     while True:
         try:
@@ -87,10 +85,10 @@ async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
 
 
 class Hub:
-    """See above. Used in the event loop only; it calls the robot in threads itself.
+    """The hub of one robot. Used in the event loop only; it calls the robot in threads.
 
     Attributes:
-        newest: For each kind, its version and its text or bytes; for the costmap, the parts of it.
+        newest: Version and content of each kind: text or bytes, or the parts of the costmap.
     """
 
     def __init__(self, robot: Robot, workers: Workers) -> None:
@@ -102,7 +100,7 @@ class Hub:
         self._watched = dict.fromkeys(("color", "depth", "costmap"), 0)
         self._costmap = Costmap(robot)
         self._seen: dict[str, float] = {}
-        self._failed: set[str] = set()  # what could not be shown, and is logged already
+        self._failed: set[str] = set()  # parts that could not be shown; logged once
         self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=60)
         self._mounting: tuple[tuple[str, int], robot_state.Mounting] | None = None
 
@@ -134,7 +132,7 @@ class Hub:
                 self._workers.run(camera.close_idle, 0.0)
 
     async def watch(self, what: str, on: bool) -> None:
-        """A viewer wants, or no longer wants, "color", "depth" or "costmap"."""
+        """Count a viewer of "color", "depth" or "costmap" in or out."""
         self._watched[what] = max(0, self._watched[what] + (1 if on else -1))
         if what == "costmap":
             want = partial(self._costmap.set_wanted, self._watched[what] > 0)
@@ -161,13 +159,13 @@ class Hub:
     # -- loops -----------------------------------------------------------------------------------------------
 
     async def _fast_loop(self) -> None:
-        """What comes by topics: look at the newest values many times a second."""
+        """Read the newest values of the feeds many times a second."""
         robot, due = self.robot, 0.0
         while robot.unreachable:
             self._go_on(self._not_connected)
             self.wake()
             await asyncio.sleep(SLOW)
-        self._seen.pop("began", None)  # from now on its silence counts
+        self._seen.pop("began", None)  # from now on the time of silence counts
         await self._in_thread(robot.listen)
         while True:
             before, now = self._version, time.monotonic()
@@ -184,7 +182,7 @@ class Hub:
             await asyncio.sleep(TICK)
 
     def _go_on(self, show: Callable[..., None], *values: Any) -> None:
-        """Show one thing. If that fails, it is logged once, and the rest is shown all the same."""
+        """Show one part. Log a failure once, and go on with the others."""
         try:
             show(*values)
         except Exception:
@@ -193,7 +191,7 @@ class Hub:
                 _logger.exception("! %s: a part of its state cannot be shown", self.robot.name)
 
     async def _slow_loop(self) -> None:
-        """What takes a moment to find out is asked in a thread, a few times a second."""
+        """Ask for the slower parts in a thread, a few times a second."""
         robot = self.robot
         outline = {"t": "footprint", "points": robot_state.round_outline(), "assumed": True}
         self.put("footprint", text_of(outline))
@@ -239,7 +237,7 @@ class Hub:
             await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
 
     async def _in_thread(self, ask: Callable[[], Any], *, asks_robot: bool = True) -> Any:
-        """Call in a thread. None if the robot does not answer; the page shows how old its values are."""
+        """Call in a thread; None if the robot does not answer. The page shows the age of its values."""
         if asks_robot and self.robot.unreachable:
             return None  # no thread waits for it
         try:

@@ -1,5 +1,5 @@
-"""Driving one robot by hand: one velocity block at a time. It can be ended from anywhere, and always ends in
-zero.
+"""Drives one robot by hand, in one velocity block at a time. Any thread can end it, and it always ends with
+zero velocity.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class ManualDrive:
 
     @property
     def driver(self) -> str | None:
-        """Who drives or is about to; None if nobody does."""
+        """The name of the client that drives or is about to; None if there is none."""
         return self._driver
 
     @property
@@ -46,7 +46,7 @@ class ManualDrive:
         """Open a velocity block for a driver.
 
         Raises:
-            Problem: Somebody else drives, or the server is ending.
+            Problem: Another client drives, or the server is ending.
             RosError, ValueError: `Chassis.velocity` has refused.
         """
         with self._lock:  # a driver who presses again waits for the zeros of the last drive
@@ -103,7 +103,7 @@ class ManualDrive:
         )
 
     def halt(self, why: str) -> None:
-        """End the drive: its thread sends zero at once. Does not wait for that; `finish` does."""
+        """End the drive without waiting: its thread sends zero at once."""
         drive = self._drive
         if drive is not None:
             drive.halt(why)
@@ -122,7 +122,7 @@ class ManualDrive:
                 self._release(drive)
 
     def close(self, why: str) -> None:
-        """End the drive and allow no other. Does not wait."""
+        """End the drive without waiting, and allow no other."""
         with self._lock:
             self._closed = why
             self._lock.notify_all()

@@ -1,4 +1,4 @@
-"""One page's hand on the robot: its dead-man switch, its drive, and the lease that it needs for both."""
+"""Driving by one page: its dead-man switch, its velocity drive, and the lease that the drive needs."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from woosh_pure.web.live.frame_pacing import BadMessage, FrameSender
 from woosh_pure.web.robot import Robot
 
 MOST_ROUND_TRIP = 0.4
-"""Seconds that a frame and its acknowledgement may take when a person begins to drive. No clock tells how
-long the first press itself was under way."""
+"""Longest time from a frame to its acknowledgement when a drive begins. The travel time of the first press
+itself is unknown."""
 
 
 class PageDriving:
-    """Nothing here waits but `watch`: a beat or a stop that comes next must not wait for it.
+    """Applies the page's driving messages. Only `watch` waits, so that the next beat or stop is not delayed.
 
     Used in the event loop only.
 
     Args:
         context: Whether driving is allowed, and the threads in which drives are opened and ended.
-        robot: What is driven.
-        name: The page's, as others see it.
-        outgoing: The page is told what becomes of its drive.
-        start: Runs a coroutine until it ends, or the page has gone.
+        robot: The robot.
+        name: The page's name, shown to others.
+        outgoing: Sends the page the state of its drive.
+        start: Runs a coroutine until it ends or the connection does.
 
     Attributes:
         confirmed: Whether the person has read and confirmed the warning.
@@ -54,7 +54,7 @@ class PageDriving:
         self._drive_entry = 0
 
     def gone(self) -> None:
-        """The page has gone: its drive ends at once."""
+        """End the drive of a page that has disconnected."""
         self._dead_man.end("gone")
         if self._driving:
             self._end_drive("gone")
@@ -62,10 +62,10 @@ class PageDriving:
     # -- the lease -------------------------------------------------------------------------------------------
 
     def ask_lease(self, op: object, to: object) -> None:
-        """Ask for the lease, give it back, keep it, or grant it.
+        """Request the lease, give it back, renew it, or grant it.
 
         Raises:
-            BadMessage: It is none of these.
+            BadMessage: `op` is none of these.
         """
         lease, me = self._robot.chassis.lease, self._name
         if op == "ask":
@@ -83,14 +83,14 @@ class PageDriving:
             raise BadMessage(say("op={op!r:.40}: expected ask, give, keep or grant", op=op))
 
     def give(self) -> None:
-        """Give control back, after the drive has ended."""
+        """End the drive, and give the lease back."""
         self._apply(self._dead_man.end("no lease"))
         self._robot.chassis.lease.release(self._name)
 
-    # -- the hand --------------------------------------------------------------------------------------------
+    # -- the dead-man switch ---------------------------------------------------------------------------------
 
     def press(self, seq: int, at: float, vx: float, wz: float) -> None:
-        """The person takes the control."""
+        """The person begins to hold the control."""
         refusal = self._refusal()
         if refusal is not None:
             self._tell({"t": "drive", "state": "refused", "reason": refusal[0], "text": refusal[1]})
@@ -98,7 +98,7 @@ class PageDriving:
         self._apply(self._dead_man.press(seq, at, vx, wz, time.monotonic()))
 
     def beat(self, seq: int, at: float, vx: float, wz: float) -> None:
-        """The person still holds it."""
+        """The person still holds the control."""
         now = time.monotonic()
         self._apply(self._dead_man.beat(seq, at, vx, wz, now), now)
         self._keep_lease()
@@ -138,7 +138,7 @@ class PageDriving:
     # -- the drive -------------------------------------------------------------------------------------------
 
     def _apply(self, verdict: Verdict, now: float | None = None) -> None:
-        """Do what the dead-man switch says, without waiting; `now` is the time at which it decided."""
+        """Carry out a verdict of the dead-man switch without waiting; `now` is the time of the verdict."""
         if verdict.act == "drive":
             try:
                 self._robot.manual_drive.steer(verdict.vx, verdict.wz, verdict.valid_for, now)
@@ -154,7 +154,7 @@ class PageDriving:
             self._tell({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
 
     async def _open(self, press: int) -> None:
-        """Open a drive for one press. If another press came meanwhile, it is ended again at once."""
+        """Open a drive for one press, and end it again if another press has come meanwhile."""
         manual_drive, name = self._robot.manual_drive, self._name
         opening = self._context.drives.run(manual_drive.open, name)
         try:
@@ -185,14 +185,14 @@ class PageDriving:
         self._apply(verdict, now)
 
     def _abandon(self, opening: asyncio.Future[None], why: str) -> None:
-        """End a drive that is no longer wanted, if it was opened. If it was not, another's drive may be open,
-        which must not be ended.
+        """End a drive that is no longer wanted. If it was not opened, another client's drive may be open,
+        which must go on.
         """
         if not opening.cancelled() and opening.exception() is None:
             self._context.drives.run(self._robot.manual_drive.finish, why)
 
     def _end_drive(self, reason: str, text: str = "", reasons: list[Any] | None = None) -> None:
-        """Send zero now; the journal and the page are told afterwards."""
+        """Send zero, then note the end in the journal and tell the page."""
         if not self._driving:
             if reason:
                 self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
@@ -205,7 +205,7 @@ class PageDriving:
         self._context.drives.run(self._robot.manual_drive.finish, why)
 
     def _drive_failed(self, error: Exception) -> None:
-        """The drive was ended by the robot, a stop, or a lost link."""
+        """End a drive that the robot, a stop or a lost link has ended."""
         self._dead_man.end("over")
         self._end_drive("over", str(error), _reasons(problem_of(error)))
 

@@ -1,5 +1,5 @@
-"""Reads a robot's state as values that can be sent: the parts of the snapshot, the path, the outline, and how
-the laser is mounted. Nothing here waits unless its docstring says so.
+"""Reads a robot's state as values for clients: the parts of the snapshot, the path, the outline, and the pose
+of the laser. No function waits unless its docstring says so.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""One viewer: the live connection of one page.
+"""The live connection of one page: reads its messages, and begins stops.
 
-`frame_pacing` sends frames at the pace at which the page reads, `page_driving` applies its dead-man
-switch; here its messages are read, told apart, and stops are begun.
+`frame_pacing` sends it frames as fast as it reads; `page_driving` applies its dead-man switch.
 """
 
 from __future__ import annotations
@@ -30,17 +29,17 @@ from woosh_pure.web.snapshot import plain, stop_part
 
 MOST_TEXT = 4096
 GONE_SECONDS = 6.0
-"""Seconds for which a page whose connection has ended keeps the lease: time to connect again, and no more."""
+"""A page whose connection has ended keeps the lease for this time, to connect again."""
 GOING_AWAY = 1001
-"""With this code a browser closes the connections of a page that is closed or left. What the page's script
-sends then does not always arrive (Firefox); a network that is cut says nothing."""
+"""The code with which a browser closes the connections of a page that is closed or left. A message that the
+page's script sends then does not always arrive (Firefox). A cut network sends no code."""
 REPLACED = 4409
-"""With this code a connection ends when another one has resumed its session. A page that is still there (its
-tab was copied with the session) then takes a new session."""
+"""The code of a connection whose session another connection has resumed. A page that is still open, because
+its tab was copied with the session, then takes a new session."""
 
 
 class Viewer:
-    """See above. Used in the event loop only. `run` lasts as long as the connection.
+    """The server's end of one live connection. Used in the event loop only.
 
     Attributes:
         is_replaced: Whether another connection has resumed the page's session.
@@ -52,7 +51,7 @@ class Viewer:
         self._sender = FrameSender(hub, client.name, context.clients.is_page)
         self._page_driving = PageDriving(context, hub.robot, client.name, self._sender, self._start)
         self._tell = self._sender.tell
-        self._wanted: set[str] = set()  # cameras and costmap that the page wants to see
+        self._wanted: set[str] = set()  # cameras and costmap that the page has asked for
         self._is_looking = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._pace = TokenBucket(200.0, 400.0)
@@ -74,7 +73,7 @@ class Viewer:
     async def run(self, lang: str) -> None:
         """Serve the page until the connection ends. The drive is ended first of all."""
         self._hub.join(self._sender.wake.set)
-        self._robot.chassis.lease.renew(self._client.name)  # of a page that has come back
+        self._robot.chassis.lease.renew(self._client.name)  # of a page that has connected again
         self._tell(self._hello(lang))
         parts = (
             self._read(),
@@ -113,7 +112,7 @@ class Viewer:
         try:
             await asyncio.wait_for(self._socket.close(code, printable(reason)[:120]), 2.0)
         except (RuntimeError, OSError, asyncio.TimeoutError, WebSocketDisconnect):
-            pass  # it is gone
+            pass  # the connection has ended
 
     def _hello(self, lang: str) -> dict[str, Any]:
         return {
@@ -150,10 +149,10 @@ class Viewer:
             self._handle(message)
 
     def _handle(self, message: dict[str, Any]) -> None:
-        """Nothing here waits: a beat or a stop that comes next must not wait for it."""
+        """Handle one message without waiting, so that the next beat or stop is not delayed."""
         kind = message.get("t")
         if kind == "stop":
-            pass  # it is on its way
+            pass  # `_read` has begun it
         elif kind == "ack":
             self._sender.acknowledge(message.get("n"))
         elif kind == "beat":
@@ -174,7 +173,7 @@ class Viewer:
             raise BadMessage(say("t={kind!r:.40} is no message of this connection", kind=kind))
 
     def _stop(self, number: object) -> None:
-        """Stop for this page, which needs neither the lease nor a confirmation for it."""
+        """Begin a stop, which needs neither the lease nor a confirmation."""
         stop = self._robot.begin_stop(self._client.name)
         self._tell({"t": "stop", "n": plain(number), "state": "begun"})
         self._start(self._tell_stop(stop, number))
@@ -199,7 +198,7 @@ class Viewer:
             self._start(self._follow_look())
 
     async def _follow_look(self) -> None:
-        """Watch what is wanted; what is wanted meanwhile comes afterwards."""
+        """Watch the wanted cameras and costmap, also those that are asked for meanwhile."""
         try:
             while changed := self._sender.watched ^ self._wanted:
                 what = min(changed)
