@@ -282,7 +282,7 @@ class _SharedTopic:
             if not self._warned:
                 self._warned = True
                 _log.warning(
-                    "! %s: %s publishes AnyMsg, whose type nobody knows; no client gets it",
+                    "! %s: %s publishes AnyMsg, whose type is unknown; no client gets it",
                     self.topic,
                     publisher[:200],
                 )

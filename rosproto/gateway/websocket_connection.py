@@ -87,6 +87,6 @@ class _Transport:
 
 
 def peer_of(connection: Any) -> str:
-    """ "10.0.0.7:51234"; "?" if it is not known any more."""
+    """ "10.0.0.7:51234"; "?" if it is unknown."""
     address = connection.remote_address
     return f"{address[0]}:{address[1]}" if address else "?"

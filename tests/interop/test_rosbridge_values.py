@@ -64,7 +64,7 @@ WRONG: list[tuple[str, Any]] = [
     ("geometry_msgs/Twist", []),
     ("geometry_msgs/Twist", None),
 ]
-"""What neither takes."""
+"""Values that neither accepts."""
 TAKEN_IN_SILENCE: list[tuple[str, Any]] = [
     ("geometry_msgs/PoseStamped", {"header": {"stamp": 5}}),
     ("geometry_msgs/PoseStamped", {"header": {"stamp": None}}),

@@ -126,16 +126,16 @@ class _Repeated:
                 self._thread.start()
 
     def _loop(self, stop: threading.Event) -> None:
-        told = ""
+        logged = ""
         wait = 0.0
         while not stop.wait(wait):
             try:
                 self._work()
-                wait, told = self._period, ""
+                wait, logged = self._period, ""
             except (RosError, OSError, ValueError) as problem:
-                if str(problem) != told:
+                if str(problem) != logged:
                     _log.warning("! foxglove: the %s cannot be shown now: %s", self._name, problem)
-                told, wait = str(problem), AFTER_AN_ERROR
+                logged, wait = str(problem), AFTER_AN_ERROR
 
     def close(self) -> None:
         with self._lock:

@@ -185,7 +185,7 @@ class _TopicSchemas:
             try:
                 header = probe_topic(self._node, topic, publisher, Deadline(PROBE_SECONDS))
             except (RosError, OSError) as problem:
-                _log.info("! %s: %s does not tell its type: %s", topic, publisher, problem)
+                _log.info("! %s: %s has not sent its type: %s", topic, publisher, problem)
                 continue
             if header.message_definition and header.type_name == type_name:
                 known_schema = TopicSchema(type_name, header.md5sum, header.message_definition)

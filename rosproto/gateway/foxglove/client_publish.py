@@ -239,7 +239,7 @@ class ClientPublisher:
             if channel.id in self._advertised:
                 raise Refused(f"channel {channel.id} is advertised already")
             if len(self._advertised) >= self._topics.most:
-                raise Refused(f"{self._topics.most} topics are published: no more for this client")
+                raise Refused(f"{self._topics.most} topics are published, which is the limit for a client")
             opened = self._topics.advertise(self._viewer, channel)
         except NotWritable as problem:
             opened = str(problem)

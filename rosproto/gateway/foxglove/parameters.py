@@ -119,7 +119,7 @@ class FollowedParameters:
                 if self._closed or name in self._subscriptions:
                     continue
                 if len(self._subscriptions) >= self._most:
-                    return f"{self._most} parameters are followed: no more for this client"
+                    return f"{self._most} parameters are followed, which is the limit for a client"
             refusal = self._access.may_read("parameter", name)
             if refusal is not None:
                 problem = refusal.text

@@ -255,7 +255,7 @@ class ServerState:
 
 
 def _outdated(problem: RosError) -> str:
-    return f"the robot's master does not answer, what is shown is old: {problem}"
+    return f"the robot's master does not answer; the graph shown is outdated: {problem}"
 
 
 class _ClockReceiver:

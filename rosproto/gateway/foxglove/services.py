@@ -121,7 +121,9 @@ class CallCount:
         """
         with self._lock:
             if self._now >= self._most:
-                raise Refused(f"{self._most} calls of {self._whose} wait for their answers: no more")
+                raise Refused(
+                    f"{self._most} calls of {self._whose} wait for their answers, which is the limit"
+                )
             self._now += 1
 
     def end(self) -> None:

@@ -242,13 +242,15 @@ class FoxgloveSession:
                 return
             channel = next((one for one in self._channels.values() if one.id == number), None)
             if channel is None:
-                raise Refused(f"channel {number} is not offered, or not any more")
+                raise Refused(f"channel {number} is not advertised, or not any longer")
             if id in self._subscriptions:
                 raise Refused(f"{channel.topic} is not followed: subscription {id} is in use")
             if any(one.channel.id == number for one in self._subscriptions.values()):
                 raise Refused(f"{channel.topic} is followed already")
             if len(self._subscriptions) >= most:
-                raise Refused(f"{channel.topic} is not followed: {most} topics are followed, no more can be")
+                raise Refused(
+                    f"{channel.topic} is not followed: {most} topics are followed, which is the limit"
+                )
             made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._state.differs)
         try:
             shared = self._state.subscribe(channel.topic, made)
@@ -297,7 +299,7 @@ class FoxgloveSession:
             service = next((one for one in self._services.values() if one.id == asked.service), None)
         try:
             if service is None:
-                raise Refused(f"service {asked.service} is not offered, or not any more")
+                raise Refused(f"service {asked.service} is not advertised, or not any longer")
             self._calls.begin()
             try:
                 state.calls.begin()
@@ -336,7 +338,7 @@ class FoxgloveSession:
         try:
             found = self._state.parameters.get(asked.names)
         except RosError as problem:
-            self.status(f"parameters cannot be told: {problem}")
+            self.status(f"parameters cannot be read: {problem}")
             found = {}
         self._send(messages.parameter_values(found.items(), asked.id))
 
@@ -466,7 +468,7 @@ class _Queue:
                 _log.exception("! foxglove: a request of a viewer failed")
 
     def wait_for_room(self) -> None:
-        """Return when it is not full any more."""
+        """Wait until it is not full."""
         with self._changed:
             self._changed.wait_for(lambda: not self.full or self._closed)
 

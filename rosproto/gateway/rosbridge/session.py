@@ -254,7 +254,7 @@ class RosbridgeSession:
                 insist(self._state.access.may_write("topic", name))
             type_name = self._state.topic_type(name)
             if type_name is None:
-                raise Refused(f"nobody knows the type of {asked.topic}: advertise it first")
+                raise Refused(f"the type of {asked.topic} is unknown: advertise it first")
             publication = self._open(asked.topic, type_name, latch=asked.latch, queue_size=asked.queue_size)
         if self.channel.gone and is_velocity(publication.type_name):
             return  # a velocity that waited while its client left

@@ -114,7 +114,7 @@ class TfRepublisher:
         name = f"{ACTION}/tf_repub_{next(self._numbers)}"
         with self._lock:
             if len(self._topics) >= MOST_TOPICS:
-                raise ValueError(f"{MOST_TOPICS} topics of transforms are open, no more are opened")
+                raise ValueError(f"{MOST_TOPICS} topics of transforms are open, which is the limit")
             thread = threading.Thread(
                 target=self._serve_topic, args=(name, sending, patience), name=f"rosproto:{name}", daemon=True
             )

@@ -90,7 +90,7 @@ def test_services_that_only_answer_are_open_by_type() -> None:
 
 @pytest.mark.parametrize("pattern", ["", "topic:", "robot:/a"])
 def test_patterns_that_are_none(pattern: str) -> None:
-    """Told when the gateway is made, not when somebody drives."""
+    """Reported when the gateway is made, not when a client drives."""
     with pytest.raises(ValueError):
         Access(write=[pattern])
 

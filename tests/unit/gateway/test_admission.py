@@ -85,7 +85,7 @@ def test_what_is_loopback(host: str, loopback: bool) -> None:
     ],
 )
 def test_origins(origin: str | None, origins: tuple[str, ...], may: bool) -> None:
-    """A page from elsewhere may not connect, what is no browser may."""
+    """A page from elsewhere may not connect; a client without an origin may."""
     assert (foreign_origin(origin, origins) is None) is may
 
 

@@ -69,7 +69,7 @@ def test_it_wakes_once_for_what_comes_together() -> None:
 
 
 def test_forgetting_and_closing() -> None:
-    """A topic nobody wants any more leaves nothing; a closed one takes nothing."""
+    """`forget` removes a topic's payloads; a closed outbox takes none."""
     box: Outbox[str] = Outbox(GatewayLimits())
     for i in range(300):
         box.put("/a", 1, "x", keep=2)
@@ -94,7 +94,7 @@ def test_forgetting_and_closing() -> None:
     )
 )
 def test_bounds_hold_whatever_comes(steps: list[object]) -> None:
-    """Order within a key, bytes, counts: against a plain list of what is in it."""
+    """Order within a key, bytes and counts agree with a plain list."""
     limits = GatewayLimits(topic_bytes=60, outbox_bytes=100, outbox_messages=3)
     box: Outbox[tuple[object, int, int]] = Outbox(limits)
     put: dict[object, int] = {}

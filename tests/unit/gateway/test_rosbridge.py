@@ -1,4 +1,4 @@
-"""A rosbridge server over real sockets: topics, services and actions both ways, and what is refused."""
+"""A rosbridge server over real sockets: topics, services and actions both ways, and refusals."""
 
 from __future__ import annotations
 
@@ -241,7 +241,7 @@ def test_a_client_provides_a_service(graph: Graph, serve: Serve, connect: Serve)
 
 @pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
 def test_goals(graph: Graph, serve: Serve, connect: Serve) -> None:
-    """Sent, told of, ended, cancelled, refused."""
+    """Goals are sent, give feedback, end, are cancelled and refused."""
     from rosproto import ActionServer
 
     heard, begun = threading.Event(), threading.Event()
@@ -350,7 +350,7 @@ def test_a_client_provides_an_action(graph: Graph, serve: Serve, connect: Serve)
 
 
 def test_credentials_of_rosauth_are_refused(serve: Serve, connect: Serve) -> None:
-    """Who believes to be let in by them is told how one is."""
+    """The refusal says how a client authenticates here."""
     client = connect(serve())
     client.send(op="auth", mac="x", client="c", dest="d", rand="r", t=1, level="admin", end=2, id="a")
     refused = client.op("status")
@@ -371,7 +371,7 @@ def test_what_is_denied_is_neither_read_nor_listed(graph: Graph, serve: Serve, c
 
 
 def test_another_type_than_the_topics(graph: Graph, serve: Serve, connect: Serve) -> None:
-    """Told, not decoded as something else."""
+    """It is reported, and not decoded as the other type."""
     graph.robot.publisher("/chat", String)
     client = connect(serve(write=["*"]))
     client.send(op="subscribe", topic="/chat", type="geometry_msgs/Twist", id="s")
@@ -486,7 +486,7 @@ def test_throttle_and_queue(graph: Graph, serve: Serve, connect: Serve) -> None:
 
 
 def test_the_server_says_where_it_is_and_ends(graph: Graph, serve: Serve, connect: Serve) -> None:
-    """Closing tells the clients, twice is fine, and the node's close does it, too."""
+    """Clients are notified; closing twice, or by closing the node, works."""
     bridge = serve()
     client = connect(bridge)
     assert bridge.url == f"ws://127.0.0.1:{bridge.port}"

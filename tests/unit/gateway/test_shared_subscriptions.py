@@ -144,7 +144,7 @@ def test_a_topic_may_change_its_type(graph: tuple[Node, Node]) -> None:
 
 
 def test_a_publisher_that_tells_no_type_is_left_out(graph: tuple[Node, Node]) -> None:
-    """Nobody could read it."""
+    """Its type is unknown, so no client could decode it."""
     robot, node = graph
     shared_subscriptions = SharedSubscriptions(node)
     receiver = Receiver()

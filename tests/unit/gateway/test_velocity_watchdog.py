@@ -100,7 +100,7 @@ def test_who_drives_on_ends_the_zeros() -> None:
 
 
 def test_another_client_that_stands_still_does_not_drive() -> None:
-    """Zeros of a second page (a joystick at rest) neither end the first one's drive nor its guard."""
+    """Zeros of a second page (a joystick at rest) end neither the first one's drive nor its supervision."""
     table = DriveTable()
     table.note("a", "/v", 0.0, moving=True)
     table.note("b", "/v", 0.1, moving=False)
@@ -110,7 +110,7 @@ def test_another_client_that_stands_still_does_not_drive() -> None:
 
 @pytest.mark.parametrize("value", [0.1, -0.1, float("nan"), float("inf"), 1e-300])
 def test_what_moves(value: float) -> None:
-    """Any number but zero; also what is none."""
+    """Any number but zero, NaN too."""
     for axis in ("x", "y", "z"):
         for part in ("linear", "angular"):
             twist = Twist()
@@ -216,8 +216,8 @@ def test_bytes_that_are_no_velocity_are_not_published() -> None:
     assert velocity_watchdog.driven == ()
 
 
-def test_a_closed_guard_lets_nothing_move() -> None:
-    """Nobody would stop it; zeros may pass."""
+def test_a_closed_watchdog_lets_nothing_move() -> None:
+    """A moving velocity is not published, as no zero would follow; zeros are."""
     publisher, velocity_watchdog = Recorder(), VelocityWatchdog()
     velocity_watchdog.close()
     velocity_watchdog.publish("c", publisher, forward())
@@ -245,7 +245,7 @@ NO_VELOCITIES = [float("nan"), float("inf"), float("-inf"), 1e308, -1e308, 1000.
 @pytest.mark.parametrize("value", NO_VELOCITIES)
 @pytest.mark.parametrize("encoded", [False, True])
 def test_a_velocity_that_is_none_is_refused(value: float, encoded: bool) -> None:
-    """Every number of it counts, of every type, as bytes too; nothing is published, and nobody drives by it."""
+    """Every number of every velocity type is checked, in bytes too; nothing is published, and no drive begins."""
     places = [(Twist, f"{part}.{axis}") for part in ("linear", "angular") for axis in "xyz"]
     places.append((TwistStamped, "twist.angular.z"))
     for cls, path in places:
@@ -263,7 +263,7 @@ def test_a_velocity_that_is_none_is_refused(value: float, encoded: bool) -> None
 
 
 def test_the_definition_of_a_client_hides_no_number() -> None:
-    """A viewer may send a definition of its own by the name of a velocity; its arrays are looked into."""
+    """Arrays are checked too, in a viewer's own definition with the name of a velocity type."""
     text = "float64[] speeds\nfloat32[2] pair\ngeometry_msgs/Vector3[] parts\n"
     vector = "\n" + "=" * 80 + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
     own = define("geometry_msgs/Twist", text + vector)

@@ -1,4 +1,4 @@
-"""Strangers at a WebSocket server, clients that do not read, and hundreds that come and go: nothing is left behind."""
+"""The WebSocket server: refused connections, clients that do not read, hundreds that connect and leave."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_tls(serve: Serve, graph: Graph, tmp_path: Any) -> None:
 
 
 def test_more_clients_than_allowed(serve: Serve) -> None:
-    """Are told so, and those that are there stay."""
+    """Further clients are refused with the reason; connected ones stay."""
     bridge = serve(limits=GatewayLimits(connections=2))
     with RosbridgeClient(bridge.url) as one, RosbridgeClient(bridge.url):
         assert " 503 " in asked(bridge)
@@ -306,7 +306,7 @@ def test_wrong_frames_end_their_connection(serve: Serve) -> None:
 
 @pytest.mark.promise("gives no sign of life for twice `silence_seconds`")
 def test_a_client_that_gives_no_sign_of_life_is_given_up(serve: Serve, graph: Graph) -> None:
-    """Half-open: its network has gone without a word."""
+    """Half-open: its network was lost without a close."""
     bridge = serve(limits=GatewayLimits(silence_seconds=0.3, close_seconds=0.3, linger_seconds=0.05))
     publisher = graph.robot.publisher("/chat", String)
     sock = opened(bridge)
@@ -385,7 +385,7 @@ def test_a_message_that_is_too_long_tells_the_owner_how_to_allow_it(
 
 
 def test_subprotocols() -> None:
-    """The best that both speak; a client that speaks none of them is told which there are."""
+    """The best common subprotocol; a client without one is refused with the list."""
     pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
     from rosproto.gateway.websocket_server import WebSocketServer
 
@@ -466,7 +466,7 @@ def test_pongs_that_are_not_read_end_the_connection(serve: Serve) -> None:
 
 
 def opened(bridge: Any) -> socket.socket:
-    """A WebSocket that nobody reads."""
+    """A WebSocket without a reader."""
     sock = half_open(bridge.port)
     sock.sendall(UPGRADE)
     return sock
@@ -489,7 +489,7 @@ def counts() -> tuple[int, int]:
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="open files are counted in /proc")
 def test_hundreds_that_come_and_go_leave_nothing(serve: Serve, graph: Graph) -> None:
-    """In order, without a word, in the middle of a handshake, of a message, of a call: no thread, task, file, topic."""
+    """Clients that end in order, without a close, in a handshake, a message or a call leave no thread, task, file or topic."""
     bridge = serve(write=["*"], limits=GatewayLimits(linger_seconds=0.05, handshake_seconds=1.0))
     publisher = graph.robot.publisher("/chat", String, latch=True)
     publisher.publish(data="hello")

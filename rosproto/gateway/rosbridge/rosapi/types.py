@@ -171,8 +171,9 @@ class Definitions:
         learned = self._learned.get(name) or self._ask(name, deadline or Deadline(ASK_SECONDS))
         if learned is None:
             raise RosapiError(
-                f"the definition of {name} is not known here, and no publisher of a visible topic told it;"
-                " give the gateway a folder of .msg files (msg_path)"
+                f"the definition of {name} is not known here, "
+                "and no publisher of a visible topic has sent it; "
+                "give the gateway a folder of .msg files (msg_path)"
             )
         return learned
 

@@ -1,4 +1,4 @@
-"""The messages of the protocol, both ways: what a client may send, and what is no message."""
+"""The messages of the Foxglove protocol: reading valid and invalid ones, and writing."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def test_offers() -> None:
 
 
 def test_server_and_status() -> None:
-    """What is not known is left out."""
+    """Unknown values are left out."""
     assert json.loads(messages.server_info("me", ["time"], "s1")) == {
         "op": "serverInfo",
         "name": "me",
@@ -197,7 +197,7 @@ def test_server_and_status() -> None:
     ],
 )
 def test_parameters(value: object, told: dict[str, Any]) -> None:
-    """With a type where JSON would lose it; JSON has no word for what is no number."""
+    """With a type where JSON would lose it; NaN has no JSON form."""
     text = messages.parameter_values([("/a", value)], "x")
     assert json.loads(text, parse_constant=lambda word: pytest.fail(word)) == {
         "op": "parameterValues",
@@ -208,7 +208,7 @@ def test_parameters(value: object, told: dict[str, Any]) -> None:
 
 
 def test_the_graph() -> None:
-    """Whole at first, then what has changed, and what is gone."""
+    """The whole graph first, then changed and removed entries."""
     first = ConnectionGraph({"/a": ["/n"], "/b": ["/n"]}, {"/b": ["/m"], "/c": ["/m"]}, {"/s": ["/n"]})
     whole = json.loads(messages.graph_update(ConnectionGraph(), first))
     assert whole["publishedTopics"] == [

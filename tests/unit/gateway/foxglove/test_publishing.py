@@ -111,7 +111,7 @@ def test_what_is_too_long_ends_the_connection(ground: Ground, caplog: pytest.Log
 
 
 def test_other_encodings_are_refused(ground: Ground) -> None:
-    """With what is taken."""
+    """The refusal lists the accepted encodings."""
     viewer = ground.view(ground.serve(access=Access(write=["*"])))
     viewer.advertise("/say", "std_msgs/String", encoding="cdr")
     assert "json or ros1" in viewer.status("/say", "'cdr'")

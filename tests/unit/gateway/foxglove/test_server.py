@@ -67,7 +67,7 @@ def test_a_topic_is_followed_while_somebody_looks(ground: Ground) -> None:
 
 
 def test_a_latched_message_comes_to_everybody(ground: Ground) -> None:
-    """Also to who comes when the topic is followed already."""
+    """Also to a viewer that subscribes when another has already."""
     publisher = ground.robot.publisher("/map_name", String, latch=True)
     publisher.publish(data="hall")
     server = ground.serve()
@@ -156,7 +156,7 @@ def test_what_is_not_open_is_not_shown(ground: Ground) -> None:
 
 
 def test_the_graph_and_what_changes_in_it(ground: Ground) -> None:
-    """Who publishes, who subscribes, who serves."""
+    """Publishers, subscribers and service providers."""
     ground.robot.publisher("/chatter", String)
     viewer = ground.view(ground.serve())
     viewer.offered("/chatter")
@@ -272,7 +272,7 @@ def test_zero_follows_a_client_that_drove(ground: Ground) -> None:
 
 @pytest.mark.promise("Zero velocity is sent when a viewer that drove leaves or falls silent")
 def test_closing_sends_zero_too(ground: Ground) -> None:
-    """Also when the server ends while somebody drives."""
+    """Also when the server closes while a viewer drives."""
     heard = ground.robot.subscriber("/cmd_vel", Twist, queue_size=100)
     server = ground.serve(access=Access(write=["/cmd_vel"]))
     viewer = ground.view(server)
@@ -323,7 +323,7 @@ def test_strangers_stay_outside(ground: Ground) -> None:
 
 @pytest.mark.promise("on an address that others reach only with a token")
 def test_others_than_this_computer_need_a_token(ground: Ground) -> None:
-    """An address that the network reaches is not served openly, and one in use is told."""
+    """An address that others can reach needs a token; a port in use is an error."""
     with pytest.raises(ValueError, match="token"):
         ground.serve(host="0.0.0.0")
     server = ground.serve()
@@ -376,7 +376,7 @@ def _received(sock: socket.socket) -> bytes:
 
 @pytest.mark.promise("A viewer that does not read costs its own 32 MiB")
 def test_a_client_that_does_not_read_gets_the_newest_later(ground: Ground) -> None:
-    """It costs bounded memory, the others nothing, and is told nothing old when it reads again."""
+    """It takes bounded memory, does not delay others, and gets no old messages when it reads again."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
     # Longer than a busy machine takes for 80 MB: a client that has read nothing for that long is cut off.
     server = ground.serve(limits=GatewayLimits(silence_seconds=600.0))
@@ -418,7 +418,7 @@ def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
 
 @pytest.mark.promise("the number of viewers, of topics each follows")
 def test_a_client_may_not_follow_everything(ground: Ground) -> None:
-    """Beyond its number of topics it is told, and those it has go on."""
+    """Further topics are refused with a status; its subscriptions continue."""
     publishers = [ground.robot.publisher(f"/t{number}", String, latch=True) for number in range(4)]
     for publisher in publishers:
         publisher.publish(data="x")
@@ -495,7 +495,7 @@ def test_closing_is_quick_and_says_goodbye(ground: Ground) -> None:
 
 
 def test_a_topic_of_this_program_alone(ground: Ground) -> None:
-    """Made while somebody looks, seen by viewers, unknown to the robot."""
+    """Made only while a viewer subscribes, and not registered at the master."""
     wanted: list[bool] = []
     topic = LocalTopic("/overlay", String, wanted.append)
     server = ground.serve(topics=[topic])
@@ -530,7 +530,7 @@ def test_files_of_packages(ground: Ground, tmp_path: Path) -> None:
 
 
 def test_simulated_time() -> None:
-    """Viewers are told the simulation's time, and messages carry it."""
+    """Viewers get the simulated time, and messages carry it."""
     with Master() as master, Node("/sim", master_uri=master.uri, rosout=False) as sim:
         sim.params["/use_sim_time"] = True
         clock = sim.publisher("/clock", "rosgraph_msgs/Clock", latch=True)
@@ -556,7 +556,7 @@ def test_simulated_time() -> None:
 
 @pytest.mark.slow
 def test_the_master_goes_and_comes_back() -> None:
-    """Viewers are told, keep their connection, and see the topics of the new run."""
+    """Viewers get a status, stay connected, and see the topics of the new run."""
     with Master() as first:
         port = first.port
         robot = Node("/robot", master_uri=first.uri, rosout=False, intraprocess=False)

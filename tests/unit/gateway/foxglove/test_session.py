@@ -57,7 +57,7 @@ def test_numbers_that_mean_nothing(ground: Ground) -> None:
     viewer = ground.view(server)
     number = viewer.offered("/a")["id"]
     viewer.send("subscribe", subscriptions=[{"id": 1, "channelId": 999}])
-    assert "channel 999" in viewer.status("is not offered")
+    assert "channel 999" in viewer.status("is not advertised")
     viewer.send("unsubscribe", subscriptionIds=[77])
     viewer.send("unadvertise", channelIds=[5])
     viewer.subscribe("/a")
@@ -97,7 +97,7 @@ def test_a_number_is_in_use_until_it_is_given_back(ground: Ground) -> None:
 
 
 def test_a_thousand_wrong_messages(ground: Ground) -> None:
-    """Are told of, the same text once in a while; the viewer goes on being served."""
+    """They are reported, the same text only once in a while; the viewer is still served."""
     ground.robot.params["/a"] = 1
     viewer = ground.view(ground.serve())
     for number in range(1000):
@@ -217,7 +217,7 @@ def test_an_answer_that_is_too_long_is_a_sentence(ground: Ground) -> None:
 
 
 def test_parameters_are_followed_and_left(ground: Ground) -> None:
-    """A parameter that is deleted has no value any more; no name at all leaves them all."""
+    """A deleted parameter has no value; without names, all are unsubscribed."""
     ground.robot.params["/speed"] = 1.5
     viewer = ground.view(ground.serve())
     viewer.send("subscribeParameterUpdates", parameterNames=["/speed"])

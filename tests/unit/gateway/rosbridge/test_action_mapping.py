@@ -23,7 +23,7 @@ from rosproto.protocol.goal_status import GoalStatus
     ],
 )
 def test_names_of_types(given: str, name: str) -> None:
-    """ROS 2's form and superfluous slashes are understood; the rest is for whoever looks it up."""
+    """ROS 2's form and superfluous slashes are converted; other names are unchanged."""
     assert definition_name(given) == name
 
 

@@ -1,4 +1,4 @@
-"""What a client provides to the graph, and the requests that wait for it."""
+"""Names that a client advertises, and the requests that wait for its answers."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def test_raw(kind: type) -> None:
 
 
 def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error names the extra, for whoever catches a RosError or an ImportError."""
+    """The error names the extra, and is a RosError and an ImportError."""
     assert issubclass(MissingLibrary, RosError)
     assert issubclass(MissingLibrary, ImportError)
     monkeypatch.setitem(sys.modules, "cbor2", None)

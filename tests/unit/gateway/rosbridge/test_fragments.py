@@ -40,7 +40,7 @@ def test_what_is_cut_is_put_together(size: int) -> None:
 
 @pytest.mark.promise("a message comes in 4096 at most")
 def test_small_fragments_of_a_large_text_are_made_larger() -> None:
-    """Nobody makes us send a million messages of one character."""
+    """A tiny fragment size does not cause a million fragments."""
     sent = cut("x" * 1_000_000, 1, "f")
     assert len(sent) <= MOST_SENT
     assert "".join(json.loads(payload)["data"] for payload in sent) == "x" * 1_000_000

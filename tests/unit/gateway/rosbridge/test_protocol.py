@@ -179,7 +179,7 @@ def refused(message: Any, limits: GatewayLimits = LIMITS) -> str:
 
 @pytest.mark.parametrize(("message", "request_"), CONVERSATION, ids=lambda value: str(value)[:60])
 def test_operations(message: dict[str, Any], request_: Request) -> None:
-    """What roslib, roslibpy and ros-mcp send becomes its effect, as text and as bytes."""
+    """Operations of roslib, roslibpy and ros-mcp are read, as text and as bytes."""
     assert Protocol(LIMITS).receive(json.dumps(message)) == [request_]
     assert Protocol(LIMITS).receive(json.dumps(message).encode()) == [request_]
 
@@ -263,7 +263,7 @@ def test_a_required_field_is_missed(op: str) -> None:
     ],
 )
 def test_wrong_messages(message: Any, sentence: str) -> None:
-    """What is wrong, and what was expected; without control characters of the client's."""
+    """The sentence has the error and the expectation, without the client's control characters."""
     text = refused(message)
     assert text.startswith(sentence)
     assert "\x1b" not in text
@@ -271,7 +271,7 @@ def test_wrong_messages(message: Any, sentence: str) -> None:
 
 @pytest.mark.parametrize("op", sorted(ANSWERS))
 def test_a_wrong_call_or_goal_is_answered_as_one_that_fails(op: str) -> None:
-    """Whoever waits for its answer gets one, with its id, if that is a text or a number."""
+    """A wrong call or goal gets its answer, with its id if that is a text or a number."""
     name = ANSWERS[op][1]
     asked = {"op": op, name: "/s", "action_type": "p/A", "args": "x"}
     for id in ("a", 7, 1.5):
@@ -312,7 +312,7 @@ def test_nesting_is_bounded() -> None:
 
 @pytest.mark.promise("A message is bounded in bytes, in nesting, and in its values and keys")
 def test_size_is_bounded() -> None:
-    """A message beyond the limit ends the connection, and nothing is read any more."""
+    """A message beyond the limit ends the connection, and nothing more is read."""
     protocol = Protocol(LIMITS)
     assert protocol.receive(b"x" * 100_001) == [Close(1009, "a message may have 100000 bytes")]
     assert protocol.closed
@@ -373,7 +373,7 @@ def test_fragments_of_a_long_message_are_left_to_a_rest() -> None:
 
 
 def test_levels_of_status() -> None:
-    """Errors alone at first; each level includes those before it; none tells nothing."""
+    """Errors at first; each level includes those before it; `none` sends nothing."""
     protocol = Protocol(LIMITS)
     wanted = {"none": 0, "error": 1, "warning": 2, "info": 3}
     told = [level for level in ("error", "warning", "info") if protocol.status(level, "x")]  # type: ignore[arg-type]
@@ -388,7 +388,7 @@ def test_levels_of_status() -> None:
 
 
 def test_status_has_the_id() -> None:
-    """The id of what it is about, of its own kind."""
+    """A status has the id of its message, of the same kind."""
     for given in ("x", 0, 7):
         (payload,) = Protocol(LIMITS).status("error", "a sentence", given)
         assert json.loads(payload) == {"op": "status", "level": "error", "msg": "a sentence", "id": given}
@@ -397,7 +397,7 @@ def test_status_has_the_id() -> None:
 
 
 def test_fragments_of_a_client() -> None:
-    """Put together in any order; what is in them counts, also when it is wrong."""
+    """Fragments are joined in any order; an error in the joined message is reported."""
     message = {"op": "publish", "topic": "/t", "msg": {"data": "x" * 100}}
     text = json.dumps(message)
     pieces = [text[start : start + 40] for start in range(0, len(text), 40)]
@@ -517,7 +517,7 @@ def test_what_is_sent_in_fragments() -> None:
     ],
 )
 def test_the_protocol_knows_no_sockets_threads_or_clocks(name: str) -> None:
-    """Whoever drives it brings bytes and the time."""
+    """The protocol imports no sockets, threads or clocks."""
     module = f"rosproto.gateway.{name}"
     path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
     assert not {found.partition(".")[0] for found, _ in imports_of(module, path)} & IMPURE_MODULES

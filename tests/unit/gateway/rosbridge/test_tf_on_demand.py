@@ -1,4 +1,4 @@
-"""The tf republisher of a bridge: there when somebody asks for it, open without a pattern, and nothing else."""
+"""`TfOnDemand`: starts at the first use, allows its names without a pattern, and no others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The action /tf2_web_republisher: what is sent, when again, and that it ends."""
+"""The action /tf2_web_republisher: which transforms are sent, when again, and how it ends."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_a_goal_without_sense_is_rejected(nodes: tuple[Node, Node], change: dict
 
 
 def test_a_topic_for_clients_that_call_the_service(nodes: tuple[Node, Node]) -> None:
-    """Each gets a topic, on which newcomers get everything; it goes when nobody listens any more."""
+    """Each call gets a topic, whose new subscribers get all transforms; it closes without subscribers."""
     robot, gateway = nodes
     with StaticTransformBroadcaster(robot) as fixed, TfRepublisher(gateway) as republisher:
         fixed.send(
@@ -142,7 +142,7 @@ def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch
         asked = {**a_goal(), "timeout": Duration(50, 0)}
         for _ in range(2):
             client.call(Request(**asked), timeout=5)
-        with pytest.raises(ServiceError, match="no more"):
+        with pytest.raises(ServiceError, match="which is the limit"):
             client.call(Request(**asked), timeout=5)
     assert not republisher._topics
 

@@ -192,7 +192,7 @@ def test_headers_are_stamped() -> None:
 
 
 def test_the_default_of_a_class_is_not_changed() -> None:
-    """Each message has a stamp of its own."""
+    """Each message has its own stamp."""
     first = from_values(POSE, {"header": {}}, now=NOW)
     first.header.stamp.secs = 7
     assert from_values(POSE, {"header": {}}, now=NOW).header.stamp.secs == 1234

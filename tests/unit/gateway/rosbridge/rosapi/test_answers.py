@@ -62,7 +62,7 @@ def test_every_definition_is_the_one_of_the_original() -> None:
 
 
 def test_topics_and_their_types(nodes: tuple[Node, Node]) -> None:
-    """Published and subscribed ones, by name, by type, with definitions; "" for what is not there."""
+    """Published and subscribed ones, by name, by type, with definitions; "" for unknown names."""
     rosapi = Rosapi(nodes[1], Access())
     answer = rosapi.call("/rosapi/topics")
     types = dict(zip(answer["topics"], answer["types"], strict=True))  # type: ignore[call-overload]
@@ -167,7 +167,7 @@ def test_what_cannot_be_answered_is_a_sentence(
 
 @pytest.mark.promise("a million characters at most, a parameter's value 32 levels, an answer 300 types")
 def test_a_master_that_is_gone_is_a_sentence() -> None:
-    """What cannot be reached is told; nothing else comes out."""
+    """A failure is a RosapiError, and no other exception."""
     with Master() as master, Node("/gateway", master_uri=master.uri, rosout=False) as node:
         rosapi = Rosapi(node, Access(), timeout=1.0)
         master.close()
@@ -184,7 +184,7 @@ def test_the_time_is_the_node_s(nodes: tuple[Node, Node]) -> None:
 
 
 def test_a_type_that_only_the_robot_knows_is_told_by_its_publisher(nodes: tuple[Node, Node]) -> None:
-    """A definition is learned from the header of whoever publishes it, unless that topic is hidden."""
+    """A definition is learned from a publisher's header, unless its topic is hidden."""
     from rosproto.codec import define
 
     own = define("my_msgs/Lamp", "uint8 OFF=0\nfloat32[3] colour\nmy_msgs/Part part\n" + "=" * 80
@@ -223,7 +223,7 @@ def test_the_same_answers_as_ros_services(nodes: tuple[Node, Node]) -> None:
 def test_a_provider_that_is_silent_holds_up_nobody_for_long(
     nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A port that accepts and never answers: its type is unknown, asked once, and the others are told."""
+    """A provider that never answers: its type is unknown, it is probed once, and the others are listed."""
     monkeypatch.setattr(graph, "PROBE_SECONDS", 0.2)
     robot, gateway = nodes
     with socket.create_server(("127.0.0.1", 0)) as silent:

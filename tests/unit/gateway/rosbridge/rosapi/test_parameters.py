@@ -44,7 +44,7 @@ def test_values_are_json(node: Node) -> None:
 
 
 def test_setting_deleting_searching(node: Node) -> None:
-    """What is set is there; deleting twice is no error; names are sorted."""
+    """A set value is read back; deleting twice is no error; names are sorted."""
     rosapi = Rosapi(node, OPEN)
     assert rosapi.call("/rosapi/set_param", {"name": "/new", "value": '{"a": [1, "x"]}'}) == {}
     assert node.params["/new/a"] == [1, "x"]
@@ -108,7 +108,7 @@ def test_a_hidden_parameter_is_not_read(node: Node, name: str) -> None:
 
 @pytest.mark.promise("A pattern cannot be evaded through a namespace of parameters")
 def test_a_namespace_is_no_way_around(node: Node) -> None:
-    """Reading it leaves out what is hidden; writing or deleting it is refused for what is below."""
+    """Reading omits hidden parameters; writing or deleting is refused because of them."""
     rosapi = Rosapi(node, Access(deny=("/robot/secret*",), write=("*",)))
     assert get(rosapi, "/robot") == {"name": "ö", "size": [1, 2.5, True]}
     assert "s3cret" not in json.dumps(get(rosapi, "/"))

@@ -1,4 +1,4 @@
-"""Typedefs: fields, arrays, examples and constants as rosapi tells them."""
+"""Typedefs: fields, arrays, examples and constants as in rosapi."""
 
 from __future__ import annotations
 
