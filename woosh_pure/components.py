@@ -1,4 +1,4 @@
-"""The parts of one `Chassis`, put together; each verb uses the ones it needs."""
+"""Creates the parts of one `Chassis` and connects them; verbs and motions use them."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ logger = get_logger("woosh_pure.components")
 
 
 class Components:
-    """What one `Chassis` is made of.
+    """The parts of one `Chassis`.
 
     Attributes:
         connection: Our node, made on first use.
-        clients: What is sent and called.
-        feeds: What is heard.
-        readiness_state: What is known about whether it may move.
-        motions: What was started and still runs.
+        clients: Publishers, service clients and action clients.
+        feeds: The topics that are read.
+        readiness_state: The known reasons against moving.
+        motions: Our goals and velocity blocks under way.
         velocity: The velocity topics.
-        watchdog_client: What the watchdog ends when this program is gone.
+        watchdog_client: Registers motions at the watchdog process.
         in_block: Whether the Chassis is in its own `with` block, which will close it.
     """
 

@@ -1,4 +1,4 @@
-"""Calls the verbs in threads, for tasks that may be cancelled; decides what is ended then.
+"""Calls the verbs in threads for asyncio tasks, and ends what a cancelled task has begun.
 
 A task that is cancelled
 
@@ -24,10 +24,10 @@ _THREADS = 64
 
 
 class ThreadCalls:
-    """The calls of one Chassis. Made for any number of loops, one after the other.
+    """The thread pool of one Chassis for its verbs. Usable from several event loops, one after the other.
 
     Attributes:
-        begun: Goals and velocity blocks that were begun here, as long as somebody has them.
+        begun: Goals and velocity blocks that were begun here and are still referenced.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The awaited `Chassis`: a face of the threaded one, made from it verb by verb."""
+"""The asyncio `Chassis`: wraps each verb of the threaded one."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ H = TypeVar("H", bound=GoalHandle[Any])
 
 
 class AwaitedChassis(Protocol):
-    """What a verb finds in the awaited `Chassis`."""
+    """The part of the asyncio `Chassis` that its verbs use."""
 
     @property
     def chassis(self) -> object: ...

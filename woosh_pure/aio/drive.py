@@ -123,7 +123,7 @@ class Drive:
         self.set(0.0, 0.0)
 
     def halt(self, why: str) -> None:
-        """End the drive from outside; zero follows at once and nothing resumes. Waits for nothing."""
+        """End the drive; zero follows at once, and it never resumes. Does not wait."""
         self.drive.halt(why)
 
 

@@ -1,4 +1,4 @@
-"""Feeds, awaited: `async for pose in robot.pose`, `await robot.battery`."""
+"""Feeds in asyncio: `async for pose in robot.pose`, `await robot.battery`."""
 
 from __future__ import annotations
 

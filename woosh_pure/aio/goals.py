@@ -1,4 +1,4 @@
-"""Goals, awaited: what a verb gives before it has begun, and the handle of one that is under way."""
+"""Goals in asyncio: `Goal`, which a verb returns and `await` starts, and the handles of goals under way."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class GoalHandle(Generic[P]):
 
     @property
     def server(self) -> str:
-        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        """The action server that has the goal, where a later one replaces it; "" for a task."""
         return self.handle.server
 
     @property

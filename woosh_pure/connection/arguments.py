@@ -1,4 +1,4 @@
-"""What a caller gives, checked: which master (a host, a URI, nothing: $ROS_MASTER_URI), and time limits."""
+"""Checks arguments of callers: the master (a host, a URI, or $ROS_MASTER_URI by default), and time limits."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What one call has begun, so that it can be ended without a handle, even while it is being prepared.
+"""`CallScope`: the motions that one call of a verb has begun, so that a cancelled asyncio task can end them.
 
-`woosh_pure.aio` calls the verbs in threads. A task that is cancelled cannot interrupt such a thread; it says
-here that the call is not wanted any more. What the call prepares then does not begin, and what it has begun
+`woosh_pure.aio` calls the verbs in threads. A cancelled task cannot interrupt such a thread, but it can mark
+the call as unwanted here. Then a motion that the call is preparing does not begin, and one that it has begun
 is ended.
 """
 
@@ -77,7 +77,7 @@ class CallScope:
         self.calling.cancel()
 
     def end(self) -> None:
-        """Let nothing begin, and end what has begun; what cannot be is logged, and left to `close`."""
+        """Let nothing begin, and end what has begun. Failures are logged; `close` tries again."""
         self.refuse()
         for what, end in self._ends:
             try:
@@ -88,7 +88,7 @@ class CallScope:
 
 @contextmanager
 def call_scope(scope: CallScope) -> Iterator[None]:
-    """What this thread begins in the block is noted there."""
+    """Add motions that this thread begins within the block to `scope`."""
     before, _here.scope = current(), scope
     try:
         yield
@@ -97,5 +97,5 @@ def call_scope(scope: CallScope) -> Iterator[None]:
 
 
 def current() -> CallScope | None:
-    """Where this thread notes what it begins; None when nobody asked for that."""
+    """The scope of this thread; None outside `call_scope`."""
     return getattr(_here, "scope", None)

@@ -1,4 +1,4 @@
-"""What is sent to the chassis and asked of it: publishers, and clients of services and actions.
+"""Publishers, service clients and action clients of one chassis.
 
 Each is made on first use and kept until close. Safe from any thread.
 """
@@ -162,7 +162,7 @@ class Clients:
         return client
 
     def prepared_exec_task(self, command: TaskCommand, task_id: int) -> PreparedCall:
-        """A call of /exec_task that is ready, on a connection of its own; whoever has it closes it."""
+        """A call of /exec_task that is ready, on a connection of its own; the caller closes it."""
         client, seconds = self.service("/exec_task"), self._connection.timeout
         return client.prepare(timeout=seconds, task_exect=int(command), task_id=task_id)  # type: ignore[no-any-return]
 

@@ -1,6 +1,6 @@
-"""Our node at the master of one chassis: made on first use, ended by `close`. Safe from any thread.
+"""Our node at the master of one chassis: made on first use, closed by `close`. Safe from any thread.
 
-When another node takes its name, what is left to say goes out from a fresh one (`say_elsewhere`).
+`say_elsewhere` sends last zeros and cancels from a new node when ours was shut down.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ _FLUSH = _ARRIVE = 0.5  # seconds
 
 @dataclass(frozen=True)
 class FinalMessage:
-    """What is to be said on one topic.
+    """A message to send from another node.
 
     Attributes:
         topic: Its name.
@@ -144,14 +144,14 @@ class FinalMessage:
 
 
 def say_elsewhere(connection: Connection, words: Iterable[FinalMessage]) -> list[str]:
-    """Say it from another node, for a moment; never raises. For zeros and cancels when our own is shut down.
+    """Send zeros and cancels from a temporary node after our own was shut down; never raises.
 
-    When another node takes our name, a master tells those who listen to us that we are gone; they have then
-    ended the links before our own zeros and cancels were read. A fresh node, under a name that nobody has,
-    reaches them. (Tasks are cancelled by a service, for which names do not matter.)
+    When another node takes our name, the master tells our subscribers that we are gone, and they close the
+    links before they read our zeros and cancels. A new node with a unique name reaches them. (Tasks are
+    cancelled by a service, for which names do not matter.)
 
     Returns:
-        What could not be said, in words.
+        A sentence for each message that was not sent.
     """
     problems: list[str] = []
     try:

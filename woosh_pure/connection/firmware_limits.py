@@ -1,8 +1,8 @@
-"""What the connected firmware cannot be told: found by md5sum before anything is sent.
+"""Refuses values for which the connected firmware has no field, before anything is sent.
 
-A server's goal topic asks for a definition by its md5sum, and so does a service. A value that was given and
-has no field there would be dropped in silence by the field-by-field conversion, and a robot that leaves out
-"diagonally" drives somewhere else: so that is an error here, and nothing is sent.
+Action servers and services name their definition by its md5sum. The conversion to an older definition drops
+values without a field silently, and a robot that misses "diagonally" drives somewhere else. So a given value
+without a field is an error.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _STEP_CONSTANTS = {StepMode.LATERAL: "LATERAL", StepMode.DIAGONAL: "DIAGONALIZE"
 
 
 def require_message(name: str, publisher: rosproto.Publisher, message: Any) -> None:
-    """Every subscriber must have a field for each value given.
+    """Check that every subscriber has a field for each value given.
 
     Raises:
         FirmwareLimit: One has not; nothing was sent.

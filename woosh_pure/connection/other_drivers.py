@@ -1,11 +1,11 @@
-"""Who else can drive the base by velocity: other publishers of the velocity topics.
+"""Finds other nodes that can drive the base by velocity: other publishers of the velocity topics.
 
-Nothing on the robot decides between two of them: it obeys whatever comes last, so that two programs which
-send different velocities shake it, and a zero of one does not stop the other.
+The robot does not arbitrate between publishers: it obeys the last message. Two programs that send different
+velocities make it jerk, and a zero of one does not stop the other.
 
-The master tells a *subscriber* when publishers come and go, but not a publisher; and a subscription of ours
-would look to everybody as if somebody obeyed there. So the graph is asked: before a drive, and now and then
-in it. Whether a node really sends is told by its own counters (`getBusStats`), looked at twice.
+The master informs *subscribers* about publishers, but not publishers; and a subscription of ours would look
+as if a base obeyed it. So the graph is read before a drive and periodically during it. Whether a node really
+sends is seen from its own counters (`getBusStats`), read twice.
 """
 
 from __future__ import annotations

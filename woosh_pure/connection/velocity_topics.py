@@ -1,7 +1,7 @@
-"""The velocity topics, as one client writes them: publishers that are there only while somebody drives.
+"""Our publishers of the velocity topics; they are registered only while a drive or a stop uses them.
 
-A registered publisher tells other programs that somebody can drive the base (`other_drivers`), so it is
-unregistered when its last user is done. After a lost link it stays until zero has been the first thing sent.
+Other programs take a registered publisher for one that can drive the base (`other_drivers`), so it is
+unregistered when its last user is done. After a lost link it stays until a zero was sent first.
 """
 
 from __future__ import annotations

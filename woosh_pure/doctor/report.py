@@ -1,4 +1,4 @@
-"""What `woosh doctor --report FILE` writes: findings, versions and the graph, without who and where.
+"""`woosh doctor --report FILE`: findings, versions and the graph, without addresses and names of people.
 
 Addresses, host names and the user's folder become `address-1`, `host-1` and `~`, the same everywhere in one
 report, so that its reader sees which of them are equal. Nodes, topics and types stay: help needs them.

@@ -1,7 +1,7 @@
-"""Read a topic with this API's definition although the program has opened it with another of that name.
+"""Decodes a topic with our definition when the program has already subscribed to it with another definition.
 
-A node has one definition for each of its topics. If the program subscribed first, with a type from its own
-folders, it gets its messages by that type, and ours are decoded from the same bytes.
+A node has one definition per topic. If the program subscribed first, with a type from its own folders, it
+gets messages of that type, and ours are decoded from the same bytes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class TypeAdapter:
     Args:
         ours: The class.
         node: Its revisions are used when the publisher's definition is another one.
-        receive: Gets each message that fits; the others are left out, and logged once.
+        receive: Called with each message that can be decoded; the others are skipped, with one warning.
     """
 
     def __init__(self, ours: Any, node: Node, receive: Callable[[Any], object]) -> None:

@@ -1,7 +1,7 @@
-"""Compare what a robot speaks with what is known here, and keep what is new. Works on a survey's answers.
+"""Compares the definitions of a robot (a `survey`'s answers) with the known ones, and stores new ones.
 
-A peer may send anything: a definition counts only when it can be parsed within the
-bounds of `DefinitionLimits` and its md5sum is the one announced.
+A peer may send anything: a definition is used only if it can be parsed within `DefinitionLimits` and has the
+announced md5sum.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from woosh_pure.firmware.survey import SurveyAnswer
 
 
 class Comparison(NamedTuple):
-    """What was found out about one answer.
+    """The comparison of one answer with the known definitions.
 
     Attributes:
         answer: The answer.

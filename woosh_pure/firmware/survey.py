@@ -1,4 +1,4 @@
-"""Ask a whole graph for its definitions: each topic and each service once, many at a time.
+"""Reads the definitions of a whole graph: asks each topic and service once, many at the same time.
 
 Only headers are exchanged: no message is received, no service is called, nothing moves.
 """
@@ -19,7 +19,7 @@ ONE_QUESTION = 3.0  # seconds for one peer
 
 
 class SurveyAnswer(NamedTuple):
-    """What one topic or service is, by its peer's own word.
+    """What a node has answered about its topic or service.
 
     Attributes:
         kind: "topic" or "service".

@@ -1,4 +1,4 @@
-"""Goals of action servers: handles on top of rosproto's, and the functions that send them."""
+"""Goals of action servers: their handles, and the functions that send navigation and step goals."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What all running goals have in common: waiting, outcome, cancelling, progress.
+"""`GoalHandle`, which users hold: the base of the handles of tasks and action goals.
 
-A handle is the face of one motion (`motion.Motion`), which has its state and ends exactly once. A wait that
-times out cancels the goal and makes sure that the robot stands still.
+It has the public methods (wait, cancel, progress, outcome); the state of the goal is in its `motion.Motion`.
+A wait that times out cancels the goal and checks that the robot stands still.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class GoalHandle(Generic[P]):
 
     @property
     def server(self) -> str:
-        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        """The action server that has the goal, where a later one replaces it; "" for a task."""
         return self._motion.kind.server
 
     @property
@@ -144,7 +144,7 @@ class GoalHandle(Generic[P]):
             logger.exception("%s: a progress callback failed", self.description)
 
     def _in_own_callback(self) -> bool:
-        """Whether more about this goal can be heard only after this thread has returned."""
+        """Whether this thread is in a callback that must return before the next message is received."""
         return threading.get_ident() in self._calling
 
     # -- for users -------------------------------------------------------------------------------------------

@@ -1,9 +1,9 @@
-"""One motion by a goal, from before it is sent until its end is seen: its owner.
+"""`Motion`: one task or action goal inside this client, from before it is sent until its end is seen.
 
-It has the state (the table of `motion_states`) and the outcome, sends the goal out of reach of Ctrl-C,
-asks for its end, and is what stopping sees of it. What a kind of motion does in its own way (a task, a
-goal of an action server) it is given as functions; what users hold is `goal.GoalHandle`, which keeps
-nothing of this.
+It has the state (by the table of `motion_states`) and the outcome, sends the goal without being interrupted
+by Ctrl-C, and asks for its end. Stopping works with it (`woosh_pure.stopping.active_motions`). What differs
+between tasks and action goals is passed as functions, a `MotionKind`. Users hold a `goal_handle.GoalHandle`
+instead.
 """
 
 from __future__ import annotations
@@ -37,20 +37,21 @@ _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
 
 @dataclass(frozen=True)
 class MotionKind:
-    """What a kind of motion does in its own way.
+    """The functions in which tasks and action goals differ.
 
     Attributes:
         drives: Whether it may move the base now.
-        write_cancel: Write the cancel on a connection that stands; neither waits nor logs. Raises RosError.
-        repeat_cancel: Write it again, or have that done elsewhere: must not wait.
-        request_cancel: Ask the chassis to end it, within so many seconds. Raises RosError.
-        cancel_confirmed: Whether, within so many seconds, the chassis confirmed a cancel without reporting
-            the end, as with a service's reply.
+        write_cancel: Write the cancel on an open connection; does not wait or log. Raises RosError.
+        repeat_cancel: Write it again, or let another thread do so; must not wait.
+        request_cancel: Ask the chassis to end it, within the given seconds. Raises RosError.
+        cancel_confirmed: Return whether the chassis confirmed a cancel within the given seconds without
+            reporting the end, as by a service's reply.
         check: Look for an end that no event reports, such as a lost link.
-        in_own_callback: Whether more about it can be heard only after this thread has returned.
-        final_message: What cancels it when our own node cannot; None where there is nothing to say.
-        task_id: The id of a task; 0 for another kind.
-        server: Which of the chassis's action servers has it: a second goal replaces it there; "" for a task.
+        in_own_callback: Return whether this thread is in a callback that must return before the next message
+            is received.
+        final_message: Return the message that cancels it from another node; None if there is none.
+        task_id: The id of a task; 0 for an action goal.
+        server: The action server that has the goal, where a second goal replaces it; "" for a task.
     """
 
     drives: Callable[[], bool]
@@ -66,21 +67,21 @@ class MotionKind:
 
 
 class Motion:
-    """The owner. Safe from any thread, and over any frame: it has no lock.
+    """One task or action goal. Safe from any thread and over any interrupted frame: it has no lock.
 
     Args:
-        components: The chassis.
-        description: What is asked, in words.
-        kind: What is special about it.
+        components: The parts of the chassis.
+        description: The goal in words.
+        kind: The functions of its kind.
 
     Attributes:
         description, kind: As given.
         over: Set with the outcome.
-        told: The outcome, None before; `outcome` looks for an end first.
-        why: In words, why this client asked for its end; "" while it has not.
-        replaced_by: In words, the motion of this client that takes its place; "" for none.
-        let_go: When it was cancelled because its caller no longer waits, by the monotonic clock; None when
-            it was not, or a stop has told of it since.
+        told: The outcome, None before it is reported; `outcome` looks for an end first.
+        why: The reason why this client asked for its end; "" while it has not.
+        replaced_by: The description of our motion that replaces it; "" for none.
+        let_go: Time (monotonic clock) of the cancel because its caller no longer waits; None if there was
+            none, or a stop has reported it since.
     """
 
     def __init__(self, components: Components, description: str, kind: MotionKind) -> None:
@@ -122,12 +123,12 @@ class Motion:
 
     @property
     def gone(self) -> bool:
-        """Whether it was seen to have ended on the robot, or never was there: nothing is left to stop."""
+        """Whether it has ended on the robot or was never sent, so that nothing is left to stop."""
         return self.over.is_set and self.state is State.ENDED
 
     @property
     def may_go_on(self) -> bool:
-        """Whether its outcome was told, and the robot may still carry it out."""
+        """Whether its outcome was reported although the robot may still be moving."""
         return self.over.is_set and self.state.may_go_on
 
     @property
@@ -149,14 +150,14 @@ class Motion:
 
     @property
     def seconds(self) -> float:
-        """Since it began."""
+        """Seconds since it began."""
         return time.monotonic() - self._began
 
     # -- as stopping sees it ---------------------------------------------------------------------------------
 
     @property
     def end_due(self) -> bool:
-        """Whether this client asked for its end, and has not seen it."""
+        """Whether this client asked for its end and has not seen it."""
         return self.state.end_due
 
     def ask_end(self, why: str) -> None:
@@ -178,7 +179,7 @@ class Motion:
 
     @property
     def final_message(self) -> FinalMessage | None:
-        """What cancels it when our own node cannot; None where there is nothing to say."""
+        """The message that cancels it from another node; None if there is none."""
         return self.kind.final_message()
 
     # -- sending ---------------------------------------------------------------------------------------------
@@ -230,7 +231,7 @@ class Motion:
         *,
         may_go_on: bool = False,
     ) -> None:
-        """Tell the outcome, once: what comes later changes only whether the robot has ended it."""
+        """Report the outcome, once. Later events change only whether the robot has ended it."""
         may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
         try:
             self._untold.get_nowait()

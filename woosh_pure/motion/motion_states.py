@@ -1,21 +1,21 @@
-"""The life of one motion as this client knows it: states, events, and the table between them. Pure.
+"""The state machine of one motion, as this client knows it: states, events and a table. Pure.
 
-    running     sent, or about to be; nobody here has asked for its end
-    asked       its end is wanted, and was not seen
-    lost        nothing is heard of it any more; nobody asked for its end
-    not known   the caller was told that the end is not confirmed; the cancel stays due
-    ended       seen to have ended on the robot, or never sent
+    running     sent, or about to be sent; this client has not asked for its end
+    asked       this client has asked for its end, which was not seen yet
+    lost        the link is lost; this client has not asked for its end
+    not known   the caller was told that the end is not confirmed; the cancel is still due
+    ended       its end on the robot was seen, or it was never sent
 
-The events: *ask* (this client wants its end), *end* (the robot tells of it, or it cannot be there), *silent*
-(its link is lost), and *give up* (the time to wait for the confirmation is over).
+The events: *ask* (this client asks for its end), *end* (the robot reports it, or the motion cannot be there),
+*silent* (the link is lost), and *give up* (the time limit for the confirmation has passed).
 
-An outcome is told once, on the way into one of the last three states. Whoever has not *ended* is under way
-for `stop` and `close`. A cancel is due in *asked* and in *not known*: it is written again every second. One
-that is only *lost* is left alone when the robot is heard again (a goal goes on without us, as documented),
-until somebody asks.
+The outcome is reported once, on entering one of the last three states. A motion that has not *ended* is under
+way for `stop` and `close`. A cancel is due in *asked* and in *not known*: it is written again every second. A
+motion that is only *lost* is not cancelled when the robot is heard again (a goal continues without us, as
+documented) until this client asks.
 
-Events of several threads are kept in the order in which they came, and the state is what they lead to:
-nothing is changed in place, so no lock is needed, and none of them is lost over an interrupted frame.
+Events of several threads are appended to a list in the order in which they came, and the state is computed
+from it. Nothing is changed in place, so no lock is needed, and an interrupted frame loses no event.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from enum import Enum
 
 
 class State(Enum):
-    """Where a motion is."""
+    """The state of a motion."""
 
     RUNNING = "running"
     ASKED = "asked"
@@ -35,22 +35,22 @@ class State(Enum):
 
     @property
     def told(self) -> bool:
-        """Whether its outcome has been told."""
+        """Whether its outcome has been reported."""
         return self not in (State.RUNNING, State.ASKED)
 
     @property
     def may_go_on(self) -> bool:
-        """Whether the outcome was told although the robot may still carry it out."""
+        """Whether the outcome was reported although the robot may still be moving."""
         return self in (State.LOST, State.NOT_KNOWN)
 
     @property
     def end_due(self) -> bool:
-        """Whether its end was asked for and has not been seen."""
+        """Whether this client asked for its end and has not seen it."""
         return self in (State.ASKED, State.NOT_KNOWN)
 
 
 class Event(Enum):
-    """What happens to it."""
+    """An event of a motion."""
 
     ASK = "ask"
     END = "end"

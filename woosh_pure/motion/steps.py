@@ -1,4 +1,4 @@
-"""One element of a /cmd_vel_control goal, with the limits of the interface. Pure."""
+"""`Step`: one element of a /cmd_vel_control goal, checked against the limits of the interface. Pure."""
 
 from __future__ import annotations
 

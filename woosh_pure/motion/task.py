@@ -1,4 +1,4 @@
-"""Tasks through /exec_task: one handle for each, which takes the task's end from /robot_status."""
+"""Tasks: sent by /exec_task, observed on /robot_status. `TaskHandle`, `TaskOrder` and `start_task`."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""Whether *this* task has ended, from replies and status messages in any order. Pure: a table and its prose.
+"""Decides whether *this* task has ended, from replies and status messages in any order. Pure.
 
-What programs get wrong in practice, and why it cannot happen here:
+Common mistakes of programs, and why they cannot happen here:
 
-* A stale 7 of the previous task is taken for an arrival. Only messages with our own (random) task id count.
-* The completion comes before the service reply and is lost. The tracker listens before the call is made, and
+* A stale status 7 of the previous task is taken for an arrival. Only messages with our own (random) task id
+count. * The completion comes before the service reply and is lost. The tracker listens before the call is
+made, and
   a final state is final whichever comes first.
 * A program waits for ever because the state is 8, 9, negative or a fault. All of these end the task as
   failed, and a task that a fault has only held is cancelled, so that it does not go on unnoticed.
@@ -36,7 +37,7 @@ def new_task_id() -> int:
 
 @dataclass(frozen=True, slots=True)
 class TaskEnd:
-    """How the task ended, in the chassis's words.
+    """How the task ended, as the chassis reported it.
 
     Attributes:
         kind, code, text: As in `Outcome`.

@@ -1,4 +1,4 @@
-"""Why the chassis would not move now, in words. Pure: a function of what is known.
+"""Derives the reasons why the chassis would not move, from what is known. Pure.
 
 Its sources are `/robot_status`, `/status_code`, `/battery`, `/IO_input` and the states of the action servers.
 The chassis is never probed, because every possible probe has side effects:

@@ -1,4 +1,4 @@
-"""What is known for and against moving: faults, refusals, other clients' goals. Safe from any thread."""
+"""Collects what is known for and against moving: faults, refusals, other clients' goals. Thread-safe."""
 
 from __future__ import annotations
 
@@ -86,13 +86,13 @@ _STALE = 30.0  # seconds: what /battery said before that may be over
 
 
 class ReadinessState:
-    """Everything one `Chassis` has heard, as a `Readiness`.
+    """Collects the facts for the `Readiness` of one `Chassis`.
 
     Args:
         connection: Its node listens to the goals of other clients.
         feeds: The source of states and status codes.
-        own_tasks: Ids of the tasks that we have started, which are no obstacle.
-        require_not_over: Raises when nothing may move here any more.
+        own_tasks: Return the ids of our own tasks, which are no obstacle.
+        require_not_over: Raise if no motion can begin any more.
 
     Attributes:
         other_goals: Goals of other clients, as far as heard.
@@ -188,7 +188,7 @@ class ReadinessState:
         return reading.value, feed.outdated
 
     def _look_at_links(self, up: frozenset[object]) -> None:
-        """What was learned by moving is of before, if the robot may have been started again since."""
+        """Forget what was learned by moving if a lost link shows that the robot may have restarted."""
         before, self._links = self._links, up or self._links
         if not before <= up:
             self._has_moved = False
@@ -242,7 +242,7 @@ class ReadinessState:
         return None if reading is None else reading.value
 
     def require_ready(self, what: str, check: bool) -> None:
-        """Refuse when something is known to block every motion; if that is not known, the chassis decides.
+        """Refuse if a known reason blocks every motion; if none is known, the chassis decides.
 
         Raises:
             MotionRefused: With the readiness.

@@ -1,13 +1,14 @@
 """Driving by velocity: a block that always ends in zero.
 
 A velocity topic passes by the chassis's obstacle avoidance, collision detection and limits. So a velocity
-exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. What is sent is shaped by
-`shaper`; why a drive ends by itself is in `watch`; the thread that sends at a steady rate is here.
+exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. `Drive` and its sending thread
+are here; limits, ramp and lapse are in `shaper`, the reasons why a drive ends by itself in `end_conditions`.
 
-What happens when this process is killed: nothing here can run then. The watchdog sends zero, if there is
-one (`stopping/watchdog_client.py`). Without it the chassis's own behaviour remains, which is not
-documented: assume that it drives on with the last velocity until something stops it. The simulated
-chassis does that (`Settings.on_silence`).
+When this process is killed, the watchdog sends zero, if there is one (`stopping/watchdog_client.py`). Without
+it
+the behaviour of the chassis is not documented: assume that it continues with the last velocity until
+    something
+stops it. The simulated chassis does that (`Settings.on_silence`).
 """
 
 from __future__ import annotations
@@ -70,8 +71,8 @@ class Drive:
         self.limits = limits
         self._feedback_timeout = feedback_timeout
         self._shaper = Shaper(limits)
-        # What another thread may want to change while a signal handler has interrupted this one is a flag or
-        # one attribute: no lock is held that `halt` could wait for.
+        # State that other threads change is a `Flag` or a single attribute, so `halt` works without a lock,
+        # also in a signal handler.
         self._over = Flag()
         self._sent_zeros = Flag()
         self._held: list[str] = []  # the publisher, until it is given back
@@ -205,18 +206,18 @@ class Drive:
         return self._shaper.sent
 
     def halt(self, why: str) -> None:
-        """End the drive from outside; zero follows at once and nothing resumes. Waits for nothing."""
+        """End the drive; zero follows at once, and it never resumes. Does not wait."""
         self._end(
             MotionRefused(say("the drive is over: {why}; open a new one with chassis.velocity(...)", why=why))
         )
 
     @property
     def end_due(self) -> bool:
-        """Whether it is over, and its own zeros are not all out yet."""
+        """Whether it is over and has not sent all of its zeros yet."""
         return self._over.is_set and not self._sent_zeros.is_set
 
     def end_now(self, why: str) -> None:
-        """End it, and write the first zero here: its own thread may be held up just now."""
+        """End it, and write the first zero in this thread: the sending thread may be delayed."""
         self.halt(why)
         self._components.velocity.write_zero(self.topic)
 
@@ -236,7 +237,7 @@ class Drive:
             self._components.motions.remove_drive(self)
 
     def abandon(self) -> None:
-        """End a drive whose caller has gone (a cancelled task); waits, with a bound, for its zeros."""
+        """End the drive of a cancelled asyncio task; wait, with a time limit, for its zeros."""
         self.halt("the task that drove was cancelled")
         self.finish(2.0)
 
@@ -334,7 +335,7 @@ class Drive:
         self._release()
 
     def _release(self) -> None:
-        """Give the publisher back, once."""
+        """Release the publisher, once."""
         try:
             self._components.velocity.release(self._held.pop())
         except IndexError:

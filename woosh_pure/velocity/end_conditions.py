@@ -1,6 +1,6 @@
-"""When a velocity block must end by itself, checked before every velocity that is sent.
+"""The conditions under which a velocity block ends by itself; they are checked before each velocity is sent.
 
-A drive that has ended is never resumed: it may have been a person who stopped the robot.
+A drive that has ended is never resumed: a person may have stopped the robot.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ _SOURCE = _source()
 
 
 def boot_seconds() -> float:
-    """Seconds since an arbitrary moment; never set, and going on while the computer sleeps.
+    """Seconds of a clock that is never set and includes the time while the computer sleeps.
 
-    `time.monotonic()` stands still on Linux and macOS while a laptop is closed, so that a command given
-    before would seem fresh afterwards. Wall time does count it, but people and NTP set it.
+    `time.monotonic()` stops on Linux and macOS while the computer sleeps, so a command from before would seem
+    fresh afterwards. The wall clock includes that time, but users and NTP set it.
     """
     if _SOURCE is None or not hasattr(time, "clock_gettime"):
         return time.monotonic()
@@ -46,23 +46,22 @@ def boot_seconds() -> float:
 
 
 LATE = 1.0
-"""Seconds without an answer after which what is sent counts as late."""
+"""Seconds without an answer after which velocities count as late."""
 _PERIOD = 0.25
 logger = get_logger("woosh_pure.velocity")
 
 
 class Heartbeat:
-    """Whether velocities still reach the robot in time: the node that listens is asked now and then.
+    """Checks whether velocities still reach the robot in time, by asking the subscribing node periodically.
 
-    For a drive that does without measured velocities. A link alone tells nothing for many seconds: TCP keeps
-    what the network does not deliver, and delivers it later. The question is `getPid` of
-    wiki.ros.org/ROS/Slave_API, which every node answers at once. It is asked in a thread, until `over` is
-    set.
+    Used by a drive without measured velocities. An open link does not show a loss for many seconds: TCP keeps
+    data that the network does not deliver, and delivers it later. The request is `getPid` of
+    wiki.ros.org/ROS/Slave_API, which every node answers at once. A thread sends it until `over` is set.
 
     Args:
-        node: In whose name to ask.
-        publisher: Of the velocity topic; somebody is connected.
-        over: Ends it.
+        node: Our node.
+        publisher: The publisher of the velocity topic, with a subscriber.
+        over: Ends the requests.
     """
 
     def __init__(self, node: rosproto.Node, publisher: rosproto.Publisher, over: Flag) -> None:
@@ -72,10 +71,10 @@ class Heartbeat:
         self._answered: float | None = None
 
     def start(self) -> None:
-        """Ask for the first time, at most two seconds, and go on in the background.
+        """Send the first request, for at most two seconds, and continue in the background.
 
-        A node that cannot be asked at all (a firewall) is no reason not to drive: that is logged, and `late`
-        stays false.
+        If the node cannot be reached (a firewall), this is logged, the drive is allowed, and `late` stays
+        False.
         """
         try:
             listener = min(self._publisher.subscribers, key=lambda name: name not in ROBOT_NODES)
@@ -94,7 +93,7 @@ class Heartbeat:
 
     @property
     def late(self) -> bool:
-        """Whether the last answered question is too long ago."""
+        """Whether the last answered request was sent too long ago."""
         return self._answered is not None and boot_seconds() - self._answered > LATE
 
     def _run(self, uri: str) -> None:
@@ -106,7 +105,7 @@ class Heartbeat:
                     continue
 
     def _ask(self, client: NodeClient) -> None:
-        """One question. What counts is when an answered one was asked: a late answer is no answer."""
+        """Send one request. The time of sending counts, so a late answer does not help."""
         asked = boot_seconds()
         try:
             client.get_pid(timeout=LATE)
@@ -119,22 +118,22 @@ class Heartbeat:
 
 
 PAUSED = 1.0
-"""A drive is over when its sending thread has not run for so many seconds."""
+"""Seconds without running after which the sending thread ends the drive."""
 DISOBEYED = 3.0
-"""Seconds for which the robot may stand still although it is told to move."""
+"""Seconds for which the robot may stand still although a velocity is sent."""
 _TOLD_LINEAR, _TOLD_ANGULAR = 0.05, 0.1  # m/s, rad/s: commands below these may be measured as zero
 
 
 class EndConditions:
-    """Checks one drive; only its sending thread calls `problem`.
+    """The end conditions of one drive. Only its sending thread calls `problem`.
 
     Args:
-        readiness_state: Where the reasons against moving are kept.
-        measured: `/odom_twist`.
-        publisher: Of the velocity topic.
+        readiness_state: The known reasons against moving.
+        measured: The feed of `/odom_twist`.
+        publisher: The publisher of the velocity topic.
         feedback_timeout: Seconds for which `/odom_twist` may be silent; None drives without it.
-        heartbeat: Shows that the network still delivers, where `/odom_twist` is not used; else None.
-        check: False drives on whatever the known state is.
+        heartbeat: Shows that the network still delivers, if `/odom_twist` is not used; else None.
+        check: False ignores the known state of the robot.
     """
 
     def __init__(
@@ -156,15 +155,15 @@ class EndConditions:
         self._last = self._obeyed = boot_seconds()
 
     def problem(self, sent: Velocity) -> RosError | None:
-        """Why the drive is over now; None while it is not.
+        """Return why the drive must end now; None if it need not.
 
         Args:
-            sent: What was sent last.
+            sent: The velocity that was sent last.
         """
         return self._paused() or (self._blocked() if self._check else None) or self._lost(sent)
 
     def _paused(self) -> RosError | None:
-        """A stopped process, a debugger, a closed laptop: the robot drove on, and is not where it was."""
+        """The process was stopped (SIGSTOP, a debugger, a closed laptop) and the robot continued to drive."""
         now = boot_seconds()
         pause, self._last = now - self._last, now
         if pause <= PAUSED:
@@ -214,7 +213,7 @@ class EndConditions:
         return self._disobeyed(sent, measured.value) if self._check else None
 
     def _disobeyed(self, sent: Velocity, measured: Velocity) -> RosError | None:
-        """The error of a robot that is told to move and stands still.
+        """The robot stands still although a velocity is sent.
 
         The chassis does not report an emergency stop that was pressed before we connected; without this, the
         robot would start as soon as somebody releases the button.

@@ -1,4 +1,4 @@
-"""What a drive accepts and what it sends: limits, ramp and lapse. Pure; times are given."""
+"""From commands to the velocities that a drive sends: limits, ramp and lapse. Pure; times are arguments."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _AFTER = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """What a drive accepts: m/s, rad/s, and the ramp in m/s² and rad/s²."""
+    """Limits of a drive: speeds in m/s and rad/s, ramps in m/s² and rad/s²."""
 
     linear: float = DEFAULT_LINEAR
     angular: float = DEFAULT_ANGULAR
@@ -56,9 +56,10 @@ class DriveLimits:
 
 
 class Shaper:
-    """What to send now: the last command, ramped, and zero when it was not refreshed. Pure; times are given.
+    """Computes the velocity to send: the last command with a ramp, or zero if it has lapsed. Pure.
 
-    One thread sends (`next`); commands may come from any other, also over an interrupted one.
+    One thread calls `next`; any other thread, also one that a signal handler has interrupted, calls
+    `command`.
     """
 
     def __init__(self, limits: DriveLimits) -> None:
@@ -68,7 +69,7 @@ class Shaper:
         self._last: float | None = None
 
     def command(self, velocity: Velocity, now: float, valid_for: float) -> None:
-        """A new command, valid for `valid_for` s.
+        """Set a new command, valid for `valid_for` s.
 
         Raises:
             ValueError: Not finite, or out of the limits.
@@ -94,7 +95,7 @@ class Shaper:
         return now > self._command[1]
 
     def seconds_to_next(self, now: float, period: float) -> float:
-        """Seconds until something is to be sent: one `period`, or less if the command lapses before that."""
+        """Seconds until the next velocity is due: one `period`, or less if the command lapses before."""
         left = self._command[1] - now
         return left + _AFTER if self.sent != Velocity() and 0.0 <= left < period else period
 
