@@ -1,5 +1,5 @@
-// What comes as binary frames, little-endian. Anything that is not a whole frame of a known kind gives null:
-// a page that stops at one odd frame would show an old robot.
+// Decodes the binary frames of the live connection (scan, camera, costmap), little-endian. A frame that is not complete or
+// of an unknown kind gives null, and the page goes on with the next one.
 
 export const SCAN = 1;
 export const CAMERA = 2;
@@ -42,7 +42,7 @@ function scan(view, buffer) {
   let seen = 0;
   for (let i = 0; i < count; i += 1) {
     const centimetres = view.getUint16(HEADER + 2 * i, true);
-    if (centimetres === 0 || centimetres === 0xffff) continue; // nothing seen there
+    if (centimetres === 0 || centimetres === 0xffff) continue; // no measurement
     const angle = head.yaw + head.angleMin + i * head.angleIncrement;
     points[2 * seen] = head.x + (centimetres / 100) * Math.cos(angle);
     points[2 * seen + 1] = head.y + (centimetres / 100) * Math.sin(angle);
@@ -68,7 +68,7 @@ function costmap(view, buffer) {
   return { kind: "costmap", width, height, row, rows, ...head, cells: new Uint8Array(buffer, HEADER) };
 }
 
-// A costmap comes in parts, one after the other; the whole one when the last has come, else null.
+// Joins the parts of a costmap. `take` gives the whole costmap with the last part, else null.
 export class CostmapParts {
   constructor() {
     this.whole = null;

@@ -1,4 +1,4 @@
-// The camera's picture: fetched while this page is in view and the tab is open, and only then.
+// The tab Camera: shows pictures, which are sent only while the tab is open and the page is in view.
 
 import { button, byId, el, fill, say, show } from "./dom.js";
 import { number, onLanguage, t } from "./i18n.js";
@@ -20,7 +20,7 @@ export class CameraTab {
     store.on("camera", (frame) => this.take(frame));
     store.on("tab wantcostmap", () => this.look());
     store.on("hello", () => {
-      this.looked = ""; // a new session knows nothing of the old one
+      this.looked = ""; // a new session has no cameras switched on
       this.look();
     });
     document.addEventListener("visibilitychange", () => this.look());
@@ -53,7 +53,7 @@ export class CameraTab {
   }
 
   async take(frame) {
-    if (frame.source !== this.wanted) return; // the last one of a look that is over
+    if (frame.source !== this.wanted) return; // a late picture of the other camera
     const picture = await createImageBitmap(new Blob([frame.jpeg], { type: "image/jpeg" })).catch(() => null);
     if (picture === null) return;
     if (this.canvas.width !== picture.width || this.canvas.height !== picture.height) {

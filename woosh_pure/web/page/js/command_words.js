@@ -1,4 +1,4 @@
-// What was asked for, and by whom, in this language. What has no words here is shown as it came.
+// The words of a command and of a client's name, in the language of the page. Unknown ones are shown as they came.
 
 import { has, number, t } from "./i18n.js";
 
@@ -6,7 +6,7 @@ const whole = (radians) => number((radians * 180) / Math.PI, 0);
 const two = (metres) => number(metres, 2);
 const SHOWN = { angle: whole, yaw: whole, distance: two, x: two, y: two, holder: whoText };
 
-// {key, values, what}: of a goal or an entry of the journal; values in m and rad.
+// A command {key, values, what} of a goal or an entry of the journal; values in m and rad.
 export function whatText({ key, values, what }) {
   if (!has(`what.${key}`)) return what ?? "";
   const shown = Object.entries(values ?? {}).map(([name, value]) => [name, SHOWN[name]?.(value) ?? value]);
@@ -15,7 +15,7 @@ export function whatText({ key, values, what }) {
 
 const WHO = [[/^page (?<n>\d+) at (?<address>.+)$/, "who.page"], [/^program at (?<address>.+)$/, "who.program"]];
 
-// A client by the name that the server has given it.
+// A client's name, as the server has given it.
 export function whoText(name) {
   for (const [form, key] of WHO) {
     const found = form.exec(name ?? "");

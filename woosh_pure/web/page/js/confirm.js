@@ -1,4 +1,4 @@
-// One question at a time, over the map: what will happen, yes, no. Escape is no.
+// The card over the map that asks before a command: text, yes, no. Escape is no. One question at a time.
 
 import { button, byId, el, fill, show } from "./dom.js";
 import { t } from "./i18n.js";

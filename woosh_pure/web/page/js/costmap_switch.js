@@ -1,11 +1,10 @@
-// The switch of the costmap, and what is said of it: not every robot publishes one, and a button that does nothing
-// would be a riddle.
+// The button that shows the costmap, and its hints: the page says so if the robot publishes none.
 
 import { byId } from "./dom.js";
 import { hint } from "./map_hint.js";
 import { onLanguage, t } from "./i18n.js";
 
-const PATIENCE = 5; // seconds until it is said that none comes
+const PATIENCE = 5; // seconds until the page says that there is none
 
 export class CostmapSwitch {
   constructor({ store, ground, changed }) {
@@ -20,7 +19,7 @@ export class CostmapSwitch {
 
   turn(on) {
     this.ground.costShown = on;
-    if (on) this.ground.cost = null; // that of before is old
+    if (on) this.ground.cost = null; // the previous one is out of date
     this.button.setAttribute("aria-pressed", String(on));
     this.store.set("wantcostmap", on);
     this.wait(on);

@@ -1,4 +1,4 @@
-// The few things this page needs of the DOM. Text goes in as text, never as HTML.
+// Helpers for the DOM. Text is inserted as text, never as HTML.
 
 const SVG = "http://www.w3.org/2000/svg";
 

@@ -1,9 +1,9 @@
-// A file of the robot, fetched with a bar that grows; it can be broken off, and says why when it fails.
+// Downloads one file of the server, with a progress bar, cancel, and the reason of a failure.
 
 import { button, el, fill, say } from "./dom.js";
 import { bytes, t } from "./i18n.js";
 
-export const LARGEST = 256e6; // bytes that are kept here; a larger one is left to the browser's own download
+export const LARGEST = 256e6; // bytes; a larger file is left to the browser's own download
 
 export class Download {
   constructor({ rest, path, name, label = "rec.download", id = null }) {
@@ -19,7 +19,7 @@ export class Download {
     fill(this.root, button(t(this.label), () => this.begin(), { id: this.id }), this.why ? el("p", { class: "quiet", role: "status" }, this.why) : null);
   }
 
-  // In the language of now; what is under way goes on.
+  // Show the texts in the current language; a download goes on.
   relabel() {
     if (this.ending === null) this.idle();
   }

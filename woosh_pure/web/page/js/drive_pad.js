@@ -1,7 +1,7 @@
-// The pad: hold and drag. Tells x right, y up, -1..1, and why it was let go.
+// The pad for driving: hold and drag. Reports x right, y up, -1..1, and why it was let go.
 //
-// Its place is taken when the finger comes down, and a finger is measured by that place until it is lifted. So a pad
-// that moves or is resized cannot steer; it ends the drive.
+// Positions are measured from where the pad was when the finger came down. A pad that is moved or resized while it is held
+// cannot steer; it ends the drive.
 
 import { el } from "./dom.js";
 

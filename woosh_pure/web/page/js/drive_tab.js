@@ -1,5 +1,5 @@
-// Driving by hand: off unless the server allows it and the warning was confirmed here. A heartbeat is sent only while
-// something is held; every way of not being there lets go. Nothing ever resumes: what ended needs a new press.
+// The tab Drive: by pad, keys or gamepad, if the server allows it and the warning was confirmed. Heartbeats are sent only
+// while a control is held. Hiding, leaving or freezing the page ends the drive, and only a new press begins another.
 
 import { button, byId, el, fill, say } from "./dom.js";
 import { BEAT_SECONDS, Heartbeat } from "./heartbeat.js";
@@ -12,7 +12,7 @@ import { toast } from "./toast.js";
 import { warning } from "./driving_warning.js";
 import { causeText, kindText } from "./reason_words.js";
 
-// The server's reasons that this page has words of its own for.
+// The server's reasons -> keys of the dictionary.
 const REASONS = {
   silent: "silent", late: "late", "slow link": "slow", "no lease": "unleased", stopped: "stopped", busy: "busy",
   over: "ended", "not connected": "lost", "not allowed": "off", "not confirmed": "unconfirmed",
@@ -36,7 +36,7 @@ export class DriveTab {
     this.inputs();
     this.leave();
     store.on("drive", (message) => this.told(message));
-    store.on("hello", () => this.switch(false)); // a new session knows no confirmation
+    store.on("hello", () => this.switch(false)); // a new session needs a new confirmation
     store.on("link", (state) => state !== "open" && this.end("lost"));
     store.on("lost", (lost) => lost && this.end("lost"));
     store.on("stopping", () => this.end("stopped"));
@@ -81,7 +81,7 @@ export class DriveTab {
     });
   }
 
-  // Every way of not being there any more.
+  // End the drive when the page is hidden, left, frozen or loses the keyboard.
   leave() {
     document.addEventListener("visibilitychange", () => document.hidden && this.end("hidden"));
     addEventListener("pagehide", () => this.end("hidden"));
@@ -151,7 +151,7 @@ export class DriveTab {
     }
     if (this.link.send({ t: "confirm" })) this.switch(true);
     byId("panel").scrollTop = 0;
-    if (this.on) this.store.set("closer", true); // who drives looks at what is near
+    if (this.on) this.store.set("closer", true); // zoom in to the surroundings
   }
 
   switch(on) {

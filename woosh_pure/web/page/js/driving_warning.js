@@ -1,4 +1,4 @@
-// The vendor's warning before driving.
+// The vendor's warning, which is confirmed before driving by hand.
 
 import { button, el } from "./dom.js";
 import { t } from "./i18n.js";

@@ -1,6 +1,5 @@
-// STOP before the rest of the page has come: over a slow link that takes seconds, and the button can be seen already.
-// Loaded first and alone, so it imports nothing. When the page is there, stop_button.js takes over, asks once more and shows
-// the answer: to stop twice does no harm.
+// STOP before the other modules are loaded, which takes seconds over a slow link. Loaded first, so it imports nothing.
+// Then stop_button.js takes over: it stops once more, which does no harm, and shows the answer.
 
 const button = document.getElementById("stop");
 const SECONDS = 0.9; // without an answer: then the red button is named

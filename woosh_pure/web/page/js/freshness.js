@@ -1,6 +1,6 @@
-// How old something is, and whether it looks old. Pure. Times in seconds of one clock of this page.
+// The age of each feed, whether it is shown as old, and whether server or robot is lost. Pure; seconds of this page's clock.
 
-// What is sent all the time; what is sent on change only ("status") is never called old by its age.
+// Feeds that are sent all the time. One that is sent on change only ("status") never counts as old.
 export const LIMITS = { pose: 1.5, velocity: 1.5, scan: 2, battery: 20 };
 export const SILENT_SECONDS = 1.2; // the server says something at least once a second
 

@@ -1,4 +1,4 @@
-// Where should it go? A mark, a place on the map, amounts, charging, and telling it where it is.
+// The tab Go: drive to a mark or a place, by a distance or angle, charge, and correct the robot's position.
 
 import { ask, dismiss } from "./confirm.js";
 import { button, byId, el, fill, show } from "./dom.js";
@@ -31,7 +31,7 @@ export class GoTab {
     Object.assign(this, { store, rest, map, lease });
     this.root = byId("tab-go");
     this.marks = new MarkList({ store, rest, go: this });
-    this.known = remembered(); // whoever has sent it somewhere needs no hint how
+    this.known = remembered(); // no hint for a person who has started a goal before
     map.onmark = (mark) => this.askMark(mark);
     store.on("marks", (marks) => show(this.first, marks.length > 0 && !this.known));
     onLanguage(() => this.render());
@@ -176,7 +176,7 @@ export class GoTab {
     this.render();
   }
 
-  // The tick comes when the robot says that it is there, not before.
+  // Success is shown only when the robot reports the new pose.
   async sendPose(place) {
     const lost = isLost(this.store);
     const done = await attempt(async () => {

@@ -1,4 +1,4 @@
-// The line on top: which robot, its state, its battery, faults, the language. And what is lost, over the map.
+// The header: robot, state, battery, faults and language; and the banner over the map when a connection is lost.
 
 import { byId, el, fill, icon, say, show } from "./dom.js";
 import { ageWords, isOld, lost } from "./freshness.js";
@@ -76,7 +76,7 @@ export class Header {
     fill(box, battery?.charging ? icon("charge") : null, gauge, known ? `${battery.percent} %` : "–");
   }
 
-  // What is lost is said in words, and everything then looks old.
+  // Say what is lost, and show all values as old.
   tick() {
     const { link, store } = this;
     const now = seconds();
@@ -93,7 +93,7 @@ export class Header {
     }
     const first = state.who === "server" && link.heardAt === null;
     const text = first ? t("lost.first") : t(`lost.${state.who}`, { n: Math.round(state.since) });
-    // A screen reader hears it once; the seconds that follow are for the eye.
+    // A screen reader reads it once; the seconds that follow are only shown.
     const kind = `${first}${state.who}${current()}`;
     if (this.spoken !== kind) fill(box, icon("warn"), el("span", {}, text));
     else say(box.lastChild, text);

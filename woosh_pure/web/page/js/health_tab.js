@@ -1,4 +1,4 @@
-// How it is: would it move, faults with what to do, the values of now with their age, and the plots.
+// The tab Health: whether the robot would move, faults with advice, values with their age, and the plots.
 
 import { byId, el, fill, icon, say } from "./dom.js";
 import { isOld } from "./freshness.js";

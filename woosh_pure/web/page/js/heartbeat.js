@@ -1,8 +1,8 @@
-// The dead man's side in the page: beats while something is held, and only then. The server judges; this side only
-// makes sure that it never beats by mistake. Pure: the clock, the sending and the buffer are given.
+// The page's side of the dead-man switch: sends a press, and heartbeats while a control is held. The server decides whether the
+// robot is driven; this side never sends a beat by mistake. Pure: clock, sending and buffer are arguments.
 //
 // idle -> press() -> held -> release(), end() or a gap -> over -> let go of everything -> idle
-// From "over" no beat is ever sent: a new press is needed, and whoever still holds has to let go first.
+// In "over" no beat is sent: the control has to be let go, and pressed again.
 
 export const BEAT_SECONDS = 0.1;
 export const GAP_SECONDS = 0.35; // this page did not run for so long: frozen, asleep, busy
@@ -26,7 +26,7 @@ export class Heartbeat {
     return this.state === "held";
   }
 
-  // Something was pressed anew. False when it has to be let go first.
+  // A control was pressed. False if it has to be let go first.
   press(vx, wz) {
     if (this.state !== "idle") return false;
     this.command = { vx, wz };
@@ -36,7 +36,7 @@ export class Heartbeat {
     return true;
   }
 
-  // What is held points elsewhere: the next beat carries it.
+  // The control was moved: the next beat has the new velocity.
   steer(vx, wz) {
     if (this.held) this.command = { vx, wz };
   }
@@ -63,14 +63,14 @@ export class Heartbeat {
     if (this.state !== "idle") this.change("idle", "");
   }
 
-  // Over for another reason while something may still be held.
+  // End for another reason while a control may still be held.
   end(reason) {
     if (!this.held) return;
     this.send({ t: "release" });
     this.change("over", reason);
   }
 
-  // The server has ended it: nothing to tell it.
+  // The server has ended the drive: no release is sent.
   ended(reason) {
     if (this.held) this.change("over", reason);
   }

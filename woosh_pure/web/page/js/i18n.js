@@ -1,4 +1,4 @@
-// English and Chinese by a dictionary. What has no entry is shown as it came: the library's sentences are English.
+// The page's language, and its words by key in English and Chinese. Text without an entry is shown as it came.
 
 import { en } from "./words_en.js";
 import { zh } from "./words_zh.js";

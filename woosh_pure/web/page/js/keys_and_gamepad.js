@@ -1,4 +1,4 @@
-// Keys and gamepad for driving. Both say what is held; neither ever presses anew by itself.
+// Keys and gamepad for driving: both report what is held, and neither presses again by itself.
 
 import { fromGamepad, fromKeys, isDriveKey } from "./steering.js";
 

@@ -1,5 +1,5 @@
-// Who has control. It is asked for, shown to all, and given back. A person who has it has to agree; from a program,
-// which cannot, it is taken over by asking twice.
+// The lease, called control on the page: requested, shown, granted and given back. A person who has it has to agree; from a
+// program it is taken over by a second request.
 
 import { ask } from "./confirm.js";
 import { button, el, fill } from "./dom.js";
@@ -20,7 +20,7 @@ export class Lease {
       this.asked = lease.asking.includes(lease.you);
       this.render();
     });
-    // A page that is closed gives it back: the next person need not wait until it lapses.
+    // A page that is closed gives control back, so that nobody has to wait until it lapses.
     addEventListener("pagehide", () => this.yours && this.say("give"));
     store.on("link", () => {
       this.asked = false;
@@ -38,7 +38,7 @@ export class Lease {
     this.link.send({ t: "lease", op, to });
   }
 
-  // Before something moves: taken when nobody has it; asked for when somebody has, which is told.
+  // Before a motion: take control if it is free, else request it, and say so.
   async need() {
     const lease = this.store.get("lease");
     if (lease === null || lease.yours) return;

@@ -1,7 +1,7 @@
-// The WebSocket: opened again after a break, each frame acknowledged, never anything kept for later.
+// The WebSocket to the server: connects again after a break, acknowledges each frame, and queues nothing.
 
 const AGAIN = [0.3, 0.6, 1, 2, 3]; // seconds between attempts
-const SILENT = 6; // seconds without a word: the other side is gone, though nobody said so
+const SILENT = 6; // seconds without a message after which the connection counts as broken
 
 export class LiveConnection {
   // handlers: text(message), binary(buffer), state("open" | "closed", code)
@@ -51,13 +51,13 @@ export class LiveConnection {
       if (typeof data === "string") this.handlers.text(JSON.parse(data));
       else this.handlers.binary(data);
     } catch (error) {
-      console.error(error); // one odd frame; the next one counts
+      console.error(error); // one bad frame; go on with the next
     }
     this.frames += 1;
     this.send({ t: "ack", n: this.frames });
   }
 
-  // Sent now or not at all: what waits through a break would arrive as something that nobody wants any more.
+  // Send now or not at all: a message that waits through a break would be out of date.
   send(message) {
     if (!this.open) return false;
     this.socket.send(JSON.stringify(message));
@@ -73,14 +73,14 @@ export class LiveConnection {
     this.timer = setTimeout(() => this.connect(), wait * 1000);
   }
 
-  // Whatever was in the way is gone: try now.
+  // Connect now instead of after the pause.
   hurry() {
     if (this.socket !== null) return;
     clearTimeout(this.timer);
     this.connect();
   }
 
-  // A cut cable closes nothing, and an attempt may hang.
+  // Find a connection that a cut cable has not closed, or an attempt that hangs.
   look() {
     const socket = this.socket;
     if (socket === null || document.hidden) return;

@@ -1,4 +1,4 @@
-// What was done, by whom, how it ended; and recordings: begin, see it grow, download.
+// The tab Log: the journal of commands; recordings with their download; the files of the map.
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { Download, LARGEST } from "./download.js";

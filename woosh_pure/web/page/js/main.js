@@ -1,4 +1,4 @@
-// Puts the parts together. Addresses are relative to this page, so that it can be mounted anywhere.
+// Makes the parts of the page and connects them. Addresses are relative, so that the page can be mounted anywhere.
 
 import { CameraTab } from "./camera_tab.js";
 import { el } from "./dom.js";
@@ -33,10 +33,10 @@ const rest = new Rest(base, { onToken: () => token.ask() });
 const token = new TokenDialog(rest, () => link.hurry());
 rest.session = keptSession();
 addEventListener("pagehide", () => keepSession(rest.session));
-addEventListener("pageshow", () => keptSession()); // it comes back as it was left
+addEventListener("pageshow", () => keptSession()); // the browser shows the page that was left
 let before = false; // was connected before
 
-// The session of before keeps name and lease through a break.
+// With its session, a page keeps its name and lease through a break.
 const address = () => `${base.replace(/^http/, "ws")}live${rest.session ? `?session=${encodeURIComponent(rest.session)}` : ""}`;
 const link = new LiveConnection(address, {
   text: (message) => take(store, ages, message, seconds()),
@@ -56,7 +56,7 @@ function closed(code) {
   else if (!token.open) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
 }
 
-// Another session than before: the server was started again, or has forgotten this page.
+// A new session: the server was started again, or has forgotten this page.
 store.on("hello", (hello) => {
   const anew = rest.session !== null && rest.session !== hello.session;
   rest.session = hello.session;

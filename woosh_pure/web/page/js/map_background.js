@@ -1,4 +1,4 @@
-// The map's picture and the costmap, coloured for light or dark.
+// The lowest layers of the map: the grid's picture and the costmap, coloured for light or dark.
 
 const colours = (names) => {
   const style = getComputedStyle(document.documentElement);

@@ -1,5 +1,5 @@
-// Fingers and mouse on the map: one finger moves it, two zoom, a short press is a tap. While something is being
-// placed, one finger places instead; two still zoom. Pure: fed with pointer events, tells `actions`.
+// Fingers and mouse on the map: one finger moves it, two zoom, a short press is a tap. While a pose is being placed, one
+// finger places it. Pure: takes pointer events and calls `actions`.
 
 const TAP_PIXELS = 8;
 const TAP_SECONDS = 0.6;

@@ -1,11 +1,11 @@
-// One sentence over the map at a time: the most urgent of those that are to be said, with a bar where something loads.
+// The hint over the map: the most urgent one of those that are set, with a progress bar while something loads.
 
 import { byId, el, fill, say, show } from "./dom.js";
 
 const ORDER = ["place", "load", "cost", "none"];
 const said = new Map(); // kind -> {text, part}
 
-// Say a hint of that kind, or nothing more; `part` is how far something is, 0 to 1.
+// Set the hint of a kind, or remove it; `part` is the progress, 0 to 1.
 export function hint(kind, text = null, part = null) {
   if (text === null) said.delete(kind);
   else said.set(kind, { text, part });

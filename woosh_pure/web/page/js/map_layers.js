@@ -1,4 +1,4 @@
-// What is drawn above the map's picture. Each function draws one thing; `paint` holds the colours of the theme.
+// Draws trail, plan, scan, marks, robot and the pose being placed over the map. `paint` holds the theme's colours.
 
 import { placeLabels } from "./mark_labels.js";
 

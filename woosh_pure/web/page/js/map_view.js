@@ -1,4 +1,4 @@
-// The map: one canvas, drawn when something changed and at most once a frame.
+// The map's canvas: draws all layers after a change, at most once a frame, and handles its buttons and gestures.
 
 import { CostmapSwitch } from "./costmap_switch.js";
 import { byId, el, fill, say } from "./dom.js";

@@ -1,4 +1,4 @@
-// Which part of the world the canvas shows. Pure: metres in the map (y up) <-> CSS pixels (y down).
+// The part of the map that the canvas shows. Pure: metres in the map (y up) <-> CSS pixels (y down).
 
 export const MIN_SCALE = 2;
 export const MAX_SCALE = 400; // pixels for a metre

@@ -1,5 +1,5 @@
-// Where the names of the marks stand on the map, so that none covers another, or a pin. What finds no room is left
-// out until somebody zooms in. Pure: pixels, y down.
+// Places the names of marks on the map so that none covers another name or a pin. A name without space is left out until
+// the map is zoomed in. Pure: pixels, y down.
 
 const ROW = 20;
 

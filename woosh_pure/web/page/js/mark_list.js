@@ -1,12 +1,11 @@
-// The marks: a list that scrolls, with a search; saving one, changing it, taking it off. Where they are kept, all
-// pages of this server see them.
+// The list of marks in the tab Go: search, drive to one, save, change, delete. All pages of the server share it.
 
 import { ask } from "./confirm.js";
 import { button, el, fill, icon, say, show } from "./dom.js";
 import { number, onLanguage, t, word } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
 
-// Which of them have the letters somebody has typed, in their name or note. Pure.
+// The marks whose name or note has the typed letters. Pure.
 export function found(marks, typed) {
   const wanted = typed.trim().toLowerCase();
   return marks.filter((mark) => `${mark.name}\n${mark.note ?? ""}`.toLowerCase().includes(wanted));
@@ -107,7 +106,7 @@ export class MarkList {
     return [input, el("label", {}, el("span", {}, words), input)];
   }
 
-  // A new one takes a name only: what else there is to say of it is changed afterwards.
+  // A new mark takes a name only; the rest can be changed afterwards.
   name(own = "") {
     const parts = this.text("mark-name", t("marks.name"), own, { required: true, oninput: () => this.check(parts[0], own) });
     return parts;

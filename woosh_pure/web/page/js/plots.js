@@ -1,4 +1,4 @@
-// Battery, velocity and rates over the last minutes. Kept while the page is open, drawn while they are looked at.
+// Plots of battery, velocity and rates over the last minutes. Recorded while the page is open, drawn while in view.
 
 import { byId, el, fill } from "./dom.js";
 import { number, onLanguage, t } from "./i18n.js";

@@ -1,4 +1,4 @@
-// Why it would not move, above whatever page is open: only when the answer is a plain no.
+// The notice above all tabs that says why the robot would not move; shown only if the answer is no.
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";

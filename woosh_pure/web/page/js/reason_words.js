@@ -1,5 +1,5 @@
-// Why something did not work, in words: the cause first, by the keys of the server's answers. What has no words here
-// is said as it came: a robot's own words, or a sentence of the library.
+// The words of reasons, problems and ends of goals, by the keys of the server's answers, the cause first. Unknown ones are
+// shown as they came: in the robot's words, or as a sentence of the library.
 
 import { current, has, t } from "./i18n.js";
 import { whoText } from "./command_words.js";
@@ -9,7 +9,7 @@ const UNSURE = new Set(["unknown", "not_localised", "link_lost", "no_chassis", "
 // {text, text_zh} in this language.
 const said = (one) => (current() === "zh" ? one.text_zh || one.text : one.text || one.text_zh) ?? "";
 
-// The words of one reason; of a doubt about what was told before, that it may be over.
+// The words of one reason. A doubtful one, reported before the link broke, may be over.
 export function whyOf(reason) {
   const fault = reason.key === "fault" ? reason.values?.words : null;
   const why = fault ? t("why.told", { fault: said({ text: fault.english, text_zh: fault.chinese }) })
@@ -17,10 +17,10 @@ export function whyOf(reason) {
   return reason.doubt && !UNSURE.has(reason.key) ? `${why} ${t("why.maybe")}` : why;
 }
 
-// What to do about it: "" where that is not known.
+// The advice for a reason; "" if there is none.
 export const todoOf = ({ key }) => (has(`todo.${key}`) ? `${t("todo.title")} ${t(`todo.${key}`)}` : "");
 
-// Each once, in the server's order: the cause comes first.
+// Each reason once, in the server's order: the cause comes first.
 export function distinct(reasons) {
   const told = new Set();
   return (reasons ?? []).filter((reason) => {
@@ -29,10 +29,10 @@ export function distinct(reasons) {
   });
 }
 
-// What blocks. A task under way does not count: it is shown as a task.
+// The blocking reasons, without a task under way, which is shown as a task.
 export const blocking = (reasons) => distinct(reasons?.filter((reason) => reason.blocking && reason.key !== "busy"));
 
-// The first cause and what to do about it; "" without one.
+// The first cause with its advice; "" if there is none.
 export function causeText(reasons) {
   const [first] = blocking(reasons);
   return first ? [whyOf(first), todoOf(first)].filter(Boolean).join(" ") : "";
@@ -57,11 +57,11 @@ export function endText({ kind, reasons, said: own, stands }) {
   return [why, moves || t(stands ? "stop.stands" : "stop.unsure")].filter(Boolean).join(" ");
 }
 
-// The same for the list of what was done, in brief.
+// The same in brief, for the journal.
 export const briefText = ({ kind, reasons, said: own }) =>
   kind === "bad" ? (blocking(reasons).map(whyOf)[0] ?? (own ? said(own) : "")) : "";
 
-// What a stop has done, besides whether the robot stands still.
+// The result of a stop, without whether the robot stands still.
 export function stopText({ cancelled = [], problems = [], pending = [], looked = false }) {
   const ended = cancelled.length ? "stop.ended" : looked && !problems.length ? "stop.nothing" : null;
   const keys = [ended, problems.length ? "stop.notall" : null, pending.length ? "stop.again" : null];

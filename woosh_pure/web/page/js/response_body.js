@@ -1,4 +1,4 @@
-// The body of an answer, told how far it is. A body that stands still ends in an error: it would wait for ever.
+// Reads the body of a response with progress. A body that stalls ends in an error.
 
 const PIECE = 8e6; // bytes after which what has come is handed to the browser, which may put it on its disk
 

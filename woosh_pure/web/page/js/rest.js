@@ -1,4 +1,4 @@
-// Calls of the API. Every wait has an end; an error says why, in words.
+// Calls of the REST API, each with a time-out. An error has words for the reason.
 
 import { collect } from "./response_body.js";
 import { current, t } from "./i18n.js";
@@ -64,7 +64,7 @@ export class Rest {
     return text ? JSON.parse(text) : null;
   }
 
-  // A picture or file, told how far it is: told(part, size, total). `signal` breaks it off.
+  // Fetch a picture or file; told(part, size, total) reports the progress, `signal` cancels.
   async blob(path, told = () => {}, signal = null) {
     const answer = await this.call("GET", path, null, { timeout: 30 });
     const stalled = () => new Refused(t("error.stalled"));

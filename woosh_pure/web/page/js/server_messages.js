@@ -1,4 +1,4 @@
-// What the server says, put into the store. Pure but for the store; `now` is seconds of this page's clock.
+// Puts the messages of the live connection into the store. `now` is seconds of this page's clock.
 
 import { decode } from "./binary_frames.js";
 import * as shapes from "./server_values.js";
@@ -20,7 +20,7 @@ const JOURNAL = 200;
 const list = (value) => (Array.isArray(value) ? value : []);
 
 const KINDS = {
-  // What was done is told anew after each hello: numbers of a server that was started again begin at one.
+  // The journal is sent again after each hello: a server that was started again counts from one.
   hello(store, message) {
     store.set("journal", []);
     store.set("hello", message);
@@ -44,7 +44,7 @@ const KINDS = {
   },
 };
 
-// A kind that is not known here is passed over: a newer server may say more.
+// An unknown kind is ignored: a newer server may have more.
 export const take = (store, ages, message, now) => KINDS[message?.t]?.(store, message, ages, now);
 
 function state(store, message, ages, now) {

@@ -1,4 +1,4 @@
-// From the server's words to what the page shows. Pure; what is missing stays null and is shown as not known.
+// Converts the parts of the server's messages to the values that the page shows. Pure; a missing value stays null.
 
 const words = (name) => (typeof name === "string" ? name.toLowerCase().replaceAll("_", " ") : null);
 

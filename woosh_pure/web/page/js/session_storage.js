@@ -1,5 +1,5 @@
-// The session of this tab, kept through a reload: whoever reloads stays who began the goal. It is taken out while the
-// page lives, so that a copied tab becomes somebody else.
+// Keeps the session of this tab through a reload, so that a goal stays one's own. It is not stored while the page is open, so
+// that a copied tab gets a new session.
 
 const KEY = "woosh-session";
 

@@ -1,4 +1,4 @@
-// From fingers, keys and sticks to a velocity. Pure. x right, y up, both -1..1 -> {vx, wz}: m/s, rad/s.
+// Converts pad, keys and gamepad stick to a velocity. Pure. x right, y up, both -1..1 -> {vx, wz}: m/s, rad/s.
 
 const DEAD = 0.12; // a stick that is let go is not exactly in the middle
 

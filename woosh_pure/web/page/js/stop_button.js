@@ -1,6 +1,5 @@
-// STOP: one touch, no question, and an answer that says what stands still and what does not. Every way to the server
-// is tried until one has confirmed: the open connection, a call, a call that carries nothing of this page, a beacon.
-// To stop twice does no harm.
+// STOP: one touch without a question, and an answer that says whether the robot stands still. Tries the open connection, a
+// call, a call without a session and a beacon, until one is confirmed. Stopping twice does no harm.
 
 import { button, byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";

@@ -1,4 +1,4 @@
-// What is known, by name, and who wants to be told. A listener that fails does not keep the others from hearing.
+// Values by name, with listeners for their changes. A listener that fails does not keep the others from being called.
 
 export class Store {
   constructor() {

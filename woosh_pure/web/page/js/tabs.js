@@ -1,4 +1,4 @@
-// The five pages of the panel, as tabs: arrow keys move between them. The chosen one stands in the address.
+// The five tabs of the panel; arrow keys move between them. The address names the open one.
 
 import { byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";

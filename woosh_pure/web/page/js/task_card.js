@@ -1,4 +1,4 @@
-// What is under way: progress, pause, go on, cancel; and how it ended, in one line, until it is closed.
+// The card of the current goal: progress, pause, resume, cancel, and then its end until it is closed.
 
 import { button, byId, el, fill, icon, say, show } from "./dom.js";
 import { number, onLanguage, t, word } from "./i18n.js";
@@ -7,7 +7,7 @@ import { attempt } from "./toast.js";
 import { whatText, whoText } from "./command_words.js";
 import { endText } from "./reason_words.js";
 
-const KEPT = 20; // seconds for which an end that needs nobody is shown
+const KEPT = 20; // seconds for which a good end is shown
 
 export class TaskCard {
   constructor({ store, rest }) {
@@ -33,10 +33,10 @@ export class TaskCard {
     const goal = this.store.get("goal");
     if (goal?.running && goal.id !== this.seen) {
       [this.seen, this.far] = [goal.id, away(goal.start, goal.target) ?? 0];
-      // Who has begun it far down the list would not see it.
+      // A person who started it far down the list would not see the card.
       if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
     }
-    // A goal can begin and end between two messages to a slow page: its end is told all the same.
+    // A goal can begin and end between two messages to a slow page; its end is shown, too.
     const told = this.before === undefined || [this.before, this.closed].includes(goal?.id);
     const hidden = !goal || (!goal.running && told);
     show(this.box, !hidden);
@@ -49,7 +49,7 @@ export class TaskCard {
     this.progress();
   }
 
-  // What ended well needs nobody: it goes by itself. What ended badly stays until it is closed.
+  // A good end disappears by itself; a bad one stays until it is closed.
   later(goal) {
     clearTimeout(this.timer);
     if (goal.running || goal.kind === "bad") return;

@@ -1,4 +1,4 @@
-// Values over the last minutes, bounded in time and number.
+// Values over the last minutes for the plots, and the robot's trail on the map; both bounded.
 
 export class TimeSeries {
   constructor(seconds = 300, limit = 1200) {

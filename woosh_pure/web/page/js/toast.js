@@ -1,4 +1,4 @@
-// Short answers that go by themselves; what went wrong stays longer.
+// Short messages that disappear by themselves; errors stay longer.
 
 import { byId, el, icon } from "./dom.js";
 
@@ -15,7 +15,7 @@ export function toast(text, kind = "ok") {
   setTimeout(() => note.remove(), SECONDS[kind] * 1000);
 }
 
-// Do something that the server may refuse, and say so; null when it was refused.
+// Run `work`, and show the error if the server refuses; null then.
 export async function attempt(work) {
   try {
     return await work();

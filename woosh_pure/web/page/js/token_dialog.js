@@ -1,4 +1,4 @@
-// The question for the token: asked until it is right, and why it was not taken is said in words.
+// The dialog for the token, open until it is right; says why a token was not accepted.
 
 import { byId, el, fill, say } from "./dom.js";
 import { t } from "./i18n.js";
