@@ -48,9 +48,9 @@ class Watched(PureVehicle):
         self.done: set[str] = set()
         super().__init__(**given, obeys=False)
 
-    def happens(self, event: Event) -> None:
+    def apply(self, event: Event) -> None:
         self.halted = 0
-        super().happens(event)
+        super().apply(event)
         drive = self.state.drive
         if drive is not None and drive.token == self.halted:
             assert self.state.motion is Motion.HALTING, "halted before the disk was full, and forgotten"
@@ -114,9 +114,9 @@ class Watched(PureVehicle):
         """What the world tells after a while: the stop has ended, the robot stands."""
         if self.drive is None and not any(kind == "HARD" for kind in self.running.values()):
             if self.state.motion is Motion.STOPPING:
-                self.happens(StopEnded(True))
+                self.apply(StopEnded(True))
             self.measured = True
-            self.happens(StandingMeasured(True))
+            self.apply(StandingMeasured(True))
 
     def stop(self, *, known: bool = True) -> None:
         self.measured = False
@@ -151,7 +151,7 @@ class World:
 
     def send(self, data: dict[str, Any]) -> None:
         for _ in range(self.random.choice((0, 1, 1, 1, 2))):
-            self.vehicle.happens(read_order(data))
+            self.vehicle.apply(read_order(data))
 
     def new_order(self) -> None:
         here = self.vehicle.state.position
@@ -224,11 +224,11 @@ class World:
             new.visited = old.visited + [each for each in new.visited if each != last]
         self.vehicle = new
         if mode != "AUTOMATIC":
-            new.happens(ModeChanged(mode))
+            new.apply(ModeChanged(mode))
 
     def end(self) -> None:
         """SIGTERM, and another process."""
-        self.vehicle.happens(ShutDown("it was ended"))
+        self.vehicle.apply(ShutDown("it was ended"))
         assert not self.vehicle.state.executing
         full = self.vehicle.disk.full
         self.die()
@@ -266,20 +266,20 @@ class World:
             self.instant("beep", self.random.choice(BLOCKING))
         elif kind == "lost":
             vehicle.measured = False
-            vehicle.happens(ContactChanged(False))
-            vehicle.happens(PositionMeasured(None))
+            vehicle.apply(ContactChanged(False))
+            vehicle.apply(PositionMeasured(None))
         elif kind == "back":
             vehicle.measured = False
-            vehicle.happens(ContactChanged(True))
+            vehicle.apply(ContactChanged(True))
         elif kind == "stand" and vehicle.state.heard:
             vehicle.stand()
         elif kind == "moves":  # somebody pushes it
             vehicle.measured = False
-            vehicle.happens(StandingMeasured(False))
+            vehicle.apply(StandingMeasured(False))
             if vehicle.state.motion is Motion.STOPPING:
-                vehicle.happens(StopEnded(False))
+                vehicle.apply(StopEnded(False))
         elif kind == "mode":
-            vehicle.happens(ModeChanged(self.random.choice(("MANUAL", "AUTOMATIC"))))
+            vehicle.apply(ModeChanged(self.random.choice(("MANUAL", "AUTOMATIC"))))
         elif kind == "die":
             self.die()
         elif kind == "maps":
@@ -292,22 +292,22 @@ class World:
             vehicle.disk.full = False
             vehicle.write()
         elif kind == "retry":
-            vehicle.happens(RetryDue())
+            vehicle.apply(RetryDue())
 
     def settle(self) -> None:
         """All goes well from here on."""
         vehicle = self.vehicle
         vehicle.disk.full = False
         vehicle.write()
-        vehicle.happens(ModeChanged("AUTOMATIC"))
+        vehicle.apply(ModeChanged("AUTOMATIC"))
         for _ in range(300):
             if vehicle.state.paused or vehicle.state.held:
                 vehicle.instant(action(self.name(), "stopPause"))
             if vehicle.state.position is None:
                 vehicle.place(0.0)
-            vehicle.happens(RetryDue())
+            vehicle.apply(RetryDue())
             if not vehicle.state.heard:
-                vehicle.happens(ContactChanged(True))
+                vehicle.apply(ContactChanged(True))
             vehicle.stand()
             if vehicle.running:
                 name = sorted(vehicle.to_end or vehicle.running)[0]

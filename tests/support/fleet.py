@@ -183,7 +183,7 @@ class PureVehicle:
             self.take(effect)
         if self.obeys and self.stops:
             self.stopped(True)
-        self.happens(ModeChanged("AUTOMATIC"))
+        self.apply(ModeChanged("AUTOMATIC"))
         self.place(x)
         self.rest()
 
@@ -192,10 +192,10 @@ class PureVehicle:
         """The state of its order."""
         return self.order_machine.state
 
-    def happens(self, event: Event) -> None:
+    def apply(self, event: Event) -> None:
         """An event, and what it asks for; the vehicle does as it is told only after all of it was noted."""
         effects = []
-        for effect in self.order_machine.happens(event):
+        for effect in self.order_machine.apply(event):
             self.take(effect)
             effects.append(effect)
         self._visit()
@@ -236,24 +236,24 @@ class PureVehicle:
     def rest(self) -> None:
         """It is measured standing, if nothing moves it."""
         if self.obeys and self.drive is None:
-            self.happens(StandingMeasured(True))
+            self.apply(StandingMeasured(True))
 
     def stopped(self, standing: bool) -> None:
         """What it was told to stop by has ended."""
-        self.happens(StopEnded(standing))
+        self.apply(StopEnded(standing))
         self.rest()
 
     def order(self, *args: Any, **options: Any) -> None:
         """Receive an order of `order_json`."""
-        self.happens(read_order(order_json(*args, **options)))
+        self.apply(read_order(order_json(*args, **options)))
 
     def instant(self, *actions: dict[str, Any]) -> None:
         """Receive instant actions."""
-        self.happens(read_instant_actions(instant(*actions)))
+        self.apply(read_instant_actions(instant(*actions)))
 
     def place(self, x: float, theta: float = 0.0) -> None:
         """Stand at x."""
-        self.happens(PositionMeasured(AgvPosition(x, 0.0, theta)))
+        self.apply(PositionMeasured(AgvPosition(x, 0.0, theta)))
 
     def arrive(self) -> None:
         """The drive under way ends at its node."""
@@ -264,19 +264,19 @@ class PureVehicle:
         self.place(position.x, position.theta or 0.0)
         if self.drive is drive:
             self.drive = None
-            self.happens(DriveEnded(drive.token, True))
+            self.apply(DriveEnded(drive.token, True))
             self.rest()
 
     def stop(self, *, known: bool = True) -> None:
         """The drive under way ends where it is."""
         assert self.drive is not None
         drive, self.drive = self.drive, None
-        self.happens(DriveEnded(drive.token, False, "halted", known=known))
+        self.apply(DriveEnded(drive.token, False, "halted", known=known))
         self.rest()
 
     def finish(self, action_id: str, ok: bool = True, text: str = "") -> None:
         """An action ends."""
-        self.happens(ActionEnded(action_id, ok, text))
+        self.apply(ActionEnded(action_id, ok, text))
         self.rest()
 
     def status(self, action_id: str) -> str:

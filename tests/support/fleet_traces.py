@@ -41,7 +41,7 @@ class ReplayedMachine:
         self.state = first_state(LIMITS)
         self.asked: list[list[Any]] = []
 
-    def happens(self, event: Event) -> None:
+    def apply(self, event: Event) -> None:
         name, *given = event
         if name == "restart":
             self.state = read_state(json.loads(json.dumps(self.state.to_json())), LIMITS)
@@ -277,7 +277,7 @@ def lines(seed: int, machine: Any, count: int = EVENTS) -> list[str]:
     before: dict[str, Any] = {}
     for _ in range(count):
         event = source.next()
-        machine.happens(event)
+        machine.apply(event)
         source.took(event, machine.asked)
         shown = machine.shown()
         changed = {key: value for key, value in shown.items() if before.get(key) != value}

@@ -55,12 +55,12 @@ class PersistentOrder:
     Attributes:
         state: The current state; any thread may read it.
         failing: The disk fails; call `write` again after a while.
-        owed: The state has not been saved and published yet; call `write`.
+        unsaved: The state has not been saved and published yet; call `write`.
     """
 
     def __init__(self, limits: Capabilities, store: StateFile | None, name: str) -> None:
         self.state = first_state(limits)
-        self.failing = self.owed = False
+        self.failing = self.unsaved = False
         self._store, self._name = store, name
 
     def restore(self) -> list[Effect]:
@@ -72,10 +72,10 @@ class PersistentOrder:
             except (Invalid, KeyError, TypeError, ValueError, AttributeError) as error:
                 self._store.put_aside(f"{type(error).__name__}: {error}")
             else:
-                return [*self.happens(Restarted())]
+                return [*self.apply(Restarted())]
         return []
 
-    def happens(self, event: Event, *, later: bool = False) -> Iterator[Effect]:
+    def apply(self, event: Event, *, later: bool = False) -> Iterator[Effect]:
         """Apply an event. Carry out each effect before taking the next one.
 
         Args:
@@ -92,10 +92,10 @@ class PersistentOrder:
             if not (stops(effect) or isinstance(effect, (SaveState, PublishState)))
         ]
         if later and not begins:
-            self.state, self.owed = after, self.owed or len(effects) > len(done)
+            self.state, self.unsaved = after, self.unsaved or len(effects) > len(done)
             return
-        publishes = self.owed or PublishState() in effects
-        if (self.owed or SaveState() in effects) and not self.failing:
+        publishes = self.unsaved or PublishState() in effects
+        if (self.unsaved or SaveState() in effects) and not self.failing:
             problem = self._save(after)
             if problem is not None:
                 self.failing = publishes = True
@@ -106,7 +106,7 @@ class PersistentOrder:
                     for each in effects
                     if each not in done and not isinstance(each, (SaveState, PublishState))
                 ]
-        self.state, self.owed = after, False
+        self.state, self.unsaved = after, False
         if publishes:
             yield PublishState()
         yield from begins
@@ -114,13 +114,13 @@ class PersistentOrder:
     def write(self) -> list[Effect]:
         """Save the current state, if it was put off or the disk has failed; return the effects."""
         problem = self._save(self.state)
-        effects: list[Effect] = [PublishState()] if self.owed else []
-        failed, self.failing, self.owed = self.failing, problem is not None, False
+        effects: list[Effect] = [PublishState()] if self.unsaved else []
+        failed, self.failing, self.unsaved = self.failing, problem is not None, False
         if problem is not None and not failed:
-            return [*self.happens(DiskFailed(problem))]
+            return [*self.apply(DiskFailed(problem))]
         if problem is None and failed:
             _log.warning("! %s: the state is kept on disk again", self._name)
-            return [*self.happens(DiskRecovered())]
+            return [*self.apply(DiskRecovered())]
         return effects
 
     def _save(self, state: OrderState) -> Problem | None:

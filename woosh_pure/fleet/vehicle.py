@@ -188,7 +188,7 @@ class Vehicle:
     def _end_order(self) -> None:
         """End the order after the thread has ended; drives and actions are being ended already."""
         self._actions.join(_ACTIONS_SECONDS)
-        self._happens(events.ShutDown("the vehicle's software was ended in order"))
+        self._apply(events.ShutDown("the vehicle's software was ended in order"))
         self._write()
 
     @property
@@ -288,11 +288,11 @@ class Vehicle:
         for event in robot_events:
             self._robot_reports(event)
         if message is not None:
-            self._happens(message)
+            self._apply(message)
         self._check_waiting_for_rest()
         if "dropped" in flags and "dropped" not in self._due:
             self._due["dropped"] = 0.0
-        if self._order.owed and not self._inbox.waiting_messages:
+        if self._order.unsaved and not self._inbox.waiting_messages:
             self._write()
         if "connected" in flags or "parameters" in flags:
             self._publish_factsheet()
@@ -312,29 +312,29 @@ class Vehicle:
                 self.facts.loads = tuple(self._actions.loads)
             self._use_maps()
             self._monitor.refresh(self._lease.local_driver)  # a newly set pose is valid now
-            self._happens(event)
+            self._apply(event)
             if not self._order_state.standing:
                 self._motion_ended_at = time.monotonic()
-            self._happens(events.PositionMeasured(self._position()))
+            self._apply(events.PositionMeasured(self._position()))
             return
         self._motion_ended_at = time.monotonic()
         if isinstance(event, events.DriveEnded):
-            self._happens(events.PositionMeasured(self._position()))
-        self._happens(event)
+            self._apply(events.PositionMeasured(self._position()))
+        self._apply(event)
 
     def _check_waiting_for_rest(self) -> None:
         """Report a cancel or pause that has waited too long for the robot to stand."""
         if self._order_state.waits_for_rest:
             self._due.setdefault("rest", time.monotonic() + _REST_SECONDS)
         elif self._due.pop("rest", None) is not None:
-            self._happens(events.ProblemChanged("rest", None))
+            self._apply(events.ProblemChanged("rest", None))
 
     def _report_dropped(self) -> None:
         """Report dropped messages as an error, until none was dropped for a while."""
         dropped = self._inbox.dropped
         if dropped == self._reported_dropped:
             del self._due["dropped"]
-            self._happens(events.ProblemChanged("dropped", None))
+            self._apply(events.ProblemChanged("dropped", None))
             return
         counted = ", ".join(f"{lane.value}: {n}" for lane, n in dropped.items())
         text = f"messages came faster than they are read, and were dropped since the start: {counted}"
@@ -342,7 +342,7 @@ class Vehicle:
         hint = "send less at a time, and wait for the state that answers"
         problem = Problem(ErrorType.DROPPED, text, (), Level.WARNING, hint)
         self._due["dropped"], self._reported_dropped = time.monotonic() + _DROPPED_SECONDS, dropped.copy()
-        self._happens(events.ProblemChanged("dropped", problem))
+        self._apply(events.ProblemChanged("dropped", problem))
 
     def _position(self) -> AgvPosition | None:
         return self.facts.position if self.facts.located and not self.facts.lost else None
@@ -353,32 +353,32 @@ class Vehicle:
         if not self._order_state.driving:
             standing = not self.facts.lost and self._monitor.has_stood_since(self._motion_ended_at)
             if standing != self._order_state.standing:
-                self._happens(events.StandingMeasured(standing))
+                self._apply(events.StandingMeasured(standing))
         text = self._edge_speed.check(self._order_state.drive, self.facts.velocity, now)
         if text is not None:
-            self._happens(events.DriveTooFast(text))
+            self._apply(events.DriveTooFast(text))
 
     def _refresh(self, *, full: bool) -> None:
         if self.facts.lost and not self._monitor.silent:
             self.facts.lost, full = False, True
             self._motion_ended_at = time.monotonic()  # older measurements do not count
-            self._happens(events.ContactChanged(True))
-            self._happens(events.ProblemChanged("lost", None))
+            self._apply(events.ContactChanged(True))
+            self._apply(events.ProblemChanged("lost", None))
         if full:
             before = self.facts.alarms
             self._monitor.refresh(self._lease.local_driver)
             if self._monitor.heard:
-                self._happens(events.ModeChanged(self._monitor.mode))
+                self._apply(events.ModeChanged(self._monitor.mode))
             if before != self.facts.alarms:
                 self._publish_state()
-        self._happens(events.PositionMeasured(self._position()))
+        self._apply(events.PositionMeasured(self._position()))
         self._check_motion()
         if "connect" in self._due and self.facts.located and self.facts.percent is not None:
             self._due["connect"] = 0.0  # ONLINE means that orders are accepted
         if full:
             freed, self._was_blocked = self._was_blocked and not self._monitor.blocked, self._monitor.blocked
             if freed:
-                self._happens(events.RetryDue())
+                self._apply(events.RetryDue())
 
     def _on_time(self, now: float) -> None:
         for name in [name for name, due in self._due.items() if due <= now]:
@@ -396,13 +396,13 @@ class Vehicle:
                 )
                 hint = "look at the robot; its own stop button stops it"
                 problem = Problem(ErrorType.STILL_MOVING, text, (), Level.WARNING, hint)
-                self._happens(events.ProblemChanged("rest", problem))
+                self._apply(events.ProblemChanged("rest", problem))
             elif name == "disk":
                 del self._due[name]
                 self._write()
             elif name == "retry":
                 del self._due[name]
-                self._happens(events.RetryDue())
+                self._apply(events.RetryDue())
             elif name == "lease":
                 if not self._lease.renew(self._order_state.executing):
                     self._inbox.flag("status")
@@ -418,16 +418,16 @@ class Vehicle:
             return
         self.facts.may_move = self.facts.moving or not self._order_state.at_rest
         self.facts.lost, self.facts.velocity = True, None
-        self._happens(events.ContactChanged(False))
-        self._happens(events.ProblemChanged("lost", self._monitor.silence_problem()))
-        self._happens(events.PositionMeasured(None))
+        self._apply(events.ContactChanged(False))
+        self._apply(events.ProblemChanged("lost", self._monitor.silence_problem()))
+        self._apply(events.PositionMeasured(None))
 
     # -- effects ---------------------------------------------------------------------------------------------
 
-    def _happens(self, event: Event) -> None:
+    def _apply(self, event: Event) -> None:
         """Apply an event and carry out its effects. An order is saved before it is answered."""
         later = self._busy() and not isinstance(event, Order)
-        self._carry_out(self._order.happens(event, later=later))
+        self._carry_out(self._order.apply(event, later=later))
 
     def _write(self) -> None:
         """Save and publish what was put off, or try a failing disk again."""
@@ -463,7 +463,7 @@ class Vehicle:
             if facts.position is not None:
                 facts.position = replace(facts.position, map_id=facts.map_id)
             self.limits = replace(self.limits, maps=self._maps.enabled_ids)
-            self._happens(events.MapsChanged(self.limits.maps))
+            self._apply(events.MapsChanged(self.limits.maps))
 
     def _write_report(self, reason: str) -> str:
         """Write a report for logReport; return its name, which the state's `information` has, too."""

@@ -108,8 +108,8 @@ class NavigationClient:
                 return  # paused or ended before it was sent
         handle = client.send_goal(
             self._firmware.convert(goal, client.type.goal),
-            transition=lambda told: self._look(motion, number, told),
-            feedback=lambda _, report: self._shorten(motion, int(report.nav_state)),
+            transition=lambda state: self._goal_changed(motion, number, state),
+            feedback=lambda _, report: self._drop_passed(motion, int(report.nav_state)),
         )
         with self._lock:
             if motion.state is MotionState.RUNNING and number == motion.sent:
@@ -117,13 +117,13 @@ class NavigationClient:
                 return
         handle.cancel()  # paused or ended while it was sent
 
-    def _shorten(self, motion: NavigationMotion, left: int) -> None:
+    def _drop_passed(self, motion: NavigationMotion, left: int) -> None:
         # nav_state of the simulated /move_base is the number of remaining points.
         if motion.keep_path and 0 < left < len(motion.way):
             with self._lock:
                 motion.way = motion.way[-left:]
 
-    def _look(self, motion: NavigationMotion, number: int, goal: Any) -> None:
+    def _goal_changed(self, motion: NavigationMotion, number: int, goal: Any) -> None:
         if not goal.done:
             return
         with self._lock:

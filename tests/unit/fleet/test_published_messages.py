@@ -110,7 +110,7 @@ def test_a_long_path_is_thinned_and_one_of_another_frame_left_out() -> None:
 def test_what_version_two_nought_does_not_know_is_left_out() -> None:
     """Maps and hints."""
     vehicle = PureVehicle()
-    vehicle.happens(ProblemChanged("x", Problem("t", "d", hint="h")))
+    vehicle.apply(ProblemChanged("x", Problem("t", "d", hint="h")))
     old = state_message(vehicle.state, facts(), HEADER, "2.0.0")
     new = state_message(vehicle.state, facts(), HEADER, "2.1.0")
     assert "maps" not in old
@@ -188,7 +188,7 @@ def test_a_zone_set_is_told_where_there_is_one() -> None:
     for name, kinds in (("zones-1", []), ("zones-2", ["orderError"]), ("", [])):
         vehicle = PureVehicle(limits)
         order = {**order_json(), "zoneSetId": name}
-        vehicle.happens(read_order(order))
+        vehicle.apply(read_order(order))
         assert vehicle.problems == kinds
     known = ChassisFacts(zone_set="zones-1")
     assert state_message(PureVehicle().state, known, HEADER, "2.1.0")["zoneSetId"] == "zones-1"

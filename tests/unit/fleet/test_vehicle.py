@@ -40,11 +40,11 @@ def test_a_pose_that_changes_nothing_wakes_nobody() -> None:
     order, facts = vehicle._order, vehicle.facts
     facts.position, facts.located = AgvPosition(0.0, 0.0, 0.0, "map"), True
     for event in (ModeChanged("AUTOMATIC"), PositionMeasured(facts.position)):
-        list(order.happens(event))
+        list(order.apply(event))
     data = order_json(nodes="ab", deviation=0.5)
     for node in data["nodes"]:
         node["nodePosition"]["mapId"] = "map"
-    list(order.happens(read_order(data)))
+    list(order.apply(read_order(data)))
     assert order.state.driving
     woken: list[set[str]] = []
     for x in (0.5, 1.0, 1.4, 1.6, 2.0):

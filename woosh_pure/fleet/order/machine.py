@@ -86,7 +86,7 @@ def _take_instant(change: Transition, action: Action, header: int) -> None:
         change.set_action(action.id, ActionStatus.FAILED, problem.description)
         change.report(problem)
     elif action.type in BUILT_IN:
-        change.obey(taken)
+        change.start_built_in(taken)
         _BUILT_IN[action.type](change, action)
 
 
@@ -167,7 +167,7 @@ def _drive_too_fast(change: Transition, event: events.DriveTooFast) -> None:
     state = change.state
     if state.drive is not None and state.motion is Motion.DRIVING and not state.too_fast:
         change.too_fast(event.text)
-        about = (*change.about_order(), ("nodeId", state.drive.node.id))
+        about = (*change.order_references(), ("nodeId", state.drive.node.id))
         change.report(Problem(ErrorType.SPEED, event.text, about))
 
 
@@ -208,7 +208,7 @@ def _mode(change: Transition, event: events.ModeChanged) -> None:
     if not change.state.in_control and change.state.executing:
         change.give_up()
         text = f"the order was cleared, because the operating mode is {event.mode}; send a new one afterwards"
-        change.report(Problem(ErrorType.ORDER, text, change.about_order()))
+        change.report(Problem(ErrorType.ORDER, text, change.order_references()))
 
 
 def _disk_failed(change: Transition, event: events.DiskFailed) -> None:
@@ -228,7 +228,9 @@ def _restarted(change: Transition, event: events.Restarted) -> None:
         change.hold(Hold.RESTARTED)
         text = "the vehicle's software was restarted while it carried out this order, which waits now"
         hint = "stopPause goes on, cancelOrder gives it up"
-        change.set_problem("held", Problem(ErrorType.HELD, text, change.about_order(), Level.WARNING, hint))
+        change.set_problem(
+            "held", Problem(ErrorType.HELD, text, change.order_references(), Level.WARNING, hint)
+        )
 
 
 def _shut_down(change: Transition, event: events.ShutDown) -> None:
@@ -241,7 +243,7 @@ def _shut_down(change: Transition, event: events.ShutDown) -> None:
             change.change_motion(MotionEvent.ENDED)
         change.forget(ActionStatus.FINISHED if change.state.at_rest else ActionStatus.FAILED)
         told = f"{event.text}; the order is over, send a new one"
-        change.report(Problem(ErrorType.ORDER, told, change.about_order()))
+        change.report(Problem(ErrorType.ORDER, told, change.order_references()))
     _fail_open_actions(change, event.text, of_order=False)
 
 

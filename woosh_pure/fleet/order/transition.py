@@ -151,7 +151,7 @@ class Transition:
         text = f"{failed.action.type} has failed: {text or 'no reason was given'}"
         self.report(Problem(kind, text, about))
 
-    def about_order(self) -> tuple[tuple[str, str], ...]:
+    def order_references(self) -> tuple[tuple[str, str], ...]:
         """References of a problem of the order."""
         return (("orderId", self.state.order_id), ("orderUpdateId", str(self.state.update)))
 
@@ -300,7 +300,7 @@ class Transition:
         self._forget_old_actions()
         return added
 
-    def obey(self, built_in: ActionState) -> None:
+    def start_built_in(self, built_in: ActionState) -> None:
         """Start a built-in action; it blocks nothing."""
         self._replace_action(replace(built_in, blocking="NONE", status=ActionStatus.RUNNING))
 

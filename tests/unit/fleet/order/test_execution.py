@@ -109,7 +109,7 @@ def test_the_first_node_is_turned_to(vehicle: PureVehicle) -> None:
     """Near enough but looking elsewhere: the vehicle turns on the node before anything else."""
     data = order_json(nodes="ab", node_actions={"a": [action("on_a")]})
     data["nodes"][0]["nodePosition"].update(theta=1.5, allowedDeviationTheta=0.1)
-    vehicle.happens(read_order(data))
+    vehicle.apply(read_order(data))
     assert vehicle.drives == ["a"]
     assert vehicle.begun == []
     vehicle.arrive()
@@ -122,13 +122,13 @@ def test_a_drive_that_ends_beside_its_node_is_tried_again(vehicle: PureVehicle) 
     vehicle.order(nodes="abc")
     for n, seconds in enumerate(RETRIES):
         assert vehicle.drive is not None
-        vehicle.happens(DriveEnded(vehicle.drive.token, True))
+        vehicle.apply(DriveEnded(vehicle.drive.token, True))
         assert vehicle.retries[n] == seconds
         assert kinds(vehicle) == ["driveError"]
-        vehicle.happens(RetryDue())
+        vehicle.apply(RetryDue())
         assert kinds(vehicle) == []
     assert vehicle.drive is not None
-    vehicle.happens(DriveEnded(vehicle.drive.token, False, "blocked"))
+    vehicle.apply(DriveEnded(vehicle.drive.token, False, "blocked"))
     (problem,) = vehicle.state.problems
     assert problem.level == "FATAL"
     assert "blocked" in problem.description
@@ -144,6 +144,6 @@ def test_the_end_of_a_drive_that_was_replaced_means_nothing(vehicle: PureVehicle
     assert vehicle.drive is not None
     first = vehicle.drive.token
     vehicle.place(1.9)
-    vehicle.happens(DriveEnded(first, False, "replaced"))
+    vehicle.apply(DriveEnded(first, False, "replaced"))
     assert vehicle.drives == ["b", "c"]
     assert kinds(vehicle) == []

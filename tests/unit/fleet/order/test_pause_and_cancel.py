@@ -138,21 +138,21 @@ def test_a_node_reached_while_a_cancel_halts_counts(vehicle: PureVehicle) -> Non
 def test_a_mode_of_others_clears_the_order(vehicle: PureVehicle, mode: str) -> None:
     """6.10.6: at once, with its actions; AUTOMATIC again does not bring it back."""
     vehicle.order(node_actions={"a": [action("r")], "c": [action("w")]})
-    vehicle.happens(ModeChanged(mode))
+    vehicle.apply(ModeChanged(mode))
     assert vehicle.halting
     assert vehicle.ended == ["r"]
     vehicle.stop()
     vehicle.finish("r", False)
     assert vehicle.ahead == ""
     assert kinds(vehicle) == ["orderError"]
-    vehicle.happens(ModeChanged("AUTOMATIC"))
+    vehicle.apply(ModeChanged("AUTOMATIC"))
     assert vehicle.drives == ["b"]
 
 
 def test_a_vehicle_that_is_lost_halts_and_goes_on_when_found(vehicle: PureVehicle) -> None:
     """The order is kept."""
     vehicle.order()
-    vehicle.happens(PositionMeasured(None))
+    vehicle.apply(PositionMeasured(None))
     assert vehicle.halting
     vehicle.stop()
     assert vehicle.drives == ["b"]
@@ -174,7 +174,7 @@ def test_what_stops_is_finished_when_the_vehicle_was_measured_standing(kind: str
     vehicle.stop()
     assert vehicle.status("x") == "RUNNING"
     assert vehicle.state.waits_for_rest
-    vehicle.happens(StandingMeasured(True))
+    vehicle.apply(StandingMeasured(True))
     assert vehicle.status("x") == "FINISHED"
     assert not vehicle.state.waits_for_rest
 
@@ -185,22 +185,22 @@ def test_what_stops_runs_until_a_lost_robot_was_heard_to_stand(kind: str) -> Non
     is back, until it stands."""
     vehicle = PureVehicle(obeys=False)
     vehicle.order(nodes="abc")
-    vehicle.happens(ContactChanged(False))
-    vehicle.happens(PositionMeasured(None))
+    vehicle.apply(ContactChanged(False))
+    vehicle.apply(PositionMeasured(None))
     vehicle.instant(action("x", kind))
     assert vehicle.halting
     vehicle.stop(known=False)
     assert (vehicle.status("x"), vehicle.stops) == ("RUNNING", 0)
-    vehicle.happens(ContactChanged(True))
+    vehicle.apply(ContactChanged(True))
     vehicle.place(0.5)
     assert vehicle.stops == 1
-    vehicle.happens(StandingMeasured(True))
+    vehicle.apply(StandingMeasured(True))
     assert vehicle.status("x") == "RUNNING", "it may stand by chance, and go on"
     vehicle.stopped(False)
     assert vehicle.stops == 2, "it was not stopped: once more"
     vehicle.stopped(True)
     assert vehicle.status("x") == "RUNNING"
-    vehicle.happens(StandingMeasured(True))
+    vehicle.apply(StandingMeasured(True))
     assert vehicle.status("x") == "FINISHED"
     assert vehicle.drives == ["b"]
 
@@ -212,7 +212,7 @@ def test_a_drive_whose_end_is_not_known_is_stopped_before_it_is_tried_again() ->
     vehicle.stop(known=False)
     assert vehicle.stops == 1
     assert vehicle.problems == ["driveError"]
-    vehicle.happens(RetryDue())
+    vehicle.apply(RetryDue())
     assert vehicle.drives == ["b"]
     vehicle.stopped(True)
     assert vehicle.drives == ["b", "b"]
@@ -225,10 +225,10 @@ def test_an_action_that_moves_and_whose_end_is_not_known_is_stopped() -> None:
     assert vehicle.begun == ["d"]
     vehicle.obeys = False
     vehicle.instant(action("x", "cancelOrder"))
-    vehicle.happens(ActionEnded("d", False, "the link was lost", known=False))
+    vehicle.apply(ActionEnded("d", False, "the link was lost", known=False))
     assert (vehicle.stops, vehicle.status("x")) == (1, "RUNNING")
     vehicle.stopped(True)
-    vehicle.happens(StandingMeasured(True))
+    vehicle.apply(StandingMeasured(True))
     assert vehicle.status("x") == "FINISHED"
 
 
@@ -236,13 +236,13 @@ def test_an_action_that_moves_and_whose_end_is_not_known_is_stopped() -> None:
 def test_an_action_that_blocks_begins_when_the_vehicle_was_measured_standing(blocking: str) -> None:
     """4 of 7 began while the robot was still coming to its stand."""
     vehicle = PureVehicle(obeys=False)
-    vehicle.happens(StandingMeasured(True))
+    vehicle.apply(StandingMeasured(True))
     vehicle.order(nodes="abc", node_actions={"b": [action("x", blocking=blocking)]})
     vehicle.arrive()
     assert vehicle.state.last_node == "b"
     assert vehicle.begun == []
     assert vehicle.drives == ["b"], "it waits there"
-    vehicle.happens(StandingMeasured(True))
+    vehicle.apply(StandingMeasured(True))
     assert vehicle.begun == ["x"]
 
 
@@ -262,13 +262,13 @@ def test_a_drive_faster_than_its_edge_allows_is_ended_and_told() -> None:
     """At once as speedExceeded, then as a drive that failed, which is tried again."""
     vehicle = PureVehicle()
     vehicle.order(nodes="ab")
-    vehicle.happens(DriveTooFast("it drove at 0.79 m/s, and edge ab allows 0.25 m/s"))
+    vehicle.apply(DriveTooFast("it drove at 0.79 m/s, and edge ab allows 0.25 m/s"))
     assert vehicle.halting
     assert vehicle.problems == ["speedExceeded"]
     vehicle.stop()
     assert sorted(vehicle.problems) == ["driveError", "speedExceeded"]
     assert vehicle.drives == ["b"]
-    vehicle.happens(RetryDue())
+    vehicle.apply(RetryDue())
     assert vehicle.drives == ["b", "b"]
 
 
@@ -284,7 +284,7 @@ def test_no_order_is_taken_before_a_cancel_has_ended() -> None:
     vehicle.order("early", nodes="ab")
     assert (vehicle.state.order_id, kinds(vehicle)) == ("o", ["orderError"])
     vehicle.instant(action("y", "cancelOrder"))
-    vehicle.happens(StandingMeasured(True))
+    vehicle.apply(StandingMeasured(True))
     assert (vehicle.status("x"), vehicle.status("y")) == ("FINISHED", "FINISHED")
     vehicle.order("late", nodes="ab")
     assert vehicle.drives == ["b"]

@@ -72,7 +72,7 @@ def test_an_orderly_end_ends_the_order(vehicle: PureVehicle) -> None:
     """Running and waiting actions fail, and this is published; the next start has no order."""
     vehicle.order(nodes="ab", node_actions={"a": [action("x")], "b": [action("y")]})
     vehicle.instant(action("i"))
-    vehicle.happens(ShutDown("it was ended"))
+    vehicle.apply(ShutDown("it was ended"))
     assert [vehicle.status(name) for name in "xyi"] == ["FAILED"] * 3
     assert (vehicle.ahead, kinds(vehicle), vehicle.state.driving) == ("", ["orderError"], False)
     assert vehicle.state.order_id == "o"
@@ -88,7 +88,7 @@ def test_an_orderly_end_without_an_order_tells_nothing(vehicle: PureVehicle) -> 
     """A finished order stays finished."""
     vehicle.order(nodes="ab")
     vehicle.arrive()
-    vehicle.happens(ShutDown("it was ended"))
+    vehicle.apply(ShutDown("it was ended"))
     assert kinds(vehicle) == []
 
 
@@ -199,8 +199,8 @@ def test_what_was_put_off_is_written_before_the_next_is_told() -> None:
     saves, told = vehicle.disk.saves, vehicle.told
     for n in range(5):
         message = read_instant_actions(instant(action(f"r{n}", "stateRequest")))
-        assert [*vehicle.order_machine.happens(message, later=True)] == []
-    assert vehicle.order_machine.owed
+        assert [*vehicle.order_machine.apply(message, later=True)] == []
+    assert vehicle.order_machine.unsaved
     assert (vehicle.disk.saves, vehicle.told) == (saves, told)
     vehicle.write()
     assert (vehicle.disk.saves, vehicle.told) == (saves + 1, told + 1)
@@ -212,7 +212,7 @@ def test_nothing_begins_that_is_not_on_disk() -> None:
     """At the moment when a drive or an action is given out, the file says so already."""
     vehicle = PureVehicle()
     order = read_order(order_json(node_actions={"a": [action("x")]}))
-    for effect in vehicle.order_machine.happens(order):
+    for effect in vehicle.order_machine.apply(order):
         kept = vehicle.disk.kept
         assert kept is not None
         assert (kept["orderId"], kept["records"][0]["status"], kept["driving"]) == ("o", "RUNNING", True), (

@@ -20,7 +20,7 @@ def test_a_malformed_order_is_a_validation_error(vehicle: PureVehicle) -> None:
     del data["nodes"][1]["released"]
     with pytest.raises(Invalid) as caught:
         read_order(data)
-    vehicle.happens(MalformedMessage(data, caught.value))
+    vehicle.apply(MalformedMessage(data, caught.value))
     (problem,) = vehicle.state.problems
     assert (problem.kind, problem.level) == ("validationError", "WARNING")
     assert problem.references == (
@@ -80,7 +80,7 @@ def test_a_wide_range_makes_the_first_node_reached(vehicle: PureVehicle) -> None
 
 def test_an_order_is_rejected_without_localisation(vehicle: PureVehicle) -> None:
     """Nobody knows whether the first node is near."""
-    vehicle.happens(PositionMeasured(None))
+    vehicle.apply(PositionMeasured(None))
     vehicle.order()
     assert kinds(vehicle) == ["noRouteError"]
 
@@ -88,7 +88,7 @@ def test_an_order_is_rejected_without_localisation(vehicle: PureVehicle) -> None
 @pytest.mark.parametrize("mode", ["MANUAL", "SERVICE", "TEACHIN"])
 def test_an_order_is_rejected_in_the_modes_of_others(vehicle: PureVehicle, mode: str) -> None:
     """The fleet manager is not in control there."""
-    vehicle.happens(ModeChanged(mode))
+    vehicle.apply(ModeChanged(mode))
     vehicle.order()
     assert kinds(vehicle) == ["orderError"]
     assert vehicle.drives == []
@@ -162,7 +162,7 @@ def test_fields_of_an_edge_that_are_not_obeyed_are_rejected(
     """6.6.4.2: the wrong field is the reference."""
     data = order_json()
     data["edges"][1].update(fields)
-    vehicle.happens(read_order(data))
+    vehicle.apply(read_order(data))
     (problem,) = vehicle.state.problems
     assert problem.kind == "orderError"
     assert problem.about("edgeId") == "bc"
@@ -174,7 +174,7 @@ def test_fields_of_an_edge_that_are_obeyed_are_given_on(vehicle: PureVehicle) ->
     """Speed and direction of travel."""
     data = order_json()
     data["edges"][0].update(maxSpeed=0.3, orientation=3.14159, rotationAllowed=True, length=2.0)
-    vehicle.happens(read_order(data))
+    vehicle.apply(read_order(data))
     assert vehicle.drive is not None
     assert vehicle.drive.edge is not None
     assert vehicle.drive.edge.options["maxSpeed"] == 0.3
@@ -209,7 +209,7 @@ def test_other_things_a_vehicle_cannot_do_are_rejected(vehicle: PureVehicle) -> 
     elsewhere["nodes"][2]["nodePosition"]["mapId"] = "cellar"
     zones["zoneSetId"] = "zones"
     for data in (nowhere, elsewhere, zones):
-        vehicle.happens(read_order(data))
+        vehicle.apply(read_order(data))
     assert kinds(vehicle) == ["orderError"] * 3
     fields = [problem.about("field") for problem in vehicle.state.problems]
     assert fields == ["nodes[1].nodePosition", "nodes[2].nodePosition.mapId", "zoneSetId"]

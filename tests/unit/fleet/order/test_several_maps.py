@@ -23,7 +23,7 @@ BOTH = replace(LIMITS, maps=("hall", "up"), actions={**LIMITS.actions, "initPosi
 def vehicle() -> PureVehicle:
     """On a, with two maps enabled."""
     found = PureVehicle(BOTH)
-    found.happens(PositionMeasured(AgvPosition(0.0, 0.0, 0.0, "hall")))
+    found.apply(PositionMeasured(AgvPosition(0.0, 0.0, 0.0, "hall")))
     return found
 
 
@@ -40,18 +40,18 @@ def over_two(*, lifts: list[Any] | None = None, **given: Any) -> dict[str, Any]:
 
 
 def take(vehicle: PureVehicle, data: dict[str, Any]) -> None:
-    vehicle.happens(read_order(data))
+    vehicle.apply(read_order(data))
 
 
 def stand(vehicle: PureVehicle, x: float, map_id: str) -> None:
-    vehicle.happens(PositionMeasured(AgvPosition(x, 0.0, 0.0, map_id)))
+    vehicle.apply(PositionMeasured(AgvPosition(x, 0.0, 0.0, map_id)))
 
 
 def to_the_lift(vehicle: PureVehicle) -> None:
     assert vehicle.drive is not None
     token, vehicle.drive = vehicle.drive.token, None
     stand(vehicle, 2.0, "hall")
-    vehicle.happens(DriveEnded(token, True))
+    vehicle.apply(DriveEnded(token, True))
     vehicle.rest()
 
 
@@ -160,10 +160,10 @@ def test_after_a_restart_the_map_is_looked_at_again(vehicle: PureVehicle) -> Non
     take(vehicle, over_two())
     to_the_lift(vehicle)
     again = restart(vehicle, BOTH)
-    again.happens(PositionMeasured(AgvPosition(2.0, 0.0, 0.0, "hall")))
+    again.apply(PositionMeasured(AgvPosition(2.0, 0.0, 0.0, "hall")))
     again.instant(action("go", "stopPause"))
     assert (again.drives, again.status("lift")) == ([], "FAILED")
     assert "driveError" in kinds(again)
-    again.happens(PositionMeasured(AgvPosition(2.0, 0.0, 0.0, "up")))
+    again.apply(PositionMeasured(AgvPosition(2.0, 0.0, 0.0, "up")))
     assert again.drives == ["c"]
     assert "driveError" not in kinds(again)

@@ -38,9 +38,9 @@ class Tour:
         self.drive: Drive | None = None
         self.motion: Motion | None = None
         self.retries = 0
-        self.happens(ModeChanged("AUTOMATIC"))
+        self.apply(ModeChanged("AUTOMATIC"))
 
-    def happens(self, event: Event) -> None:
+    def apply(self, event: Event) -> None:
         self.state, effects = step(self.state, event)
         for effect in effects:
             if isinstance(effect, Drive):
@@ -57,13 +57,13 @@ class Tour:
     def step(self) -> None:
         self.world.step(DT)
         pose = self.world.believed_pose
-        self.happens(PositionMeasured(AgvPosition(pose.x, pose.y, pose.yaw)))
+        self.apply(PositionMeasured(AgvPosition(pose.x, pose.y, pose.yaw)))
         standing = self.world.body.velocity.is_standing(0.01, 0.1)
         if self.drive is not None and self.motion is not None and self.motion.state.is_final and standing:
             token, arrived = self.drive.token, self.motion.state is MotionState.DONE
             self.drive = self.motion = None
-            self.happens(DriveEnded(token, arrived))
-            self.happens(StandingMeasured(True))
+            self.apply(DriveEnded(token, arrived))
+            self.apply(StandingMeasured(True))
 
 
 @pytest.mark.parametrize("seed", [6, 8])
@@ -83,7 +83,7 @@ def test_nodes_passed_at_speed_and_cancels_beside_pillars_end_at_no_bumper(seed:
                 if tour.world.planner.is_free(*place):
                     break
             node["nodePosition"].update(x=place[0], y=place[1], allowedDeviationXY=chance.uniform(0.3, 1.0))
-        tour.happens(read_order(order))
+        tour.apply(read_order(order))
         stops_at = chance.uniform(5.0, 60.0) if n == 1 else 300.0
         began = tour.world.time
         while tour.state.executing:
@@ -91,7 +91,7 @@ def test_nodes_passed_at_speed_and_cancels_beside_pillars_end_at_no_bumper(seed:
             assert not tour.world.bumper, (tour.world.time, tour.world.body.pose)
             if tour.world.time - began > stops_at:
                 stops_at = 1000.0
-                tour.happens(read_instant_actions(instant(action(f"c{n}", "cancelOrder"))))
+                tour.apply(read_instant_actions(instant(action(f"c{n}", "cancelOrder"))))
             assert tour.world.time - began < 400.0, "it never ends"
         assert tour.state.last_sequence == 10 or n == 1, [each.description for each in tour.state.problems]
     assert tour.retries == 0
