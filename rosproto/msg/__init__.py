@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from rosproto.msg.definition_limits import DefinitionLimits
 from rosproto.msg.full_text import join_full_text, split_full_text
-from rosproto.msg.learned import library_from_full_text
+from rosproto.msg.full_text_library import library_from_full_text
 from rosproto.msg.library import DefinitionLibrary, bundled
+from rosproto.msg.package_revisions import Revision
 from rosproto.msg.parser import parse_action, parse_message, parse_service
-from rosproto.msg.revisions import Revision
 from rosproto.msg.spec import (
     BUILTIN_TYPES,
     ActionSpec,

@@ -1,4 +1,4 @@
-"""A folder of definitions that a robot has sent: a path that remembers what it is, for `msg_path=`."""
+"""`LearnedFolder`: the path of a folder with definitions learned from a robot, for `msg_path=`."""
 
 from __future__ import annotations
 

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 
 from rosproto.errors import DefinitionError
+from rosproto.msg.definition_files import DefinitionSource, bundled_source, folder_source
 from rosproto.msg.full_text import join_full_text
 from rosproto.msg.md5 import md5_text, md5sum_of_texts
+from rosproto.msg.package_revisions import Revision, Row, read_table, revision_source
 from rosproto.msg.parser import (
     ACTION_SUFFIXES,
     is_legal_type_name,
@@ -16,8 +18,6 @@ from rosproto.msg.parser import (
     parse_message,
     parse_service,
 )
-from rosproto.msg.revisions import Revision, Row, read_table, revision_source
-from rosproto.msg.sources import DefinitionSource, bundled_source, folder_source
 from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec
 
 Spec = MessageSpec | ServiceSpec | ActionSpec

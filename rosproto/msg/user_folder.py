@@ -1,7 +1,7 @@
-"""The user's own folder of revisions: where definitions learned from robots are kept, and how they are found.
+"""Folders that are searched for definitions: those given, $ROSPROTO_MSG_PATH, and those learned from robots.
 
-`<folder>/<set>/<package>/msg/*.msg`; each set is a folder for `msg_path=`. Reads the environment when asked,
-never at import.
+The learned ones are in `revisions_folder()`, as `<set>/<package>/msg/*.msg`; each set is a folder for
+`msg_path=`. The environment is read when a function is called, never at import.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import DefinitionError
+from rosproto.msg.definition_files import folder_source
 from rosproto.msg.library import DefinitionLibrary, bundled
-from rosproto.msg.sources import folder_source
 
 if TYPE_CHECKING:
     from pathlib import Path

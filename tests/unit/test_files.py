@@ -14,7 +14,7 @@ import pytest
 
 from rosproto.errors import DefinitionError
 from rosproto.files import read_file, read_stream, read_text, replace_file, write_file
-from rosproto.msg.sources import FileTree
+from rosproto.msg.definition_files import FileTree
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import MarkFile
 from woosh_pure.sim.site import site_of

@@ -14,7 +14,7 @@ import pytest
 from rosproto.errors import DefinitionError
 from rosproto.files import MOST_BYTES
 from rosproto.msg import DefinitionLibrary, bundled, md5, parse_message
-from rosproto.msg.sources import FileTree, ResourceTree
+from rosproto.msg.definition_files import FileTree, ResourceTree
 from rosproto.msg.user_folder import environment_paths
 
 

@@ -337,7 +337,9 @@ class TestLimits:
 
     def test_a_flood_of_lines_is_refused_unread(self, monkeypatch: pytest.MonkeyPatch) -> None:
         text = "\n".join(f"int32 f{n}" for n in range(50_000))
-        monkeypatch.setattr("rosproto.msg.learned.parse_message", lambda *_, **__: pytest.fail("it was read"))
+        monkeypatch.setattr(
+            "rosproto.msg.full_text_library.parse_message", lambda *_, **__: pytest.fail("it was read")
+        )
         with pytest.raises(DefinitionError, match=r"p/T0: fields is 50000, .* DefinitionLimits.fields"):
             library_from_full_text("p/T0", text)
 

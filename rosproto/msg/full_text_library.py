@@ -1,4 +1,4 @@
-"""Definitions learned from a peer or a bag: full texts that nobody vouches for."""
+"""Make a `DefinitionLibrary` of a full text from a connection header or bag; the text is untrusted."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
-"""Older and differing definitions of a type, kept beside the current one and known by their md5sum.
+"""Older and differing definitions that a package ships in its `revisions` folder, found by their md5sum.
 
-`<package>/revisions/revisions.txt` says what there is:
+`<package>/revisions/revisions.txt` lists them:
 
-    # label < label of the revision it is a change of; nothing means the package as it is
+    # label < label of the revision it changes; nothing after `<` means the package itself
     1.1.1 <
       NavigationMode: the goal has no nav_dir
     1.1.0 < 1.1.1
       StepControl: no angle
 
-`<package>/revisions/<label>/{msg,srv,action}/` holds the definitions that differ, nothing else. So a revision
-is a whole library: what differs, over what it is a change of.
+`<package>/revisions/<label>/{msg,srv,action}/` holds only the definitions that differ. A revision is a whole
+library: these definitions over those of the revision it changes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import DefinitionError
-from rosproto.msg.sources import DefinitionSource, Folder
+from rosproto.msg.definition_files import DefinitionSource, Folder
 
 if TYPE_CHECKING:
     from rosproto.msg.library import DefinitionLibrary

@@ -1,7 +1,7 @@
-"""Where definition texts come from: folders in ROS layout, and the texts that ship with this package.
+"""Read definition files: from folders in ROS layout, and from the package data that ships with rosproto.
 
-Listing before reading is on purpose: on Windows and macOS a file is found under any spelling of its name, but
-`std_msgs/string` is not a type.
+Folders are listed before a file is read: on Windows and macOS a file is found under any spelling of its name,
+but `std_msgs/string` is not a type.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class Folder:
     """One package's folder: `msg/*.msg`, `srv/*.srv`, `action/*.action`.
 
     Beside these it may hold `aliases.txt` (lines `other = Name`: a second name for the same definition, and
-    `Name.other = field`: a second name for a field) and `revisions/` (see rosproto.msg.revisions).
+    `Name.other = field`: a second name for a field) and `revisions/` (see rosproto.msg.package_revisions).
     """
 
     def __init__(self, tree: Tree, *parts: str) -> None:
