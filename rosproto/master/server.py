@@ -15,10 +15,10 @@ from rosproto.transport.forking import is_forked_child
 from rosproto.transport.tcp_server import Allow
 
 from .api import MasterApi, UnknownMethod
-from .delivery import NodeSender
 from .notifier import Notifier
 from .parameters import ParameterTree
 from .registry import SUCCESS, Registry
+from .slave_calls import NodeSender
 
 _log = get_logger("rosproto.master")
 

@@ -11,8 +11,8 @@ import socket
 from collections.abc import Mapping
 
 from rosproto.errors import ConnectionLost
+from rosproto.protocol.connection_header import decode_header, encode_header
 from rosproto.protocol.framing import FrameDecoder
-from rosproto.protocol.header import decode_header, encode_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import closed_by_peer, translate

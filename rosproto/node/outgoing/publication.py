@@ -38,7 +38,7 @@ from rosproto.node.outgoing.handshake_replies import ConvertedOutput, HandshakeR
 from rosproto.node.outgoing.reconnect import SubscriberReconnect
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.stats import LinkStats
-from rosproto.protocol.header import encode_header
+from rosproto.protocol.connection_header import encode_header
 from rosproto.transport.deadline import Deadline, wait_for
 from rosproto.transport.uri import format_address
 

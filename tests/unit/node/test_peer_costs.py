@@ -17,8 +17,8 @@ from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.graph.slave_client import NodeClient
+from rosproto.protocol.connection_header import encode_header
 from rosproto.protocol.handshake import subscriber_header
-from rosproto.protocol.header import encode_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header

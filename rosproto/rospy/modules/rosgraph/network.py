@@ -125,7 +125,7 @@ class ROSHandshakeException(Exception):
 
 def encode_ros_handshake_header(header):
     """A header's bytes with its own length in front; keys and values are str or bytes."""
-    from rosproto.protocol.header import encode_header
+    from rosproto.protocol.connection_header import encode_header
 
     try:
         return encode_header({_text(key): _text(value) for key, value in header.items()})
@@ -143,7 +143,7 @@ def decode_ros_handshake_header(header_str):
     Raises:
         ROSHandshakeException: It is not one, or is incomplete.
     """
-    from rosproto.protocol.header import decode_header
+    from rosproto.protocol.connection_header import decode_header
 
     size = int.from_bytes(header_str[:4], "little")
     if len(header_str) < 4 + size or len(header_str) < 4:

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from rosproto.master.delivery import NodeSender
 from rosproto.master.notifications import ParamUpdate, PublisherUpdate, Shutdown
 from rosproto.master.notifier import DeliveryOutcome
+from rosproto.master.slave_calls import NodeSender
 from rosproto.protocol.wire_limits import Limits
 from tests.support.slaves import BlackHole, RecordingNode
 
