@@ -1,4 +1,4 @@
-"""The `rosproto` command, and the parts that another command is built of: `woosh` stands on these names.
+"""The `rosproto` command, and the parts of it that the `woosh` command uses, too.
 
 `main` owns its process: it alone prints, and its result is the exit code. The other names are options that
 refuse what is out of range, the parser, how a command ends, and what a terminal is given.

@@ -1,4 +1,4 @@
-"""Standard output and error that hold nothing up, although nobody reads them.
+"""Writes standard output and error in the background, so that a slow or missing reader delays nothing.
 
 A pipe that nobody reads is full after some KiB, and so is a terminal that was stopped by Ctrl-S. Who writes
 there waits for ever: a command that says "stopping" before it stops, a deadline behind a line of progress, a

@@ -1,4 +1,4 @@
-"""Open what a command was told to read: a file or a URL, with a line on stderr while that takes long."""
+"""Opens the recording of a command, a file or a URL, and reports its damage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that a command makes of a recording: each did not exist before, and is whole or not there at all.
+"""Output files of commands on recordings: never an existing file, and complete or absent.
 
 `bag filter`, `merge`, `convert`, `compress`, `fix` and `export` keep to that: half a file would pass for the
 whole.

@@ -1,4 +1,4 @@
-"""A line on stderr that tells how far a long command has come; silent for what takes less than a second.
+"""The progress line of a long command, on stderr; not shown in the first second.
 
 It is written over with each step, and by a thread of its own while one step takes long: a server that answers
 slowly must not look like a command that hangs.

@@ -1,4 +1,4 @@
-"""What a terminal can do, on any OS, and what commands print: it obeys nothing of a peer's.
+"""The terminal on any OS, and printing to it: nothing that a peer sent can control it.
 
 While a command runs, `sys.stdout` and `sys.stderr` escape every control character, direction mark and
 invisible one (see `rosproto.text`) except line ends and tabs. So a print of anything, from anywhere, is safe;
@@ -101,7 +101,7 @@ class OutputError(OSError):
 
     @classmethod
     def of(cls, error: OSError) -> OSError:
-        """What to raise for the system's error: nobody can tell that one from another file's."""
+        """The exception for a system error of an output stream, which could be taken for another file's."""
         if isinstance(error, (cls, BrokenPipeError)):
             return error
         return cls(error.errno, error.strerror or str(error))

@@ -1,4 +1,4 @@
-"""What `rosproto topic echo` does: messages as text, CSV, JSON or curves; of types nobody installed too."""
+"""`rosproto topic echo`: messages as text, CSV, JSON or curves, also of types that are not installed."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What masters and nodes answer, fit to be printed: no name of theirs begins a line or commands the terminal.
+"""Clients of masters and nodes that escape names in replies, so that none can control the terminal.
 
-Anybody may register names that are none, with line feeds in them. The commands see them escaped, wherever
-they print them; asked for by that escaped name, the peer gets its own back. Values of parameters stay as they
-are: they are data, and are printed as YAML.
+A peer may register invalid names, with line feeds in them. The commands get them escaped; in later requests
+an escaped name is translated back. Values of parameters are not changed: they are data, and are printed as
+YAML.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _VALUES = frozenset({"getParam", "subscribeParam"})
 
 
 class _EscapedCalls:
-    """Mixed into a client: translates the strings of its answers, and of what is asked next."""
+    """Mixin for a client: escapes strings in replies, and translates them back in requests."""
 
     def call(self, method: str, *params: object, timeout: float | None = None) -> object:
         theirs = self.__dict__.setdefault("_theirs", {})

@@ -1,4 +1,4 @@
-"""How a command ends: exit codes, and one sentence for an error.
+"""Exit codes of `rosproto`, and the sentence and exit code for an exception.
 
 `woosh` uses the same codes and adds two: `woosh_pure/cli/exit_codes.py`.
 """
@@ -35,8 +35,7 @@ class CommandError(RosError):
 def explain(error: Exception) -> tuple[str, int]:
     """One sentence and the exit code.
 
-    Of a lost connection where, and what happened there: who types commands has no use for our node's name and
-    the method that was called.
+    For a lost connection the sentence has the address and the reason, but not our node's name and the method.
     """
     text = _one_line(sentence_of(error))
     if isinstance(error, ConnectionLost):
@@ -82,7 +81,7 @@ def cannot_listen(error: ConnectionLost, option: str) -> str:
 
 
 def say(text: str) -> None:
-    """A line on stderr, if there is still somebody to read it."""
+    """Print a line on stderr, unless it is closed."""
     try:
         print(printable(text), file=sys.stderr, flush=True)
     except (OSError, ValueError):
@@ -90,7 +89,7 @@ def say(text: str) -> None:
 
 
 def output_is_gone() -> None:
-    """The reader (head, less) has enough: what is still buffered must not raise again at exit."""
+    """The reader (head, less) has closed stdout: let buffered output raise no error at exit."""
     if sys.stdout is not None:
         try:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""What a filter expression can compute, each operation bounded before it begins.
+"""The operations of a filter expression; each is checked against limits before it begins.
 
 A text from a script or a web form may ask for `9**9**9`, `'a' * 10**12` or `round(1, -10**9)`. So operands
 have kinds, sizes are known beforehand, and every value that is looked at or made costs steps, of which one

@@ -24,7 +24,7 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     """Typed calls to the master, without being a node: nothing is registered.
 
     Raises:
-        ConnectionLost: It is not there, keeps silent, or is no master: the same to a script.
+        ConnectionLost: It cannot be reached, does not answer, or is no master.
     """
     from .escaped_api import EscapedMasterClient
 
@@ -37,16 +37,16 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
 
 
 def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
-    """Typed calls to a node's slave API; without `guess` never at the master's host for an unknown one."""
+    """Typed calls to a node's slave API. With `guess` the master's address is used for an unknown host."""
     from .escaped_api import EscapedNodeClient
 
     return EscapedNodeClient(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
 
 
 def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
-    """A node with a name of its own, for commands that publish, subscribe or call.
+    """A node with a unique name, for commands that publish, subscribe or call.
 
-    ROS_IP, ROS_HOSTNAME and ROS_NAMESPACE are honoured: this is a program of its own.
+    It follows ROS_IP, ROS_HOSTNAME and ROS_NAMESPACE.
     """
     from rosproto.node import Node
 

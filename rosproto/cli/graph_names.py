@@ -19,7 +19,7 @@ def absolute(name: str) -> str:
 
 
 def below(names: Iterable[str], asked: str) -> list[str]:
-    """Those of a namespace, or that match a pattern (`/move_base/*`); sorted."""
+    """The names in a namespace, or that match a pattern (`/move_base/*`); sorted."""
     if asked in ("", "/"):
         return sorted(names)
     if any(sign in asked for sign in "*?["):
@@ -31,11 +31,11 @@ def below(names: Iterable[str], asked: str) -> list[str]:
 
 
 def warn_if_none(found: Collection[object], what: str, asked: str, names: Iterable[str]) -> None:
-    """Nothing to list where something was asked for: perhaps the name is mistyped."""
+    """Warn if a name was given and nothing was found: it may be mistyped."""
     if asked and asked != "/" and not found:
         warn(f"no {what} is called {absolute(asked)} or lies below it{near(absolute(asked), names)}")
 
 
 def unknown(what: str, name: str, names: Iterable[str], see: str) -> CommandError:
-    """The error for a name that is not there: what is near it, and where to look."""
+    """The error for an unknown name, with near names and the command that lists them."""
     return CommandError(f"{what} {name!r}{near(name, names)}; see: rosproto {see}")

@@ -45,9 +45,9 @@ def master_uri(arguments: argparse.Namespace) -> str:
 
 
 def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostNames:
-    """--resolve, then $ROSPROTO_RESOLVE, then the master's host for what nobody knows.
+    """Host names of --resolve, then of $ROSPROTO_RESOLVE; with `guess` the master's address for unknown ones.
 
-    One for each command, so that a name is looked up once.
+    One object for each command, so that a name is looked up once.
     """
     from rosproto.transport.robot_host_names import HostNames
     from rosproto.transport.uri import parse_uri
@@ -60,7 +60,7 @@ def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostName
 
 
 def given_names(arguments: argparse.Namespace) -> dict[str, str]:
-    """Host names given by hand: those of --resolve, then those of the environment."""
+    """Host names of --resolve and of the environment; --resolve goes first."""
     from rosproto.node.options import host_names as of_environment
     from rosproto.transport.robot_host_names import parse_host_names
 
@@ -75,7 +75,7 @@ def msg_path(arguments: argparse.Namespace) -> list[Any]:
 
 
 def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> DefinitionLibrary | None:
-    """Where a type's definition is; None for the bundled ones. The user's own go first, learned ones last."""
+    """The library with a type's definition, None for the bundled one. The user's folders go first."""
     from rosproto.msg.user_folder import library_of
 
     learned = not getattr(arguments, "no_learned", False)

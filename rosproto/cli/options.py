@@ -1,4 +1,4 @@
-"""Options that several commands have, and types of options: what is out of range is wrong use, told at once.
+"""Types of options, which refuse values out of range at once, and options of several commands.
 
 Numbers are plain decimals in ASCII. Python reads more: `1_0` and `1e1` are ten to it, and so are digits of
 other scripts, which an input method writes; a robot must not drive ten metres for a slip of the finger.
@@ -66,7 +66,7 @@ def to_int(text: str) -> int:
 
 
 def _shown(text: str) -> str:
-    """As it was typed; the begin of what is too long to be read."""
+    """The text as typed, shortened if it is long."""
     return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "...")
 
 
@@ -126,7 +126,7 @@ def host(text: str) -> str:
 
 
 def folder_exists(text: str) -> Path:
-    """A file to be written: told at once when its folder is missing, not after the work is done."""
+    """The name of a file to write; a missing folder is refused at once, not after the work."""
     path = Path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(say("{text} is a folder; give the name of a file", text=text))

@@ -1,4 +1,4 @@
-"""The argument parser of both commands: what is wrong in one line, with near matches and the next step."""
+"""The argument parser of both commands: one-line errors with near matches and the next step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The process of a command: from its words to its exit code. `rosproto` and `woosh` both run by it."""
+"""Runs a command in its process, from the arguments to the exit code; `rosproto` and `woosh` use it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `rosproto topic pub` does: publish once (latched for a while with -1), at a rate, or from a file."""
+"""`rosproto topic pub`: publish once (latched for a while with -1), at a rate, or from a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals, and a closed console: how they end a command in order."""
+"""Ends a command in order on signals and when its console is closed."""
 
 from __future__ import annotations
 

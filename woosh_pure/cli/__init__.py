@@ -1,4 +1,4 @@
-"""The `woosh` command. `main` owns its process: it alone prints, minds signals and decides the exit code."""
+"""The `woosh` command. Only `main` prints, handles signals and decides the exit code."""
 
 from __future__ import annotations
 

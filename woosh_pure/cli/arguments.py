@@ -1,4 +1,4 @@
-"""Arguments that several commands share, and what they mean."""
+"""Arguments that several commands share, and their types."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def marks_here(args: argparse.Namespace) -> dict[str, Pose2D | None]:
 
 
 def mark_missing(args: argparse.Namespace, wanted: str) -> Sentence:
-    """What a command that drives to a mark says without one: what is wanted, and the marks that are known."""
+    """The error of a command without its mark: what is expected, and the known marks."""
     names = sorted(marks_here(args))
     if names:
         return both(wanted, say("marks: {names}", names=names))

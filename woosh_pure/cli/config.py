@@ -1,4 +1,4 @@
-"""What `woosh` remembers between calls: the default chassis, in a file where each OS keeps such files."""
+"""The saved default chassis (`woosh connect`), and the folder of the user's files on each OS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The chassis a command works on; leaving it by an error, Ctrl-C or a signal stops the motion first."""
+"""Connects a command to its chassis, and stops our motion when the command is interrupted or fails."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 _ENDED_THERE = ("REPLACED", "CANCELLED", "REJECTED")
-"""Ends that the chassis has told: nothing of ours goes on."""
+"""Outcomes that the chassis has reported: no motion of ours continues."""
 
 
 def chosen(args: Namespace) -> tuple[str | None, str | None]:
@@ -106,9 +106,9 @@ def connect_to(
         address: Of the chassis; None takes $ROS_MASTER_URI.
         host: Our own address.
         args: The command line.
-        out: Where is told what is waited for.
-        watchdog: What stops the robot when this process is killed.
-        patient: A chassis that cannot be reached is given all the same, not entered yet; enter it later.
+        out: Prints what the command waits for.
+        watchdog: The process that stops the robot when this process is killed.
+        patient: True yields a chassis that cannot be reached without entering it; enter it later.
     """
     from woosh_pure.chassis import Chassis
 
@@ -182,7 +182,7 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
 
 
 def stop_and_tell(chassis: Chassis, out: Output) -> None:
-    """Stop, then say what came of it; a second Ctrl-C does not interrupt it, it is bounded to seconds."""
+    """Stop and print the report. A second Ctrl-C does not interrupt it; it ends within seconds."""
     hurry()
     with signals_ignored():
         with out.working("stopping"):

@@ -1,4 +1,4 @@
-"""How far a motion is, in one line: the way left, the time it will take, where the robot is."""
+"""The progress line of a motion: the way left, the estimated time, the pose."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ MEANT = {
     "run": "rosproto run program.py",
     "help": "woosh --help",
 }
-"""What is meant by words that are no command. None of them is carried out: a guess moves no robot."""
+"""Suggestions for words that are no command. None is carried out: a guess must not move a robot."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
     "look at chassis.readiness() and chassis.faults": "see `woosh ready` and `woosh faults`",
@@ -68,7 +68,7 @@ ADVICE = {
     "or wait for it with wait()": _NOT_THERE,
     "nobody publishes {topic}; is the server running, and is the name right?": _NOT_THERE,
 }
-"""What the API says to programmers, said to those who type commands: template to template."""
+"""Sentences of the API and their form for the command line: template to template."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -101,7 +101,7 @@ def _task(args: argparse.Namespace, out: Output) -> Task:
 
 
 def _speaking(language: str) -> type[Parser]:
-    """A parser that says in a language what is wrong; those of the verbs are made of its class, too."""
+    """A parser class with errors in `language`; argparse uses it for the verbs, too."""
 
     class Speaking(Parser):
         def spoken(self, text: str) -> str:

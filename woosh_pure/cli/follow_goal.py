@@ -27,9 +27,10 @@ def follow(
     timeout: float | None,
     line: DriveLine | None = None,
 ) -> Outcome:
-    """Wait for a goal; on a terminal one line tells how far it is, elsewhere one every few seconds.
+    """Wait for a goal and show its progress, on a terminal in one live line.
 
-    Raises what is not an arrival. `line` tells the way left; without it there is what the goal itself says.
+    Raises GoalFailed for every outcome but an arrival. `line` shows the way left; without it the goal's own
+    progress is shown.
     """
     hurry()
     out.line(say("{what} ...", what=say(describe)))

@@ -1,4 +1,4 @@
-"""Printing: plain lines for people, JSON for machines, a sign of life while something takes long."""
+"""Prints a command's results: lines for people, JSON for programs, and a progress line during long waits."""
 
 from __future__ import annotations
 

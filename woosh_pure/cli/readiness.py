@@ -1,4 +1,4 @@
-"""What the commands say about readiness: the chassis's own reasons, and whether there is a chassis at all."""
+"""Readiness for the commands: the reasons of the chassis, and whether a chassis is there at all."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _STEADY = 1.0  # seconds within which the measured velocity comes, also over a s
 
 
 def is_there(chassis: Chassis) -> bool:
-    """Whether somebody publishes its status; any master answers, also one without a chassis."""
+    """Whether the chassis's status is published; a master without a chassis answers, too."""
     return chassis.status.heard or chassis.status.publishers > 0
 
 

@@ -1,4 +1,4 @@
-"""The whole screen of `woosh watch`: what an observer sees of a chassis becomes lines of text."""
+"""The full-screen display of `woosh watch`: collects the state of a chassis and lays it out as text."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ class Connection:
 
     @property
     def state(self) -> str:
-        """Whether there is a connection, in words."""
+        """The state of the connection in words."""
         if self._closed:
             return "closed"
         return "not connected yet" if self._node is None else "connected"

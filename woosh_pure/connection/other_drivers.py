@@ -101,7 +101,7 @@ def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDrive
 
 
 def is_refused(error: BaseException | None) -> bool:
-    """Whether the other computer has answered that nobody listens there."""
+    """Whether the other computer refused the connection because nothing listens there."""
     while error is not None:
         if isinstance(error, ConnectionRefusedError):
             return True

@@ -159,7 +159,7 @@ class VelocityTopics:
             self._zero_is_there(topic)
 
     def publish(self, topic: str, velocity: Velocity) -> None:
-        """Send one velocity to whoever is connected."""
+        """Send one velocity to all connected subscribers."""
         publisher = self._publishers.get(topic)
         if publisher is not None and not publisher.closed:
             publisher.publish(twist(velocity))
@@ -183,7 +183,7 @@ class VelocityTopics:
 
     @property
     def final_messages(self) -> list[FinalMessage]:
-        """Zeros for the topics that somebody drives on, or that a zero is due on."""
+        """Zeros for the topics on which a drive is open or a zero is due."""
         with self._lock:
             topics = self._zero_due | {topic for topic, users in self._users.items() if users}
         return [FinalMessage(topic, twist(Velocity()), _ZEROS) for topic in sorted(topics)]

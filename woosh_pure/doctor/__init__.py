@@ -1,4 +1,4 @@
-"""`woosh doctor`: why it does not work, in plain words. Nothing is moved and nothing is sent to the robot."""
+"""`woosh doctor`: finds out why a connection does not work. Nothing is moved or sent to the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`woosh doctor`: why it does not work, in plain words. Nothing is moved and nothing is sent to the robot.
+"""The sequence of checks of `woosh doctor`. Nothing is moved and nothing is sent to the robot.
 
 Each check looks at one link of the chain from our network card to the values of the robot, and stops the
 chain when the following ones would only repeat its failure.

@@ -24,7 +24,7 @@ _KEPT = frozenset({"127.0.0.1", "::1", "0.0.0.0", "localhost"})
 
 
 class Redaction:
-    """Replaces what tells who and where, each with a number of its own.
+    """Replaces addresses and names of hosts and people, each by a numbered placeholder.
 
     Args:
         hosts: Names of computers to replace, beside those that stand in URIs.

@@ -1,4 +1,4 @@
-"""Firmwares of the chassis: their definitions, what each cannot be told, how new definitions are learned."""
+"""Firmware versions of the chassis: their definitions, and how definitions of a robot are learned."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands say, in the language of who types them.
+"""The languages of the commands' texts.
 
 Everything below says its sentences in English. This room has a table of them for each other language,
 English beside the translation, with named placeholders: `zh/*.txt`. A sentence is looked up when it is

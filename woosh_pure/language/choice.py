@@ -1,4 +1,4 @@
-"""Which language somebody reads: --lang, else the environment as POSIX has it, else that of Windows."""
+"""Chooses the language: --lang, else the POSIX environment variables, else the language of Windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""English sentences, looked up in a table and said in another language.
+"""Translates English sentences by a table.
 
 The table is text: an English template, below it the translation, then an empty line; `#` begins a comment.
 `{name}` stands for a value, and has the same name in both.
@@ -46,7 +46,7 @@ class Translation(NamedTuple):
 
 
 class Translator:
-    """Says English sentences in another language; without rows, as they are.
+    """Translates English sentences into one language; without rows it returns them unchanged.
 
     Args:
         rows: The table.
@@ -111,7 +111,7 @@ class Translator:
         return done
 
     def _value(self, value: Any, form: str) -> str:
-        """What is filled in: sentences and members of an enum in this language, data as it is.
+        """Format a value: sentences and enum members are translated, data stays as it is.
 
         Args:
             value: Of a sentence.
@@ -176,7 +176,7 @@ def read_table(text: str, name: str = "table") -> Iterator[Translation]:
 
 @lru_cache(maxsize=4)
 def translator_for(language: str) -> Translator:
-    """The words of a language of `LANGUAGES`; English are none."""
+    """The translator for a language of `LANGUAGES`; the one for English has no rows."""
     if language == "en":
         return Translator()
     folder = resources.files(__package__).joinpath(language)
