@@ -13,7 +13,7 @@ def foxglove(data: bytes) -> str:
     sent: str | bytes = data[1:] if data[:1] < b"\x80" else data[1:].decode("utf-8", "replace")
     try:
         asked = messages.read(sent, READER)
-    except messages.Wrong:
+    except messages.MessageError:
         return "wrong"
     if isinstance(asked, messages.Call):
         messages.service_failure(asked, "no")

@@ -11,10 +11,10 @@ from rosproto.errors import CodecError
 from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge.operations import (
     CallService,
-    Effect,
+    LongMessage,
     Publish,
     Reply,
-    Rest,
+    Request,
     SendActionGoal,
     SetLevel,
 )
@@ -38,36 +38,36 @@ NOW = Time(7, 8)
 
 def rosbridge(data: bytes) -> str:
     """Any message gives effects with bounded fields; as text, as bytes, in two steps, behind another the same."""
-    effects = Protocol(LIMITS).receive(data)
-    steps: list[Effect] = []
-    for effect in Protocol(LIMITS).receive(data, at_once=True):
-        steps += effect.read() if isinstance(effect, Rest) else [effect]
-    assert repr(steps) == repr(effects)
+    requests = Protocol(LIMITS).receive(data)
+    steps: list[Request] = []
+    for request in Protocol(LIMITS).receive(data, at_once=True):
+        steps += request.read() if isinstance(request, LongMessage) else [request]
+    assert repr(steps) == repr(requests)
     text = data.decode("utf-8", "replace")
     if text.encode() == data and len(text) == len(data):
-        assert repr(Protocol(LIMITS).receive(text)) == repr(effects)
+        assert repr(Protocol(LIMITS).receive(text)) == repr(requests)
     used = Protocol(LIMITS)
     for _ in range(3):
-        for effect in used.receive(data):
-            _perform(used, effect)
-    return " ".join(_outcome(effect) for effect in effects[:3])
+        for request in used.receive(data):
+            _perform(used, request)
+    return " ".join(_outcome(request) for request in requests[:3])
 
 
-def _outcome(effect: Effect) -> str:
-    if isinstance(effect, Reply):
-        answer = json.loads(effect.payloads[0])
+def _outcome(request: Request) -> str:
+    if isinstance(request, Reply):
+        answer = json.loads(request.payloads[0])
         return str(answer["msg"] if answer["op"] == "status" else answer["values"])
-    return f"{type(effect).__name__} {_as_message(effect)}"
+    return f"{type(request).__name__} {_as_message(request)}"
 
 
-def _as_message(effect: Effect) -> str:
+def _as_message(request: Request) -> str:
     """What a client sends for a message becomes one that has bytes, or is refused with a sentence."""
     try:
-        if isinstance(effect, Publish):
-            cls = CLASSES.get(effect.topic, CLASSES["/odd"])
-            message = from_values(cls, effect.msg, now=NOW)
-        elif isinstance(effect, (CallService, SendActionGoal)):
-            message = from_arguments(CLASSES["/odd"], effect.args)
+        if isinstance(request, Publish):
+            cls = CLASSES.get(request.topic, CLASSES["/odd"])
+            message = from_values(cls, request.msg, now=NOW)
+        elif isinstance(request, (CallService, SendActionGoal)):
+            message = from_arguments(CLASSES["/odd"], request.args)
         else:
             return ""
     except CodecError as error:
@@ -77,14 +77,14 @@ def _as_message(effect: Effect) -> str:
     return "fits"
 
 
-def _perform(protocol: Protocol, effect: Effect) -> None:
+def _perform(protocol: Protocol, request: Request) -> None:
     """The answers to a call can be sent and read, whatever its names and sizes are."""
-    if isinstance(effect, CallService):
-        payloads = protocol.service_failure(effect, "no")
-    elif isinstance(effect, SendActionGoal):
-        payloads = protocol.action_result(effect, '{"a": 1}', 4)
-    elif isinstance(effect, SetLevel):
-        payloads = protocol.status("info", effect.level, effect.id)
+    if isinstance(request, CallService):
+        payloads = protocol.service_failure(request, "no")
+    elif isinstance(request, SendActionGoal):
+        payloads = protocol.action_result(request, '{"a": 1}', 4)
+    elif isinstance(request, SetLevel):
+        payloads = protocol.status("info", request.level, request.id)
     else:
         return
     for payload in payloads:
