@@ -6,6 +6,8 @@ with the first array.
 
 from __future__ import annotations
 
+import warnings
+
 from rosproto.codec.classes import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost, differences
 from rosproto.codec.encode_decode import decode, decoder, encode, encode_parts, encoder, prepare
@@ -32,3 +34,11 @@ __all__ = [
     "service_class",
     "strify_message",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """The former name of `ValueStyle`, with a DeprecationWarning."""
+    if name != "Flavour":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn("rosproto.codec.Flavour is now ValueStyle", DeprecationWarning, stacklevel=2)
+    return ValueStyle

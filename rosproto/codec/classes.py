@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from threading import RLock
 from typing import Any
 
@@ -28,6 +29,7 @@ def message_class(
     library: DefinitionLibrary | None = None,
     *,
     value_style: str | ValueStyle = "numpy",
+    flavour: str | ValueStyle | None = None,
 ) -> type[DynamicMessage]:
     """The class of a message type; the same object every time.
 
@@ -36,14 +38,22 @@ def message_class(
             definition, which then need not be in the library.
         library: Where definitions come from; `rosproto.msg.bundled()` by default.
         value_style: "numpy", "rospy", or a `ValueStyle`.
+        flavour: Deprecated: the former name of `value_style`.
 
     Raises:
         DefinitionError: There is no such type, or its definition is wrong. (Types it uses are looked up when
             the class is first used.)
     """
     return _message_class(
-        type, bundled() if library is None else library, value_style_named(value_style), "msg"
+        type, bundled() if library is None else library, _chosen(value_style, flavour), "msg"
     )
+
+
+def _chosen(value_style: str | ValueStyle, flavour: str | ValueStyle | None) -> ValueStyle:
+    if flavour is None:
+        return value_style_named(value_style)
+    warnings.warn("flavour= is now value_style=", DeprecationWarning, stacklevel=3)
+    return value_style_named(flavour)
 
 
 def _message_class(
@@ -154,7 +164,11 @@ def second_names(library: DefinitionLibrary, type_name: str, names: list[str]) -
 
 
 def service_class(
-    name: str, library: DefinitionLibrary | None = None, *, value_style: str | ValueStyle = "numpy"
+    name: str,
+    library: DefinitionLibrary | None = None,
+    *,
+    value_style: str | ValueStyle = "numpy",
+    flavour: str | ValueStyle | None = None,
 ) -> type[ServiceType]:
     """The class of a service type, with `Request` and `Response`.
 
@@ -162,7 +176,7 @@ def service_class(
         DefinitionError: There is no such service, or its definition is wrong.
     """
     library = bundled() if library is None else library
-    kind = value_style_named(value_style)
+    kind = _chosen(value_style, flavour)
     classes = _cache(library)
     key = ("srv", name, kind)
     with _lock:
@@ -199,6 +213,7 @@ def define(
     *,
     base: DefinitionLibrary | None = None,
     value_style: str | ValueStyle = "numpy",
+    flavour: str | ValueStyle | None = None,
 ) -> type[DynamicMessage]:
     """A class from a full definition text, as connection headers and bags carry it.
 
@@ -210,12 +225,12 @@ def define(
         name: "package/Type" that the text begins with.
         full_text: Its definition, then "=" * 80, "MSG: package/Type" and the text for each type it uses.
         base: Where types are taken from that the text does not define; nowhere by default.
-        value_style: As for `message_class`.
+        value_style, flavour: As for `message_class`.
 
     Raises:
         DefinitionError: The text is wrong, incomplete or too large.
     """
-    kind = value_style_named(value_style)
+    kind = _chosen(value_style, flavour)
     key = (name, full_text, kind)
     with _lock:
         cls = _defined.get(key) if base is None else None

@@ -141,3 +141,20 @@ def test_a_subclass_may_have_its_own_init() -> None:
             self.linear.x = speed
 
     assert encode(Forward(2.0)) == encode(message_class("geometry_msgs/Twist")(linear=Forward(2.0).linear))
+
+
+def test_the_former_name_of_value_style_works_with_a_warning():
+    import rosproto.codec as codec
+
+    with pytest.warns(DeprecationWarning, match="ValueStyle"):
+        assert codec.Flavour is codec.ValueStyle
+    text = "uint8[] data"
+    for make in (
+        lambda **style: codec.message_class("sensor_msgs/Image", **style),
+        lambda **style: codec.service_class("std_srvs/SetBool", **style),
+        lambda **style: codec.define("my_msgs/Data", text, **style),
+    ):
+        with pytest.warns(DeprecationWarning, match="value_style="):
+            made = make(flavour="rospy")
+        assert made is make(value_style="rospy")
+        assert made is not make()
