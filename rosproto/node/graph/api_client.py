@@ -1,10 +1,10 @@
-"""What the clients of a master and of a node's slave API share: one peer, one caller id, one reply shape.
+"""The base of `MasterClient` and `NodeClient`: calls with a caller id, and validation of the replies.
 
 Source: wiki.ros.org/ROS/Master_Slave_APIs (status code, statusMessage, value).
 
-A peer's word gets a type before anybody uses it. Peers are not exact: roscpp answers 0 where a list
-belongs, some masters answer 0/1 for a boolean. What can be understood is; everything else is
-RemoteProtocolError, which names the method, the peer and what came.
+Every reply is validated. Peers deviate: roscpp answers 0 in place of a list, some masters answer 0 or 1 for
+a boolean; such values are accepted. Anything else is a RemoteProtocolError with the method, the peer and the
+value.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class ApiClient:
 
 
 def checked(method: str, uri: str, value: object, convert: Callable[[object], T]) -> T:
-    """`convert(value)`, with what came told when it does not fit.
+    """Return `convert(value)`; if it fails, the error contains the value.
 
     Raises:
         RemoteProtocolError: `convert` raised TypeError or ValueError.
@@ -118,7 +118,7 @@ def as_int(value: object) -> int:
 
 
 def int_or_none(value: object) -> int | None:
-    """An integer, or None for anything else: for counts that only inform."""
+    """An integer, or None for anything else; for informative counts."""
     return int(value) if isinstance(value, int) else None
 
 
@@ -130,7 +130,7 @@ def as_bool(value: object) -> bool:
 
 
 def as_list(value: object) -> list[object]:
-    """An array; what several peers send for "nothing" (0, "", false) counts as empty."""
+    """An array; 0, "" and false, which several peers send for "nothing", count as empty."""
     if isinstance(value, (list, tuple)):
         return list(value)
     if value is None or (isinstance(value, (int, str)) and not value):

@@ -1,4 +1,4 @@
-"""Who asks the master and other nodes: what a single question needs to know of the one who asks."""
+"""`CallerIdentity`: the name, master, limits and host names with which a node calls another one."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from rosproto.transport.robot_host_names import HostNames
 
 
 class CallerIdentity(Protocol):
-    """A `Node`, or the `Context` of one.
+    """A `Node` or `Context`.
 
     Attributes:
-        name: Its name, the caller id.
+        name: The node name, sent as caller id.
         limits: Bounds for the answers.
         hosts: Host names that this computer may not know.
-        master: Its master.
+        master: The client of the master.
     """
 
     @property

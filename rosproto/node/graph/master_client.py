@@ -1,4 +1,4 @@
-"""Typed calls of the Master and Parameter Server API, for nodes and for tools that are none.
+"""Typed calls of the Master API and the Parameter Server API, for nodes and tools.
 
 Source: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Parameter%20Server%20API.
 """
@@ -39,9 +39,9 @@ class MasterClient(ApiClient):
     Thread-safe. Names are sent as given: resolve them before (the master resolves relative ones in the
     caller's namespace). Every method takes `timeout` in seconds for the whole call; None takes the client's.
 
-    All methods raise `MasterError` when the master says no (its `code` is -1: our mistake, or not there; 0:
-    the master failed), `ConnectionLost` and `RosTimeout` when it cannot be reached, and `RemoteProtocolError`
-    when its answer is none.
+    All methods raise `MasterError` when the master refuses (`code` -1: wrong arguments, or not found; 0: the
+    master failed), `ConnectionLost` and `RosTimeout` when it cannot be reached, and `RemoteProtocolError`
+    when its answer is malformed.
 
     Args:
         uri: The master's XML-RPC URI.
@@ -54,7 +54,7 @@ class MasterClient(ApiClient):
         caller_id: As given.
     """
 
-    _one_by_one = False  # whether it is known to have no system.multicall
+    _one_by_one = False  # True once the master is known to lack system.multicall
 
     # -- registration ------------------------------------------------------------------------------------
 
@@ -67,7 +67,7 @@ class MasterClient(ApiClient):
         )
 
     def unregister_publisher(self, topic: str, caller_api: str, *, timeout: float | None = None) -> int:
-        """Withdraw that; 1 when it was registered, 0 when not."""
+        """Unregister; 1 if it was registered, else 0."""
         return self._typed(api_client.as_int, "unregisterPublisher", topic, caller_api, timeout=timeout)
 
     def register_subscriber(
@@ -79,7 +79,7 @@ class MasterClient(ApiClient):
         )
 
     def unregister_subscriber(self, topic: str, caller_api: str, *, timeout: float | None = None) -> int:
-        """Withdraw that; 1 when it was registered, 0 when not."""
+        """Unregister; 1 if it was registered, else 0."""
         return self._typed(api_client.as_int, "unregisterSubscriber", topic, caller_api, timeout=timeout)
 
     def register_service(
@@ -89,7 +89,7 @@ class MasterClient(ApiClient):
         self.call("registerService", service, service_api, caller_api, timeout=timeout)
 
     def unregister_service(self, service: str, service_api: str, *, timeout: float | None = None) -> int:
-        """Withdraw that; 0 when `service_api` is not the current provider."""
+        """Unregister; 0 if `service_api` is not the current provider."""
         return self._typed(api_client.as_int, "unregisterService", service, service_api, timeout=timeout)
 
     # -- the graph ---------------------------------------------------------------------------------------
@@ -112,11 +112,11 @@ class MasterClient(ApiClient):
         return dict(self._typed(api_client.as_pairs, "getTopicTypes", timeout=timeout))
 
     def get_system_state(self, *, timeout: float | None = None) -> SystemState:
-        """Who publishes, subscribes and serves what."""
+        """The publishers, subscribers and services of the graph."""
         return self._typed(_as_state, "getSystemState", timeout=timeout)
 
     def get_uri(self, *, timeout: float | None = None) -> str:
-        """The URI the master thinks it has."""
+        """The URI that the master has for itself."""
         return self._typed(api_client.as_str, "getUri", timeout=timeout)
 
     def get_pid(self, *, timeout: float | None = None) -> int:
@@ -124,7 +124,7 @@ class MasterClient(ApiClient):
         return self._typed(api_client.as_int, "getPid", timeout=timeout)
 
     def shutdown(self, reason: str = "", *, timeout: float | None = None) -> None:
-        """Ask the master to end. Every node of the graph loses it."""
+        """Ask the master to end; every node of the graph loses it."""
         self.call("shutdown", reason, timeout=timeout)
 
     # -- parameters --------------------------------------------------------------------------------------
@@ -158,7 +158,7 @@ class MasterClient(ApiClient):
         return self.call("subscribeParam", caller_api, key, timeout=timeout)
 
     def unsubscribe_param(self, key: str, caller_api: str, *, timeout: float | None = None) -> None:
-        """No more of those calls."""
+        """End the paramUpdate calls."""
         self.call("unsubscribeParam", caller_api, key, timeout=timeout)
 
     # -- many calls at once ------------------------------------------------------------------------------
@@ -184,9 +184,9 @@ class MasterClient(ApiClient):
     def several(
         self, calls: Sequence[tuple[str, tuple[object, ...]]], *, timeout: float | None = None
     ) -> list[object]:
-        """As `multicall`, one by one at a master without it; `timeout` is for each request then.
+        """As `multicall`; a master without it gets single requests, each with `timeout`.
 
-        A master that does not know the method is not asked for it again.
+        If the master does not know the method, later calls do not try it again.
         """
         if not self._one_by_one:
             try:
@@ -196,7 +196,7 @@ class MasterClient(ApiClient):
             except MasterError:
                 self._one_by_one = True
             except RosError:
-                pass  # what it answered is none, perhaps for its size
+                pass  # the answer is malformed, or too large
         return [self._alone(method, params, timeout) for method, params in calls]
 
     def _alone(self, method: str, params: tuple[object, ...], timeout: float | None) -> object:

@@ -1,17 +1,17 @@
-"""Watches the master and our own address once a second, and registers again or moves when they changed.
+"""Watches the master and our address once a second; registers again, or moves, when one of them changed.
 
 * The master restarted (another process, or it does not know our name): everything is registered again. No
-  peer does this; rospy and roscpp are forgotten for ever (docs/wire.md, 59).
-* The master is away: asked again after 0.1 to 0.5 s, so that it is noticed within 2 s when it is back.
+  peer does this; rospy and roscpp stay unregistered (docs/wire.md, 59).
+* The master is away: it is asked again after 0.1 to 0.5 s, so that its return is noticed within 2 s.
 * Our address towards the master changed (Wi-Fi, DHCP): the node listens on the new one and registers it.
-* Now and then the whole graph is compared: a registration that got lost for any other reason is made again,
-  and publishers that we were not told of are asked for. Behind a firewall that lets nobody in, which is where
-  most laptops are, the master's `publisherUpdate` never arrives.
-* Subscribers that got datagrams and are gone are forgotten.
-* A link that cannot reach its publisher has the master asked too: the publisher may be elsewhere by now.
-* The computer slept (a laptop's lid): every subscriber's link is made anew at once, and the graph compared.
-  What the links bring from before the sleep is late, and many are dead without knowing.
-* A `publisherUpdate` that did not come from the master's address is checked here by asking the master.
+* Every few rounds the whole graph is compared: a registration that was lost for any other reason is repeated,
+  and unknown publishers are asked for. The master's `publisherUpdate` never arrives behind a firewall that
+  blocks incoming connections, as most laptops have.
+* Links to datagram subscribers that have gone are closed.
+* A link that cannot reach its publisher asks for a check, too: the publisher may have moved.
+* The computer slept (a laptop's lid): all links to publishers reconnect at once, and the graph is compared.
+  Messages from before the sleep are late, and many connections are dead.
+* A `publisherUpdate` that did not come from the master's address is checked by asking the master.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ _log = get_logger("rosproto.node")
 
 PERIOD = 1.0  # seconds between two looks at a master that answers
 CALL_TIMEOUT = 5.0
-# An answer that takes longer is asked for once more on a new connection: the old one may be from an address
-# that is no longer ours, or wait for the system to repeat what was lost.
+# After this time the question is repeated on a new connection: the old one may be from an address that is no
+# longer ours, or wait for a retransmission.
 PATIENCE = 2.0
 FULL_CHECK_EVERY = 5  # looks
 MOST_TO_VERIFY = 1000  # topics; more are not ours
 
 
 class FollowedTopic(Protocol):
-    """A subscribed topic, as far as its publishers are looked after here."""
+    """A subscribed topic, as the master monitor sees it."""
 
     @property
     def name(self) -> str: ...
@@ -56,7 +56,7 @@ class FollowedTopic(Protocol):
 
 
 class DatagramPeer(Protocol):
-    """Somebody who gets datagrams, and whose end nobody tells."""
+    """A subscriber that gets datagrams; only the master knows when it has gone."""
 
     @property
     def caller_id(self) -> str: ...
@@ -68,7 +68,7 @@ class DatagramPeer(Protocol):
 
 
 class WatchedTopics(Protocol):
-    """The topics of the node, as far as they are looked after here."""
+    """The topics of the node, as the master monitor sees them."""
 
     def subscription(self, name: str) -> FollowedTopic | None: ...
 
@@ -141,7 +141,7 @@ class MasterMonitor:
             self._thread.join(timeout)
 
     def verify(self, subscription: FollowedTopic) -> None:
-        """Ask the master for the publishers of a topic, soon; many requests become one."""
+        """Ask the master soon for the publishers of a topic; several requests become one."""
         with self._wake:
             if len(self._to_verify) < MOST_TO_VERIFY:
                 self._to_verify[subscription.name] = subscription
@@ -149,7 +149,7 @@ class MasterMonitor:
                 self._wake.notify_all()
 
     def hurry(self) -> None:
-        """Look now: something is known to have changed."""
+        """Start the next round now: something is known to have changed."""
         with self._wake:
             self._hurry = True
             self._wake.notify_all()
@@ -158,13 +158,13 @@ class MasterMonitor:
         pause, took = self.period, 0.0
         while not self._closed():
             with self._wake:
-                # Not "until something is to be verified": that stays so while the master is away.
+                # Not "until there is a topic to verify": there is one as long as the master is away.
                 self._wake.wait_for(lambda: self._closed() or self._hurry, pause)
                 self._hurry = False
             if self._closed():
                 return
             try:
-                self._notice_sleep(pause + took)  # a master that is slow to answer is no sleep
+                self._notice_sleep(pause + took)  # waiting for a slow master is no sleep
                 begun = time.monotonic()
                 pause = self._look()
                 took = time.monotonic() - begun
@@ -199,7 +199,7 @@ class MasterMonitor:
         return self.period
 
     def check_registration(self) -> bool:
-        """False when the master has to be told everything again."""
+        """False if everything has to be registered again."""
         before = self._registrations.confirmed()
         pid, uri, run_id = self._ask()
         identity = (pid, run_id)
@@ -211,7 +211,7 @@ class MasterMonitor:
         if not isinstance(uri, str):
             return False
         if not same_uri(uri, self._listening.uri):
-            # Another node has our name: it was told to, and we were told to shut down. Do not fight over it.
+            # Another node has taken our name, and the master asked us to shut down: do not register again.
             _log.debug("! %s is registered at %s, not at %s", self._name, uri, self._listening.uri)
             return True
         self._looks += 1
@@ -247,14 +247,14 @@ class MasterMonitor:
         )
 
     def _still(self, before: list[Registration]) -> list[Registration]:
-        """Of these, what the master must know in an answer that was asked for after them: all but those taken
-        back meanwhile. What was being made then is not among them.
+        """Of the registrations confirmed before a question, those that the answer must contain: all that were
+        not removed meanwhile.
         """
         now = {id(registration) for registration in self._registrations.confirmed()}
         return [registration for registration in before if id(registration) in now]
 
     def _note_unknown_publishers(self, state: SystemState) -> None:
-        """Have topics verified whose publishers are others than those we know."""
+        """Verify the topics whose publishers differ from those we know."""
         for registration in self._registrations.of_kind("subscriber"):
             subscription = self._topics.subscription(registration.name)
             publishers = state.publishers.get(registration.name, ())
@@ -263,9 +263,10 @@ class MasterMonitor:
 
     @staticmethod
     def forget_unsubscribed(links: Sequence[DatagramPeer], state: SystemState) -> None:
-        """Let go of those who got datagrams and do not subscribe any more: their end is seen nowhere else.
+        """Close links to datagram subscribers that have unsubscribed: nothing else reports their end.
 
-        A restarted master knows nobody, and roscpp does not register again: who is unknown altogether stays.
+        A link to a node that the master does not know at all is kept: roscpp does not register again at a
+        restarted master.
         """
         known = {node for table in state for nodes in table.values() for node in nodes} if links else set()
         for link in links:
@@ -280,10 +281,10 @@ class MasterMonitor:
                 subscription.register(self._master.client)
 
     def _follow_address(self) -> bool:
-        """Listen on our present address towards the master; True when it is another one than before.
+        """Listen on our present address towards the master; True if it has changed.
 
         Raises:
-            ConnectionLost: There is no way to the master, the cable is out.
+            ConnectionLost: There is no route to the master, e.g. the cable is unplugged.
         """
         old = self._listening.uri
         try:
@@ -294,7 +295,7 @@ class MasterMonitor:
                 if not self._master.lost:
                     self._master.client.reconnect()  # calls under way fail now, not when their time is over
                 raise
-            # The name server is silent, or the port taken: that says nothing about the master.
+            # The name server is silent, or the port is taken: the master may be there.
             _log.debug("! %s: the present address is not known: %s", self._name, error)
             return False
         self._topics.links_changed_address()

@@ -1,8 +1,8 @@
-"""What a node has registered at the master: one table, so that all of it can be registered again.
+"""The registrations of one node at the master, kept in a table so that they can be repeated.
 
-A publisher, a subscriber, a service and a parameter subscription each put one `Registration` here. The master
-monitor (`master_monitor.py`) runs the whole table again when the master came back without us, or when our own
-address changed. What one thread adds within `together` is registered at the end of that block, with one
+Publishers, subscribers, services and parameter subscriptions each add one `Registration`. The master monitor
+(`master_monitor.py`) registers the whole table again when the master has forgotten the node, or when our
+address has changed. What one thread adds within `together` is registered at the end of that block, with one
 request.
 
 Source: wiki.ros.org/ROS/Master_API.
@@ -30,10 +30,10 @@ from rosproto.transport.deadline import Deadline
 
 
 class Registration(Protocol):
-    """One thing the master knows about us.
+    """One entry of the table.
 
-    Both calls must be repeatable: they read the node's present URIs each time, because after a change of
-    address the same registration is made again under another one.
+    Both calls must be repeatable: they read the node's present URIs each time, since these change with our
+    address.
 
     Attributes:
         kind: "publisher", "subscriber", "service" or "parameter".
@@ -47,14 +47,14 @@ class Registration(Protocol):
     def name(self) -> str: ...
 
     def register(self, master: MasterClient) -> None:
-        """Tell the master; raise what the call raises."""
+        """Register at the master; raise what the call raises."""
 
     def unregister(self, master: MasterClient) -> None:
-        """Take it back; raise what the call raises."""
+        """Unregister; raise what the call raises."""
 
 
 class RegistrationCall(NamedTuple):
-    """The call that registers something, to be made beside others.
+    """The call that makes a registration, to be sent in one request with others.
 
     Attributes:
         method: Of the master.
@@ -71,7 +71,7 @@ class BatchRegistration(Registration, Protocol):
     """A registration that can be made in one request with others."""
 
     def registration_call(self) -> RegistrationCall:
-        """What to tell the master now; repeatable."""
+        """The call to the master; repeatable."""
 
 
 _log = get_logger("rosproto.node")
@@ -79,7 +79,7 @@ _MOST_IN_BATCH = 100  # registrations in one request, so that neither it nor its
 
 
 class _Deferred(NamedTuple):
-    """What waits for the end of a block, and how to undo what was opened should the master refuse it."""
+    """A registration that waits for the end of a block; `undo` closes what was opened for it."""
 
     registration: BatchRegistration
     undo: Callable[[], object]
@@ -88,15 +88,14 @@ class _Deferred(NamedTuple):
 class Registrations:
     """The table of one node, safe from any thread.
 
-    `add` registers at once in the calling thread and raises what the master answered. What was added stays in
-    the table until `remove`, whatever happens to the master meanwhile. What a master that does not answer
-    could not be told to take back is told later: it may be the network that is away, and a publisher that is
-    gone would stay in the graph.
+    `add` registers at once in the calling thread and raises the master's error. A registration stays in the
+    table until `remove`, also while the master is away. If the master does not answer `remove`, the call is
+    repeated later: perhaps only the network is away, and a closed publisher would stay in the graph.
 
     Args:
-        master: To register at.
-        farewell: The same for taking back, which nobody should wait for long.
-        is_away: True while the master is known not to answer: then nobody waits for it at all.
+        master: Client to register with.
+        farewell: Client to unregister with; its time-out is shorter.
+        is_away: True while the master is known not to answer; then `remove` does not call it.
     """
 
     def __init__(
@@ -128,7 +127,7 @@ class Registrations:
 
         Raises:
             MasterError: The master refused; nothing is remembered.
-            ConnectionLost, RosTimeout: The master is away; should it have heard of it, it is taken back.
+            ConnectionLost, RosTimeout: The master is away; if it got the call, it is unregistered later.
             LocalProtocolError: The node was closed by another thread meanwhile.
         """
         key = (registration.kind, registration.name)
@@ -143,7 +142,7 @@ class Registrations:
 
     def _remember(self, registration: Registration) -> None:
         assert self._lock.locked()
-        if self._closed:  # nobody would take it back any more
+        if self._closed:  # it would never be unregistered
             raise LocalProtocolError(
                 f"{registration.kind} {registration.name}: the node was closed meanwhile; open another"
             )
@@ -158,9 +157,9 @@ class Registrations:
     def register_in_batch(
         self, registration: BatchRegistration, undo: Callable[[], object], timeout: float | None = None
     ) -> None:
-        """As `add`; within a block of `together` of this thread it is done at the end of that block.
+        """As `add`; within a block of `together` of this thread it is registered at the end of that block.
 
-        `undo` is called when it could not be done then: it closes what was opened.
+        `undo` is called if that fails: it closes what was opened.
         """
         with self._lock:
             held = self._deferred.get(threading.get_ident())
@@ -171,9 +170,9 @@ class Registrations:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """What this thread adds within the block is registered at its end, in one request where it can be.
+        """Register at the end of the block what this thread adds in it, with one request if possible.
 
-        A block within a block is part of it. When the block raises, what it has opened is closed.
+        A block within a block is part of it. If the block raises, what it has opened is closed.
 
         Raises:
             MasterError: The master refused one; the others stand.
@@ -229,7 +228,7 @@ class Registrations:
             raise refusal
 
     def _announce_batch(self, held: Sequence[_Deferred]) -> dict[tuple[str, str], RosError]:
-        """Tell the master all of them; why some do not stand."""
+        """Register all of them; return the errors of those that failed."""
         calls = [one.registration.registration_call() for one in held]
         answers = self._master.several([(call.method, call.params) for call in calls])
         refused: dict[tuple[str, str], RosError] = {}
@@ -246,7 +245,7 @@ class Registrations:
         return refused
 
     def _forget(self, held: Sequence[_Deferred], error: BaseException | None) -> None:
-        """They do not stand; where the master may have heard of them all the same, they are taken back."""
+        """Remove failed registrations; if the master may have them nevertheless, unregister them later."""
         with self._lock:
             for one in held:
                 key = _key(one)
@@ -257,7 +256,7 @@ class Registrations:
                         self._to_unregister[key] = one.registration
 
     def _was_deferred(self, registration: Registration) -> bool:
-        """It waited for the end of a block, and does no longer."""
+        """Remove a registration that waits for the end of a block; False if there is none."""
         assert self._lock.locked()
         for held in self._deferred.values():
             for one in held:
@@ -281,9 +280,9 @@ class Registrations:
             self._unregister(registration, self._farewell)
 
     def register_again(self, registration: Registration) -> None:
-        """Register once more what stands: the master then tells those concerned about it again.
+        """Repeat a registration, so that the master notifies the peers again.
 
-        What is removed meanwhile is taken back.
+        If it is removed meanwhile, it is unregistered.
 
         Raises:
             MasterError: The master refused.
@@ -297,7 +296,7 @@ class Registrations:
         self._settle(key, registration)
 
     def remove(self, registration: Registration) -> None:
-        """Forget and take back; a master that does not answer is told when it does."""
+        """Remove and unregister; if the master does not answer, the call is repeated when it does."""
         key = (registration.kind, registration.name)
         with self._lock:
             if self._was_deferred(registration) or self._table.get(key) is not registration:
@@ -330,16 +329,16 @@ class Registrations:
         return True
 
     def register_all(self) -> bool:
-        """Register everything again; True when all of it stands.
+        """Register everything again; True if all of it succeeded.
 
-        One refusal does not stop the others. A lost master stops the round: the master monitor comes back.
+        One refusal does not stop the others. A lost master stops the round; the master monitor tries again.
         """
         with self._lock:
             self._pending = set(self._table)
         return self.register_pending()
 
     def register_pending(self) -> bool:
-        """Register and take back what the last round left out; True when nothing is left."""
+        """Register and unregister what the last round left out; True if nothing is left."""
         for key in sorted(self.pending):
             with self._lock:
                 registration = self._table.get(key)
@@ -365,19 +364,19 @@ class Registrations:
                 if self._to_unregister.get(key) is registration:
                     del self._to_unregister[key]
                 again = self._table.get(key)
-                if again is not None:  # made anew meanwhile, so it may have been taken back
+                if again is not None:  # registered again meanwhile, and perhaps just unregistered
                     self._pending.add(key)
         return True
 
     def _settle(self, key: tuple[str, str], registration: Registration | None) -> None:
-        """Note that `key` stands; undo it when it was removed while it was being registered."""
+        """Note that `key` is registered; unregister it if it was removed meanwhile."""
         with self._lock:
             self._pending.discard(key)
         if registration is not None and not self._confirm(key, registration):
             self._unregister(registration, self._master)
 
     def _confirm(self, key: tuple[str, str], registration: Registration) -> bool:
-        """Note that the master has it; False when it was removed meanwhile."""
+        """Note that the master has it; False if it was removed meanwhile."""
         with self._lock:
             if key not in self._table:
                 return False
@@ -386,12 +385,12 @@ class Registrations:
             return True
 
     def unregister_all(self, deadline: Deadline, master: MasterClient) -> None:
-        """Take everything back, the newest first, and take no more; stops at the deadline or when the master
-        is away.
+        """Unregister everything, the newest first, and accept no more; stops at the deadline or when the
+        master is away.
         """
         with self._lock:
             self._closed = True
-            # What is on its way to the master on another connection must not arrive after our farewell.
+            # A registration under way on another connection must not arrive after we unregistered it.
             left = deadline.remaining()
             self._added.wait_for(lambda: not self._adding, None if left is None else left / 2)
             registrations = [*list(self._table.values())[::-1], *self._leaving, *self._to_unregister.values()]
@@ -405,7 +404,7 @@ class Registrations:
 
     @property
     def pending(self) -> frozenset[tuple[str, str]]:
-        """(kind, name) of what is to be registered again."""
+        """(kind, name) of the registrations to repeat."""
         with self._lock:
             return frozenset(self._pending)
 
@@ -415,7 +414,7 @@ class Registrations:
             return [registration for (k, _), registration in self._table.items() if k == kind]
 
     def confirmed(self) -> list[Registration]:
-        """What the master has said it knows, and nobody has taken back: not what is on its way to it."""
+        """Registrations that the master has confirmed and that were not removed; none that is under way."""
         with self._lock:
             return list(self._confirmed.values())
 
@@ -428,7 +427,7 @@ def _key(held: _Deferred) -> tuple[str, str]:
 
 
 def _undo(held: Sequence[_Deferred]) -> None:
-    """Close what was opened for them."""
+    """Close what was opened for these registrations."""
     for one in held:
         try:
             one.undo()

@@ -1,11 +1,11 @@
-"""The slave API: what the master, other nodes and tools may ask this node.
+"""The slave API of this node: answers calls of the master, other nodes and tools.
 
 Every reply is `[code, statusMessage, value]` (-1 the caller's mistake, 0 failure, 1 success) in exactly the
 shape the wiki gives; shapes below are checked by `rosnode info`, rqt_graph and test_slave_api.
 
-Words are not trusted: a `publisherUpdate` or `paramUpdate` that does not come from the master's address is
-only a hint to ask the master, and a `shutdown` in the master's name is obeyed when the master agrees that the
-name is no longer ours (ros_comm#2241: with re-used ports it hits an innocent node).
+Callers are not trusted: after a `publisherUpdate` or `paramUpdate` that did not come from the master's
+address, the master is asked. A `shutdown` in the master's name is obeyed if the master confirms that the name
+is no longer ours (ros_comm#2241: with re-used ports it reaches the wrong node).
 
 Source: wiki.ros.org/ROS/Slave_API; rospy impl/masterslave.py where it is silent.
 """
@@ -28,7 +28,7 @@ Reply = list[Any]
 
 
 class SlaveTopics(Protocol):
-    """What the slave API asks of the node's topics."""
+    """The topics of the node, as the slave API uses them."""
 
     def publications(self) -> list[list[str]]: ...
 
@@ -48,11 +48,11 @@ class SlaveTopics(Protocol):
 
 
 class _BadArgument(Exception):
-    """An argument is not what the method takes; the text goes to the caller with code -1."""
+    """An argument is invalid; the text goes to the caller with code -1."""
 
 
 class SlaveApi:
-    """Dispatch table of one node: `dispatch` is what the XML-RPC server calls.
+    """Dispatch table of one node; the XML-RPC server calls `dispatch`.
 
     Attributes:
         methods: Method name -> (handler, number of arguments, value of a refusal). A handler takes the
@@ -151,7 +151,7 @@ class SlaveApi:
         return [1, "publications", self._topics.publications()]
 
     def _request_topic(self, peer: str, caller_id: str, topic: Any, protocols: Any) -> Reply:
-        """First protocol of the list that we speak; the list may hold unknown ones."""
+        """Choose the first protocol of the list that we support; unknown ones are skipped."""
         if not isinstance(protocols, list) or not protocols:
             raise _BadArgument("parameter [protocols] must be a list that is not empty")
         if not self._topics.is_published(_topic(topic)):
@@ -174,7 +174,7 @@ class SlaveApi:
     # -- news -----------------------------------------------------------------------------------------------
 
     def _publisher_update(self, peer: str, caller_id: str, topic: Any, publishers: Any) -> Reply:
-        """Always 1, also for a topic that is not ours any more: the update may be late (pitfall 27)."""
+        """Return 1 also for a topic that we no longer subscribe: the update may be late (pitfall 27)."""
         topic = _topic(topic)
         uris = _uris(publishers)
         if self._is_master_address(peer):
@@ -203,13 +203,13 @@ class SlaveApi:
         return [1, "shutdown", 0]
 
     def _why_not(self, caller_id: str) -> str:
-        """Why a shutdown is not obeyed; "" when it is."""
+        """Why a shutdown is refused; "" if it is obeyed."""
         if caller_id.rstrip("/") != "/master":
             return "" if self._allow_shutdown else f"{self._name} was opened with allow_shutdown=False"
         try:
             present = self._master.lookup_node(self._name)
         except MasterError:
-            return ""  # the master does not know the name any more: so it is not ours
+            return ""  # the master no longer knows the name: it is not ours
         except RosError as error:
             return f"the master at {self._master.uri} did not confirm it: {error}"
         if present.rstrip("/") == self._own_uri().rstrip("/"):

@@ -12,16 +12,16 @@ from rosproto.transport import HostNames, XmlRpcClient, unpack
 
 
 class BusConnection(NamedTuple):
-    """One connection of a node, as getBusInfo tells it; peers differ in what they fill in.
+    """One connection of a node, as getBusInfo reports it; peers differ in the fields they fill in.
 
     Attributes:
-        connection_id: The node's own number for it.
+        connection_id: The node's number for it.
         destination: Name or URI of the other side.
         direction: "i" in, "o" out, "b" both.
         transport: "TCPROS", "UDPROS", "INTRAPROCESS".
         topic: Topic name.
         connected: Whether it is up.
-        info: Further words, such as addresses; "" when there are none.
+        info: More information, such as addresses; "" if there is none.
     """
 
     connection_id: int
@@ -37,7 +37,7 @@ class NodeClient(ApiClient):
     """Calls one node's slave API.
 
     Thread-safe. Every method takes `timeout` in seconds; None takes the client's. Errors are those of
-    `MasterClient`: MasterError when the node says no, ConnectionLost, RosTimeout, RemoteProtocolError.
+    `MasterClient`: MasterError when the node refuses, ConnectionLost, RosTimeout, RemoteProtocolError.
 
     Args:
         uri: The node's XML-RPC URI (`MasterClient.lookup_node`).
@@ -60,7 +60,7 @@ class NodeClient(ApiClient):
         super().__init__(uri, caller_id, timeout=timeout, limits=limits, client=client, hosts=hosts)
 
     def get_bus_stats(self, *, timeout: float | None = None) -> list[object]:
-        """Statistics [publish, subscribe, service] as the node gives them; no two libraries agree on rows."""
+        """Statistics [publish, subscribe, service], unchanged; the rows differ between libraries."""
         seconds = self._timeout if timeout is None else timeout
         reply = self._client.call("getBusStats", self.caller_id, timeout=seconds)
         if isinstance(reply, list) and reply and isinstance(reply[0], list):
@@ -108,7 +108,7 @@ class NodeClient(ApiClient):
 
         Args:
             topic: Resolved topic.
-            protocols: What we can do, the best first, each with its parameters.
+            protocols: The protocols we support, the preferred one first, each with its parameters.
         """
         wanted = [list(protocol) for protocol in protocols]
         return self._typed(api_client.as_list, "requestTopic", topic, wanted, timeout=timeout)

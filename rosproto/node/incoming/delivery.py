@@ -1,7 +1,7 @@
-"""Delivers received messages: each is decoded once, and handed to every subscriber of the topic.
+"""Delivers received messages to the node's subscribers of a topic; each message is decoded once.
 
-A `Delivery` is fixed for one set of subscribers; a subscription makes another with each that comes or
-leaves, so links need no lock to ask for it.
+A `Delivery` belongs to one fixed set of subscribers. The subscription makes a new one when the set changes,
+so links need no lock to read it.
 """
 
 from __future__ import annotations
@@ -18,25 +18,24 @@ from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 
 
 class DeliveryTopic(Protocol):
-    """A subscription, as far as delivering goes."""
+    """`Subscription`, as deliveries see it."""
 
     context: Context
     name: str
     unfit: int
 
     def report(self, error: Exception) -> None:
-        """Note an error, and tell who asked to be told."""
+        """Note an error, and call the subscribers' `on_error`."""
 
 
 class Delivery:
-    """How received bytes are treated, fixed for one set of subscribers; links ask for it with every read.
+    """How received bytes are decoded and delivered, for one set of subscribers; read with every message.
 
     Attributes:
         decode: `(buffer, start, end) -> message`: the decoder, or `raw_message`.
-        owns: True when messages keep the buffer they are made from.
-        newest: No subscriber keeps more than this many messages received at once; None when all are used.
-        offer_one: Takes a single message, where all who want it is one callback; else None, and `deliver` is
-            for one message as well.
+        owns: True if messages keep the buffer they are decoded from.
+        newest: Of messages received at once, subscribers keep at most this many; None to keep all.
+        offer_one: Takes a single message if the only subscriber has a callback; None to use `deliver`.
     """
 
     __slots__ = (
@@ -68,7 +67,7 @@ class Delivery:
         )
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
-        """Hand messages to every subscriber; runs in the link's thread."""
+        """Pass messages to every subscriber; runs in the link's thread."""
         stamp = time.time()
         for message in batch:
             message._connection_header = header
@@ -78,13 +77,13 @@ class Delivery:
             if not self._queues:
                 return
             batch = self._decode_all(batch, header)
-            if not batch:  # all of another revision, and none fits
+            if not batch:  # of another revision, and none could be converted
                 return
         for queue in self._queues:
             queue.offer(batch, stamp)
 
     def deliver_to_newcomers(self, before: Delivery, batch: Sequence[Any], header: dict[str, str]) -> None:
-        """Hand messages that were received for an earlier delivery to those subscribers that it lacks."""
+        """Pass messages received for an earlier delivery to the subscribers that it lacks."""
         stamp = time.time()
         batch = [message for message in batch if type(message) is not UnconvertibleMessage]
         for message in batch:
@@ -112,7 +111,7 @@ class Delivery:
 class RevisedDelivery(Delivery):
     """As `Delivery`, for a publisher of another revision.
 
-    A message that cannot be carried over is dropped, told of and counted, and the link lives on.
+    A message that cannot be converted is dropped, reported and counted; the link goes on.
     """
 
     __slots__ = ("_logged",)
@@ -146,7 +145,7 @@ class RevisedDelivery(Delivery):
 
 
 def encoded(message: Any, header: dict[str, str]) -> AnyMsg:
-    """A received message as a raw subscriber gets it."""
+    """A received message in the form that raw subscribers get."""
     if isinstance(message, AnyMsg):
         return message
     data = encode(message)

@@ -1,10 +1,9 @@
-"""Publisher and subscriber in one process: the encoded bytes change hands, no socket is between.
+"""A link between a publisher and a subscriber in one process: encoded bytes are passed without a socket.
 
-The bytes, not the object: the publisher may go on changing its message, and a subscriber must not see that.
-The subscriber decodes from the very bytes the publisher encoded (immutable, shared with every other link),
-so arrays are read-only views of them and nothing is copied. Everything else is as over TCP: the md5sums
-must fit, each subscriber has its own queue, oldest dropped, and its own thread, so publish() waits for
-nobody.
+Bytes are passed, not the object: the publisher may change its message afterwards. The subscriber decodes the
+bytes that the publisher encoded (immutable, shared with every other link), so arrays are read-only views of
+them and nothing is copied. The rest is as over TCP: the md5sums must agree, each subscriber has its queue
+(the oldest message is dropped) and its thread, so publish() never waits.
 """
 
 from __future__ import annotations
@@ -46,13 +45,13 @@ class _LocalPipe:
         self._dropped = 0
         self._closed = False
         asked = link.subscription.present_type
-        self.wanted = None if asked.is_wildcard else asked.message_class  # what the messages become there
+        self.wanted = None if asked.is_wildcard else asked.message_class  # the class it decodes
 
     def start(self) -> None:
         """The subscriber's thread runs already."""
 
     def set_linger(self, linger: bool) -> None:
-        """Nothing outlives a program in itself."""
+        """No effect: no bytes outlive the process."""
 
     def send(self, frame: bytes) -> None:
         with self._condition:
@@ -91,7 +90,7 @@ class _LocalPipe:
             return frames
 
     def has_arrived(self) -> bool:
-        """True: what is sent is with the subscriber at once."""
+        """True: a sent message is with the subscriber at once."""
         return True
 
     def wait_empty(self, timeout: float) -> None:
@@ -102,7 +101,7 @@ class _LocalPipe:
                 )
 
     def close(self, *, deliver: bool = True) -> None:
-        # Before its thread learns of it, which detaches, too: the program is told in the thread that closes.
+        # Before its thread wakes, which detaches, too: on_disconnect is called in the thread that closes.
         try:
             self._publication.detach(self)
         finally:

@@ -1,8 +1,7 @@
-"""The open nodes of this process, by URI: how a subscriber finds a publisher that needs no socket.
+"""The open nodes of this process, by URI, so that their messages need no sockets.
 
-A table decides only *how* bytes travel between two nodes which the master has brought together. All nodes
-share one; `Node(intraprocess=False)` does without, and nodes that are given a `LocalNodes` of their own are
-local to each other alone.
+The master still decides which nodes connect. All nodes share one table; `Node(intraprocess=False)` uses none,
+and nodes that are given the same `LocalNodes` are local only to each other.
 """
 
 from __future__ import annotations
@@ -18,16 +17,16 @@ if TYPE_CHECKING:
     from rosproto.master import Master
 
 FindPublication = Callable[[str], Any]
-"""Asked with a resolved topic: the `Publication` of a node there, or None."""
+"""Returns the `Publication` of a resolved topic, or None."""
 
 
 class LocalNodes:
     """Nodes that exchange messages without sockets.
 
     Args:
-        told_as: The transport that these links have in statistics and for `rosnode info`: a simulation tells
-            of those it simulates.
-        master: A master of this process that these nodes, where it is theirs, call without a socket, too.
+        told_as: The transport of these links in statistics and for `rosnode info`; a simulation gives the one
+            that it simulates.
+        master: A master of this process, which nodes that have it call without a socket, too.
     """
 
     def __init__(self, told_as: str = "INTRAPROCESS", *, master: Master | None = None) -> None:
@@ -36,11 +35,11 @@ class LocalNodes:
         self._open: dict[tuple[str, int], FindPublication] = {}
 
     def note(self, uri: str, find: FindPublication) -> None:
-        """A node is open under its present URI."""
+        """Add an open node under its present URI."""
         self._open[parse_uri(uri)] = find
 
     def forget(self, uri: str, find: FindPublication) -> None:
-        """It is not any more."""
+        """Remove a node."""
         key = parse_uri(uri)
         if self._open.get(key) == find:
             self._open.pop(key, None)
@@ -53,7 +52,7 @@ class LocalNodes:
             return None
 
     def calls_to(self, uri: str, *, limits: Limits, timeout: float, hosts: HostNames) -> XmlRpcClient | None:
-        """What carries calls to the master with that URI; None when it is not the one given."""
+        """A client for the master with that URI; None if it is not the one given."""
         if self._master is None or parse_uri(uri) != parse_uri(self._master.uri):
             return None
         from rosproto.master.local_client import LocalClient
@@ -61,7 +60,7 @@ class LocalNodes:
         return LocalClient(self._master, limits=limits, timeout=timeout, hosts=hosts)
 
     def clear(self) -> None:
-        """None is open any more."""
+        """Remove all nodes."""
         self._open.clear()
 
 
@@ -70,15 +69,15 @@ EVERYBODY = LocalNodes()
 
 
 def chosen(intraprocess: bool | LocalNodes) -> LocalNodes | None:
-    """The table of a node that was opened with this option; None without one."""
+    """The table for the option `intraprocess` of a node; None if it uses sockets only."""
     if isinstance(intraprocess, LocalNodes):
         return intraprocess
     return EVERYBODY if intraprocess else None
 
 
 def forget_all() -> None:
-    """In a fork: a URI in the table means a node that speaks, and these are mute there.
+    """Empty the shared table in a fork of this process: the threads of its nodes do not run there.
 
-    Nodes with a table of their own are closed there, all who know it.
+    Nodes with another table are all closed there.
     """
     EVERYBODY.clear()

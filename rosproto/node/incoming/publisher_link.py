@@ -1,7 +1,7 @@
-"""One publisher, seen from a subscriber: keeps a connection to it for as long as the master names it.
+"""The base of a subscriber's links to one publisher: the thread that connects, receives and tries again.
 
-`PublisherLink` has the thread, the states (`publisher_link_state.py`) and the waits. `TcprosLink`, and
-`LocalLink` for a publisher in this process, open a session and receive.
+Its states are in `publisher_link_state.py`. `TcprosLink`, `UdprosLink`, and `LocalLink` for a publisher in
+this process, open a session and receive.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ from rosproto.transport.os_errors import interpreter_shuts_down, translate
 _log = get_logger("rosproto.node")
 
 REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLarge)
-"""Errors that trying again at once does not cure."""
+"""Errors after which trying again at once is useless."""
 
 
 ASK_EVERY = 4
-"""Failed tries (1 s of quick ones) after which the master is asked whether the publisher is still there."""
+"""Failed tries (about 1 s) after which the master is asked whether the publisher is still there."""
 
 
 class LinkSubscription(DeliveryTopic, Protocol):
-    """A subscription, as far as its links go; see `Subscription`."""
+    """`Subscription`, as its links see it."""
 
     type: TopicType
     delivery: Delivery
@@ -59,10 +59,10 @@ class LinkSubscription(DeliveryTopic, Protocol):
 
     @property
     def present_type(self) -> TopicType:
-        """What is decoded."""
+        """The type that messages are decoded as."""
 
     def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
-        """How to decode this publisher's messages; None: as the type that is asked for."""
+        """How to decode this publisher's messages; None: as the requested type."""
 
     def delivery_for(self, revised: RevisedType) -> Delivery:
         """As `delivery`, for a publisher of another revision."""
@@ -78,7 +78,7 @@ class LinkSubscription(DeliveryTopic, Protocol):
         header: dict[str, str],
         revised: RevisedType | None,
     ) -> None:
-        """Give messages that were received for `delivery` to the subscribers, and keep a latched one."""
+        """Deliver messages that were received for `delivery`, and keep a latched one."""
 
     def link_changed(self) -> None:
         """A link was made or lost."""
@@ -96,7 +96,7 @@ class PublisherLink:
         header: The publisher's connection header; empty while there is none.
         caller_id: The publisher's node name, "" while it is not known.
         address: "host:port" of the connection, or the URI while there is none.
-        named: False when the master does not name the publisher (any more): it is kept while it is connected.
+        named: False if the master does not list the publisher; the link is then kept while it is connected.
     """
 
     transport = "TCPROS"
@@ -139,7 +139,7 @@ class PublisherLink:
 
     @property
     def closed(self) -> bool:
-        """True when the publisher is given up."""
+        """True once the link is closed."""
         return self._state is LinkState.CLOSED
 
     @property
@@ -149,13 +149,13 @@ class PublisherLink:
 
     @property
     def skipped(self) -> int:
-        """Messages of the present session that were not decoded, because nobody keeps as many."""
+        """Messages of the present session that were not decoded, since no subscriber keeps as many."""
         return 0
 
     def nudge(self) -> None:
-        """The master named the publisher again: it may have been restarted, so do not wait any longer.
+        """Try again at once: the master named the publisher again, so it may have been restarted.
 
-        It ends the wait that is under way, else the next one.
+        Ends the wait that is under way, else the next one.
         """
         with self._condition:
             self._nudged = True
@@ -164,14 +164,14 @@ class PublisherLink:
             self._condition.notify_all()
 
     def close(self) -> None:
-        """Give the publisher up; does not wait for the thread (`join` does)."""
+        """End the link for good; does not wait for the thread (`join` does)."""
         with self._condition:
             self._step(LinkEvent.WITHDRAWN)
             self._condition.notify_all()
         self._interrupt()
 
     def interrupt(self) -> None:
-        """Break the present session off; the link begins a new one at once."""
+        """End the present session; the link begins a new one at once."""
         self.nudge()
         self._interrupt()
 
@@ -214,7 +214,7 @@ class PublisherLink:
         self.subscription.link_closed(self)
 
     def _step(self, event: LinkEvent) -> LinkState:
-        """Enter the state that the table names; nothing else changes it."""
+        """Enter the state that the table gives; this is the only place that changes it."""
         with self._condition:
             self._state = next_state(self._state, event)
             return self._state
@@ -225,9 +225,9 @@ class PublisherLink:
         return None if self._begun_at is None else monotonic() - self._begun_at
 
     def _wait(self, seconds: float) -> LinkEvent:
-        """Wait before the next try; says what ended the wait."""
+        """Wait before the next try; return the event that ended the wait."""
         with self._condition:
-            # Anybody can make the master name a publisher again, any number of times.
+            # Any node can make the master name a publisher again, any number of times.
             least = min(seconds, LEAST)
             self._condition.wait_for(lambda: self._state is LinkState.CLOSED, least)
             seconds -= least
@@ -246,7 +246,7 @@ class PublisherLink:
         )
 
     def _failed(self, error: Exception) -> None:
-        """Note why; tell once, not with every try."""
+        """Note the error; log and report it once, not after every try."""
         if isinstance(error, OSError) and not isinstance(error, RosError):
             error = translate(error, f"{self.topic} from {self.address}", self.address)
         error = without_frames(error)
@@ -271,7 +271,7 @@ class PublisherLink:
             )
 
     def _log_failure(self, error: Exception, was: LinkState) -> None:
-        """Once for each kind, until a session has lasted."""
+        """Log an error once for each kind, until a session has lasted `STEADY`."""
         if (self._lasted or 0.0) >= STEADY:
             self._logged = None
         if self._is_ordinary(error, was):
@@ -283,7 +283,7 @@ class PublisherLink:
 
     @staticmethod
     def _is_ordinary(error: Exception, was: LinkState) -> bool:
-        """A publisher that went away is no news for a log; the master tells soon."""
+        """True if the publisher is away or was closed: not worth a warning, the master reports it soon."""
         return isinstance(error, (ConnectionLost, MasterError, RosTimeout)) and not isinstance(
             error, REFUSALS
         )
@@ -301,7 +301,7 @@ class PublisherLink:
     # -- the session, for subclasses ------------------------------------------------------------------------
 
     def _open(self) -> None:
-        """Ask, connect, exchange headers; set `header`, `caller_id`, `address`. Raises RosError, OSError."""
+        """Connect and exchange headers; set `header`, `caller_id`, `address`. Raises RosError, OSError."""
         raise NotImplementedError
 
     def _receive(self) -> None:

@@ -1,18 +1,17 @@
 """The states of a link to one publisher, as a table; all transitions are here.
 
-A subscriber holds one link per publisher that the master names. The link asks the publisher where to connect
-(`requestTopic`), connects, exchanges headers, and receives until something ends it. Then it waits a little
-and begins again *with a fresh requestTopic*, because a restarted publisher listens on another port; rospy
-never tries again, and roscpp tries the old port for ever (docs/wire.md, 58). It ends only when the master
-no longer names the publisher, or the subscriber closes.
+A subscriber has one link for each publisher that the master names. The link asks the publisher where to
+connect (`requestTopic`), connects, exchanges headers, and receives until the session ends. Then it waits and
+begins again with a new requestTopic, since a restarted publisher listens on another port; rospy never tries
+again, and roscpp tries the old port for ever (docs/wire.md, 58). The link is closed only when the master no
+longer names the publisher, or the subscriber closes.
 
 How long it waits (`RetryPauses`) depends on how the try ended. A publisher that cannot be reached is tried
 again after 50 ms, doubling to 0.6 s, so that one that comes back is connected within a second. After a
-refusal: 0.5 s, doubling to 5 s. Another definition is not cured by waiting at all, and each try is a
-warning in the publisher's log: 30 s, doubling to 5 minutes. And one that agrees and breaks off at once, again
-and again, is left alone for up to 5 s, whatever the reason: a session counts as a success when it has lasted
-`STEADY`. The master's word about a publisher (a nudge) ends any of these waits, yet not the first `LEAST` of
-them.
+refusal: 0.5 s, doubling to 5 s. If the definitions differ: 30 s, doubling to 5 minutes, since waiting does
+not help and each try is a warning in the publisher's log. If sessions begin but end at once: up to 5 s; a
+session is a success when it has lasted `STEADY`. When the master names the publisher again (a nudge), any of
+these waits ends, but not before `LEAST`.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ MISMATCH = (30.0, 300.0)  # seconds: the first wait after another definition, an
 
 
 class LinkState(enum.Enum):
-    """Where a link stands."""
+    """State of a link."""
 
     WAITING = "waiting"
     REQUESTING = "asking for the topic"
@@ -38,12 +37,12 @@ class LinkState(enum.Enum):
 
     @property
     def is_wait(self) -> bool:
-        """True while nothing is under way: the next try is due later."""
+        """True while the link waits for its next try."""
         return self in (LinkState.WAITING, LinkState.REFUSED)
 
 
 class LinkEvent(enum.Enum):
-    """What happened to it."""
+    """What happened to the link."""
 
     DUE = "the wait is over"
     ADDRESS = "the publisher said where to connect"
@@ -67,13 +66,13 @@ _TABLE = {
     (LinkState.CONNECTING, LinkEvent.REFUSED): LinkState.REFUSED,
     (LinkState.RECEIVING, LinkEvent.FAILED): LinkState.WAITING,
     (LinkState.RECEIVING, LinkEvent.REFUSED): LinkState.REFUSED,
-    # A nudge means nothing to a link at work; should the session fail, it ends the wait after it.
+    # A nudge changes nothing in a link at work; if the session fails, it ends the wait after it.
     (LinkState.REQUESTING, LinkEvent.NUDGED): LinkState.REQUESTING,
     (LinkState.CONNECTING, LinkEvent.NUDGED): LinkState.CONNECTING,
     (LinkState.RECEIVING, LinkEvent.NUDGED): LinkState.RECEIVING,
-    # The subscriber closed, or the master names the publisher no more: from everywhere, and for good.
+    # The subscriber closed, or the master no longer names the publisher: final, from every state.
     **{(state, LinkEvent.WITHDRAWN): LinkState.CLOSED for state in LinkState},
-    # Closing comes from another thread, so the link's own may still tell of what it was doing.
+    # Another thread closes the link, so the link's own thread may still report an event.
     **{(LinkState.CLOSED, event): LinkState.CLOSED for event in LinkEvent},
 }
 
@@ -90,7 +89,7 @@ def next_state(state: LinkState, event: LinkEvent) -> LinkState:
 
 
 class RetryPauses:
-    """How long one link waits before each try."""
+    """The waits of one link before each try."""
 
     def __init__(self) -> None:
         self._retry = Backoff(first=0.05, factor=2.0, most=0.6, jitter=0.2)
@@ -102,9 +101,9 @@ class RetryPauses:
         """Seconds to wait now.
 
         Args:
-            lasted: Seconds that the session lasted; None: there was none.
-            refused: The two sides do not fit.
-            mismatch: Their definitions differ, and values cannot be carried over.
+            lasted: Seconds that the session lasted; None if there was none.
+            refused: The publisher or we refused the other side's header.
+            mismatch: The definitions differ, and values cannot be converted.
         """
         if lasted is not None:
             self._retry.reset()

@@ -1,4 +1,4 @@
-"""Subscriber: what a program holds to receive a topic."""
+"""`Subscriber`, the public API for receiving a topic."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Subscriber:
     for the program; the oldest is dropped and counted. So `queue_size=1` is the newest message.
 
     The callback runs in a thread of the library, never two at once for one subscriber: a quick one in the
-    thread that received the message, a slow one (2 ms) in a thread of its own, so that it holds up nobody.
+    thread that received the message, a slow one (2 ms) in a separate thread, so that it delays no others.
     What it raises is logged. Subscribers of one topic in a node get the same message objects: do not change
     them.
 
@@ -54,7 +54,7 @@ class Subscriber:
             timeout: Seconds; None waits for ever.
 
         Raises:
-            RosTimeout: None came; the text tells how things stand with each publisher.
+            RosTimeout: None came; the text has the state of each publisher.
             ConnectionLost: The subscriber or the node was closed meanwhile.
         """
         return self.next_stamped(timeout)[0]
@@ -148,7 +148,7 @@ class Subscriber:
 
     @property
     def publishers(self) -> list[str]:
-        """CallerIdentity ids of the publishers connected now."""
+        """Caller ids of the publishers connected now."""
         return [link.caller_id for link in list(self._subscription.links.values()) if link.connected]
 
     @property
@@ -174,7 +174,7 @@ class Subscriber:
 
     @property
     def dropped(self) -> int:
-        """Messages given up because more than `queue_size` waited."""
+        """Messages dropped because more than `queue_size` waited."""
         return self._inbox.dropped + self._subscription.skipped_so_far
 
     @property
@@ -191,7 +191,7 @@ class Subscriber:
         """Wait until a publisher is connected.
 
         Raises:
-            RosTimeout: None was; the text tells how things stand with each publisher.
+            RosTimeout: None was; the text has the state of each publisher.
         """
         timeout = as_float(timeout)
         if not self._subscription.wait_for(count, timeout):
@@ -203,7 +203,7 @@ class Subscriber:
             )
 
     def why_silent(self) -> str:
-        """How things stand with each publisher that the master names, in words: why no message may come."""
+        """The state of each publisher that the master names, as text: why no message arrives."""
         return self._subscription.why_silent()
 
     def stats(self) -> Sequence[LinkStats]:
@@ -211,7 +211,7 @@ class Subscriber:
         return self._subscription.stats()
 
     def close(self) -> None:
-        """Stop receiving: iteration ends, no callback begins any more. Twice, or in the callback, is fine."""
+        """Stop receiving: iteration ends, no callback begins. May be called twice, and in the callback."""
         if not self._inbox.closed:
             self._queue.end()
             self._on_close()

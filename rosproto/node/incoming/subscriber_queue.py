@@ -1,24 +1,23 @@
-"""Who gets the messages of a topic: one subscriber's inbox or callback, as links and deliveries see it.
+"""The queue and the callback of one subscriber, and the thread in which the callback runs.
 
-Drop policy of an inbox: at most `size` messages wait, the oldest is dropped and counted. So `size=1` holds
-the newest message, however slow the program is, and memory is bounded however fast the publisher is.
+Drop policy of an inbox: at most `size` messages wait; the oldest is dropped and counted. With `size=1` it
+holds the newest message, however slow the program is; memory is bounded however fast the publisher is.
 
-Which thread calls a callback: one of the library's. Never two at once for one subscriber.
+Callbacks run in a thread of the library, never two at once for one subscriber.
 
-A quick callback runs in the thread that received the message: no hand-over, no wake-up of another thread
-(25 us less per message, measured). But while it runs, nobody reads the connection. So a slow
-callback gets a thread of its own, behind an inbox of `queue_size` messages where the oldest is dropped: the
-connection is read on, and the callback sees new messages. After `QUICK_CALLS` quick calls it goes back, after
-a first time already when a few were quick, and whenever nothing comes for `IDLE_WAIT`.
+A quick callback runs in the thread that received the message, without waking another thread (25 us less per
+message, measured). But while it runs, the connection is not read. So a slow callback gets a separate thread,
+behind an inbox of `queue_size` messages: the connection is read on, and the callback sees new messages. It
+goes back after `QUICK_CALLS` quick calls (the first time already after `QUICK_CALLS_AT_FIRST`), and when
+nothing arrives for `IDLE_WAIT`.
 
-What is slow is judged by the clock, and on a busy computer the clock goes on while the program does not: a
-quick callback that was interrupted looks slow. It seldom is interrupted twice in a row, since who has just
-waited has a whole turn of the processor before it. So one call that took long proves nothing unless it took
-`SURELY_SLOW`; two in a row do. A thread for a quick callback is costly: it and the reader then fight for the
-interpreter, and messages are dropped meanwhile.
+Slowness is measured by the clock, so on a busy computer a quick callback that was interrupted looks slow. It
+is seldom interrupted twice in a row, since a thread that has just waited gets a whole time slice. So a single
+slow call proves slowness only if it took `SURELY_SLOW`; two in a row always do. A thread for a quick callback
+is costly: it competes with the reader for the interpreter, and messages are dropped meanwhile.
 
-Whatever a callback raises is logged, `SystemExit` of a `sys.exit()` too: in a thread it would end nothing but
-the link, without a word.
+Everything that a callback raises is logged, also the `SystemExit` of `sys.exit()`: in a thread it would end
+only the link, silently.
 """
 
 from __future__ import annotations
@@ -41,12 +40,12 @@ class Inbox:
     """Bounded queue of (message, receive time), oldest dropped; filled by link threads.
 
     Attributes:
-        lock, condition: Guard everything; two faces of one lock (the bare one is entered twice as fast).
+        lock, condition: Guard everything; `condition` uses `lock` (which alone is entered twice as fast).
         size: Most messages that wait.
-        received: Messages put in so far.
-        dropped: Messages given up so far.
+        received: Messages added so far.
+        dropped: Messages dropped so far.
         latest: The newest message, taken or not; None before the first.
-        closed: Nothing more comes.
+        closed: True once no more messages are accepted.
     """
 
     def __init__(self, size: int) -> None:
@@ -61,7 +60,7 @@ class Inbox:
         self.closed = False
 
     def abandon(self) -> None:
-        """In a fork of this process: closed, whoever held the lock in the parent."""
+        """Close in a fork of this process, with new locks: the parent may have held the old ones."""
         self.lock = threading.Lock()
         self.condition = threading.Condition(self.lock)
         self.close()
@@ -72,7 +71,7 @@ class Inbox:
             self.put_locked(batch, stamp)
 
     def put_locked(self, batch: Sequence[Any], stamp: float, *, older: bool = False) -> None:
-        """As `put`, for a caller that holds `lock`; with `older` they go before what waits already."""
+        """As `put`, for a caller that holds `lock`; with `older` they go before the waiting messages."""
         if self.closed:
             return
         queue = self._queue
@@ -92,12 +91,12 @@ class Inbox:
             self.condition.notify_all()
 
     def count(self, batch: Sequence[Any]) -> None:
-        """Note messages that go to a callback directly; for a caller that holds `lock`."""
+        """Count messages that go to a callback directly; for a caller that holds `lock`."""
         self.received += len(batch)
         self.latest = batch[-1]
 
     def get(self, timeout: float | None) -> tuple[Any, float] | None:
-        """Take the oldest message; None when there was none in time, or the inbox is closed and empty."""
+        """Take the oldest message; None after the time-out, or if the inbox is closed and empty."""
         with self.condition:
             if not self._queue and not self.closed:
                 self._waiters += 1
@@ -108,7 +107,7 @@ class Inbox:
             return self._queue.popleft() if self._queue else None
 
     def get_some(self, timeout: float | None, most: int) -> list[Any]:
-        """As `get`, but the messages alone, and up to `most` of them when more wait."""
+        """As `get`, for up to `most` messages, without their times of receipt."""
         first = self.get(timeout)
         if first is None or most == 1:
             return [] if first is None else [first[0]]
@@ -117,7 +116,7 @@ class Inbox:
             return [first[0], *(queue.popleft()[0] for _ in range(min(most - 1, len(queue))))]
 
     def close(self) -> None:
-        """Nothing more comes; whoever waits is woken. What waits is dropped."""
+        """Accept no more messages, drop those that wait, and wake all waiting threads."""
         with self.condition:
             self.closed = True
             self.dropped += len(self._queue)
@@ -151,16 +150,16 @@ class CallbackRunner:
 
     @property
     def has_thread(self) -> bool:
-        """True while the callback is found slow."""
+        """True while the callback is slow."""
         return self._thread is not None
 
     @property
     def takes_all(self) -> bool:
-        """True while it sees every message, however many one read brings."""
+        """True while the callback gets every message, however many one read brings."""
         return self._thread is None
 
     def offer(self, batch: Sequence[Any], stamp: float) -> None:
-        """Have the callback called with each message, now or soon; called by link threads."""
+        """Call the callback with each message, now or soon; called by link threads."""
         inbox = self._inbox
         with inbox.lock:
             if inbox.closed:
@@ -179,13 +178,13 @@ class CallbackRunner:
             self._too_slow(batch[done:] if done >= 0 else (), stamp)
 
     def begin(self, batch: Sequence[Any], stamp: float) -> None:
-        """Have the callback called with these first, in its own thread."""
+        """Call the callback with these first, in its thread."""
         with self._inbox.lock:
             self._inbox.put_locked(batch, stamp)
             self._start_thread()
 
     def offer_one(self, message: Any) -> None:
-        """As `offer`, for the one message that most reads bring: the way of nearly every one, kept short."""
+        """As `offer`, for a single message; kept short, since nearly all messages take this path."""
         inbox = self._inbox
         with inbox.lock:
             if free := not (self._running or self._thread is not None or inbox.closed):
@@ -211,15 +210,15 @@ class CallbackRunner:
             self._done()
 
     def _done(self) -> None:
-        """The calls are over, and were quick."""
-        # No lock, but this order: a thread begun meanwhile sees that we are done, or we see the thread.
+        """End quick calls."""
+        # No lock, but this order: a thread started meanwhile sees that we are done, or we see the thread.
         self._running = False
         if self._thread is not None:
             with self._inbox.lock:
                 self._inbox.condition.notify_all()
 
     def _too_slow(self, rest: Sequence[Any], stamp: float) -> None:
-        """The calls are over; what is left of the batch, and all that comes, goes through a thread."""
+        """End slow calls; the rest of the batch, and later messages, go through a thread."""
         inbox = self._inbox
         with inbox.lock:
             self._running = False
@@ -230,13 +229,13 @@ class CallbackRunner:
             inbox.condition.notify_all()
 
     def _is_slow(self, took: float) -> bool:
-        """Whether a call, or a few together, that took longer than `SLOW_CALL` proves the callback slow."""
+        """True if a call, or `CHUNK` calls, of more than `SLOW_CALL` proves that the callback is slow."""
         proven = self._suspect or took >= SURELY_SLOW
         self._suspect = not proven
         return proven
 
     def _call_some(self, batch: Sequence[Any]) -> int:
-        """Call with each; returns how many were called when it was found slow, -1: all, and slow."""
+        """Call with each message; return the number of calls until it was slow, -1 if only the last were."""
         callback, inbox = self._callback, self._inbox
         last = perf_counter()
         for start in range(0, len(batch), CHUNK):
@@ -274,20 +273,20 @@ class CallbackRunner:
         self._thread.start()
 
     def _run(self) -> None:
-        """Call with what waits until the callback has been quick for a while, or the inbox is closed."""
+        """Call with waiting messages until the callback has been quick for a while, or the inbox closes."""
         inbox = self._inbox
         quick, idle, share = 0, False, 1
         enough = QUICK_CALLS if self._slow_times > 1 else QUICK_CALLS_AT_FIRST
         while True:
             with inbox.condition:
-                # The link's thread may still be in the slow call that made this thread: never two at once.
+                # The link's thread may still be in the slow call that started this thread: never two at once.
                 inbox.condition.wait_for(lambda: not self._running or inbox.closed, IDLE_WAIT)
                 if inbox.closed or ((idle or quick > enough) and not len(inbox)):
                     self._thread = None
                     return
                 if self._running:
                     continue
-            # Of a slow callback's messages the newest are wanted, so they wait in the inbox, not here.
+            # A slow callback should get new messages, so they wait in the inbox, which drops the oldest.
             messages = inbox.get_some(IDLE_WAIT, share)
             idle = not messages
             began = perf_counter()
@@ -302,10 +301,10 @@ class CallbackRunner:
 class InlineCaller:
     """Calls the callback in the thread that received the message, however long it takes.
 
-    Nobody reads that connection meanwhile, so a slow callback makes its publisher's queue fill, and of what
-    one read brings, only the last `queue_size` messages are called with. That is rospy's way, and programs
-    written for rospy rely on it: messages of one publisher come one after the other in one thread; those of
-    two publishers may come at the same time.
+    The connection is not read meanwhile, so with a slow callback the publisher's queue fills; of the messages
+    that one read brings, only the last `queue_size` are used. rospy does the same, and programs written for
+    it rely on that: messages of one publisher arrive one after the other in one thread; those of two
+    publishers may arrive at the same time.
     """
 
     takes_all = False
@@ -316,7 +315,7 @@ class InlineCaller:
         self._topic = topic
 
     def offer(self, batch: Sequence[Any], stamp: float) -> None:
-        """Call with each of the last messages; called by link threads."""
+        """Call with each of the last `queue_size` messages; called by link threads."""
         inbox = self._inbox
         with inbox.condition:
             open_ = not inbox.closed
@@ -332,7 +331,7 @@ class InlineCaller:
                 self._log_error()
 
     def begin(self, batch: Sequence[Any], stamp: float) -> None:
-        """Have the callback called with these, in a thread of their own."""
+        """Call the callback with these, in a separate thread."""
         name = f"rosproto:callback {self._topic}"
         threading.Thread(target=self.offer, args=(batch, stamp), name=name, daemon=True).start()
 
@@ -354,23 +353,23 @@ class InlineCaller:
 
 
 class SubscriberQueue:
-    """The receiving end of one `Subscriber`; links hand it messages and tell it errors.
+    """The receiving end of one `Subscriber`: takes messages and errors from links.
 
     Args:
         topic: Resolved name.
         type_: The type asked for.
         callback: Called with each message; None: they wait in `inbox`.
         queue_size: Most messages that wait.
-        raw: Wants `AnyMsg` with the encoded bytes.
+        raw: Deliver `AnyMsg` with the encoded bytes.
         on_error: Called with each error of a link.
         inline: Call back in the thread that received the message, however long it takes.
-        renew: Called when the subscription's delivery has to be made anew.
+        renew: Called when `queue_size` has changed, to make the subscription's delivery anew.
 
     Attributes:
-        inbox: What was received and not taken yet.
+        inbox: Messages that were received and not taken yet.
         runner: Calls the callback; None without one.
-        offer: `(messages, receive time)`: takes what a link received.
-        offer_one: The same for one message, where a callback takes it at once; else None.
+        offer: `(messages, receive time)`: takes messages from a link.
+        offer_one: The same for one message, if there is a callback; else None.
     """
 
     offer: Callable[[Sequence[Any], float], None]
@@ -404,7 +403,7 @@ class SubscriberQueue:
             self.offer, self.offer_one = self.runner.offer, self.runner.offer_one
 
     def hand_over(self, messages: Sequence[Any], stamp: float) -> None:
-        """Take latched messages of the topic; the thread that subscribes does not call the callback."""
+        """Take latched messages; the callback is not called in the subscribing thread."""
         if self.runner is None:
             self.offer(messages, stamp)
         else:
@@ -426,7 +425,7 @@ class SubscriberQueue:
         self._renew()
 
     def report(self, error: Exception) -> None:
-        """A link of the topic failed: tell who asked to be told."""
+        """Call `on_error` with the error of a link."""
         if self._on_error is not None:
             try:
                 self._on_error(error)
@@ -436,9 +435,9 @@ class SubscriberQueue:
                 _log.exception("! %s: on_error raised", self.topic)
 
     def end(self) -> None:
-        """Nothing more is taken; whoever waits is woken."""
+        """Accept no more messages; wake all waiting threads."""
         self.inbox.close()
 
     def abandon(self) -> None:
-        """In a fork of this process: ended, whoever held the lock in the parent."""
+        """End in a fork of this process; see `Inbox.abandon`."""
         self.inbox.abandon()

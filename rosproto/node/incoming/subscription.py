@@ -1,10 +1,10 @@
-"""One subscribed topic of a node: its publishers, and the way of a message to all who want it here.
+"""One subscribed topic of a node: a link to each of its publishers, and the node's subscribers that share it.
 
-Several `Subscriber` objects of a node may share one topic; they share the links and the decoded messages,
-each closes for itself, and the last one to close takes the topic off the master.
+Several `Subscriber` objects of a node may have the same topic; they share the links and the decoded messages.
+The last one to close unregisters the topic.
 
-The newest list of publishers that the master gave is the truth: links to those that are not in it are
-closed, and a list may come early, late, twice or be empty (docs/wire.md, 27).
+The master's newest list of publishers decides: links to others are closed. A list may come early, late, twice
+or be empty (docs/wire.md, 27).
 
 Source: wiki.ros.org/ROS/Master_API (registerSubscriber), wiki.ros.org/ROS/Slave_API (publisherUpdate).
 """
@@ -44,7 +44,7 @@ from rosproto.transport.uri import parse_uri
 
 
 def make_link(subscription: LinkSubscription, uri: str) -> PublisherLink:
-    """A link to that publisher, inside this process, by datagrams, or over TCP; not started yet."""
+    """Make a link to a publisher: in this process, by datagrams, or over TCP; it is not started yet."""
     context = subscription.context
     id = context.next_link_id()
     if context.local_nodes is not None and context.local_nodes.find(uri) is not None:
@@ -60,16 +60,16 @@ MOST_ERRORS = 32
 
 
 class Subscription:
-    """A topic this node subscribes (`registration.Registration`).
+    """A topic that this node subscribes; a `Registration`.
 
     Attributes:
         name: Resolved topic.
-        type: What is asked for: the subscribers' type; the wildcard until a publisher told its own.
-        links: One per publisher, by its URI in canonical form.
-        errors: The last errors of links and handshakes, the newest last.
-        skipped: Messages of past sessions not decoded because nobody keeps as many.
-        delivery: How messages are handed out, for the present set of subscribers; renewed with the set.
-        unfit: Messages of other revisions dropped because a value did not fit.
+        type: The type that is requested: the subscribers'; the wildcard while they accept any.
+        links: One for each publisher, by its URI in canonical form.
+        errors: The latest errors of links and handshakes, the newest last.
+        skipped: Messages of past sessions that were not decoded, since no subscriber keeps as many.
+        delivery: Delivers messages to the present set of subscribers; made anew when the set changes.
+        unfit: Messages of other revisions that were dropped, since a value did not fit.
     """
 
     kind = "subscriber"
@@ -95,10 +95,10 @@ class Subscription:
         self._closed = False
         self._revised_deliveries: dict[RevisedType, Delivery] = {}
 
-    if not TYPE_CHECKING:  # to a checker, a name that is missing here is a mistake
+    if not TYPE_CHECKING:  # a type checker should report other missing names
 
         def __getattr__(self, name: str) -> Any:
-            """`delivery`, made when a link first asks: the decoder takes 2 ms, too long for a constructor."""
+            """Make `delivery` on first use: its decoder takes 2 ms, too long for a constructor."""
             if name != "delivery":
                 raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
             with self._condition:
@@ -121,7 +121,7 @@ class Subscription:
         )
 
     def _registered(self, uris: Sequence[str], generation: int) -> None:
-        # An update that overtook the answer is the newer of the two.
+        # An update that overtook the answer is newer.
         if generation == self._generation:
             self.update_publishers(uris, keep_connected=True)
 
@@ -129,11 +129,11 @@ class Subscription:
         master.unregister_subscriber(self.name, self.context.uri)
 
     def update_publishers(self, uris: Sequence[str], *, keep_connected: bool = False) -> None:
-        """The master's present list: connect to the new ones, let go of those that left.
+        """Connect to the publishers that are new in the master's list; close the links to those not in it.
 
-        With `keep_connected` those that are connected stay as long as their connection does. So it is when we
-        register again: a restarted master knows nobody, and neither roscpp nor rospy registers again, but
-        their publishers go on sending.
+        With `keep_connected`, connected links are kept until their connection ends. This is used when we
+        register again: a restarted master knows no publishers, and neither roscpp nor rospy registers again,
+        but their publishers go on sending.
         """
         wanted = {_canonical(uri): uri for uri in uris}
         with self._condition:
@@ -165,7 +165,7 @@ class Subscription:
             link.start()
 
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
-        """So many that threads stay bounded; those connected go first, a crowd of newcomers ousts nobody."""
+        """The first `limits.publishers` of them, each of which takes a thread; connected ones are kept."""
         most = self.context.limits.publishers
         self.context.peer_log.warning(
             self.name,
@@ -181,18 +181,18 @@ class Subscription:
     # -- queues -----------------------------------------------------------------------------------------
 
     def add_queue(self, queue: SubscriberQueue) -> None:
-        """One more subscriber; it gets the latched messages that the others have had already."""
+        """Add a subscriber; it gets the latched messages that arrived before."""
         with self._condition:
             if not queue.type.is_wildcard and self._decode_type.is_wildcard:
                 self._adopt(queue.type)
             latched = [self._as_wanted(message, queue.raw) for message in self._latched.values()]
-            if latched:  # before anything that comes from now on
+            if latched:  # before any message that arrives from now on
                 queue.hand_over(latched, time.time())
             self._queues.append(queue)
             self.renew_delivery()
 
     def _as_wanted(self, message: Any, raw: bool) -> Any:
-        """A remembered message for a subscriber that wants it raw, or decoded."""
+        """A latched message, raw or decoded as the subscriber wants it."""
         if raw == isinstance(message, AnyMsg) or (not raw and self._decode_type.is_wildcard):
             return message
         if raw:
@@ -202,7 +202,7 @@ class Subscription:
         return wanted
 
     def remove_queue(self, queue: SubscriberQueue) -> bool:
-        """True when that was the last one."""
+        """Remove a subscriber; True if it was the last one."""
         with self._condition:
             if queue in self._queues:
                 self._queues.remove(queue)
@@ -210,11 +210,11 @@ class Subscription:
             return not self._queues
 
     def _adopt(self, type_: TopicType) -> None:
-        """A definite type beside wildcards: from now on it is what is asked for."""
+        """Request this definite type from now on, in place of the wildcard."""
         self.type = self._decode_type = type_
 
     def renew_delivery(self) -> None:
-        """The subscribers, or what they keep, are others now."""
+        """Make the deliveries anew: the subscribers, or their queue sizes, have changed."""
         with self._condition:
             vars(self).pop("delivery", None)
             self._revised_deliveries = {}
@@ -229,7 +229,7 @@ class Subscription:
         return delivery
 
     def forget_revised(self, revised: RevisedType) -> None:
-        """The session that needed it is over; the next one makes its own."""
+        """Forget the delivery of a session that is over."""
         with self._condition:
             self._revised_deliveries.pop(revised, None)
 
@@ -241,14 +241,14 @@ class Subscription:
     # -- called by links ------------------------------------------------------------------------------------
 
     def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
-        """A wildcard subscription takes over the first publisher's own type.
+        """Check a publisher's type; a wildcard subscription adopts the first publisher's.
 
         Returns:
             How to decode this publisher's messages when it has another revision of the type; None when it
             has ours.
 
         Raises:
-            Md5sumMismatch: It has another type, or a revision that nobody here knows.
+            Md5sumMismatch: It has another type, or an unknown revision of ours.
             RemoteProtocolError: Its definition cannot be used.
         """
         with self._condition:
@@ -312,10 +312,10 @@ class Subscription:
         header: dict[str, str],
         revised: RevisedType | None,
     ) -> None:
-        """Give messages that a link received for `delivery` to the subscribers.
+        """Deliver messages that a link received for `delivery`.
 
-        A latched one is kept for those that come later. Keeping it and looking who is there is one step, so
-        that a subscriber that came since `delivery` was asked for gets it too, and gets it once.
+        The latest latched message is kept for later subscribers. It is kept under the same lock that adds
+        subscribers, so that one that was added since `delivery` was made gets it exactly once.
         """
         if header.get("latching") == "1":
             with self._condition:
@@ -332,7 +332,7 @@ class Subscription:
             self._latched[link] = fitting[-1]
 
     def report(self, error: Exception) -> None:
-        """A link failed: note it and tell who asked to be told."""
+        """Note the error of a link, and call the subscribers' `on_error`."""
         self.errors.append(error)
         for queue in self.queues:
             queue.report(error)
@@ -343,15 +343,15 @@ class Subscription:
             self._condition.notify_all()
 
     def link_closed(self, link: PublisherLink) -> None:
-        """A link's thread ends."""
+        """Called when the thread of a link ends."""
         self._latched.pop(link, None)
-        if not link.named:  # nobody else will take it off the list
+        if not link.named:  # no update of the master will remove it
             with self._condition:
                 self.links = {key: other for key, other in self.links.items() if other is not link}
                 self._condition.notify_all()
 
     def reconnect(self) -> None:
-        """Our address changed: connections from the old one are dead, though nobody may ever say so."""
+        """Reconnect all links: connections from our old address are dead, perhaps without an error."""
         for link in list(self.links.values()):
             link.interrupt()
 
@@ -400,13 +400,13 @@ class Subscription:
         return self.skipped + sum(link.skipped for link in list(self.links.values()))
 
     def stats(self) -> list[LinkStats]:
-        """One entry per publisher the master names."""
+        """One entry for each publisher that the master names."""
         return [link.stats() for link in list(self.links.values())]
 
     # -- end ------------------------------------------------------------------------------------------------
 
     def close(self, timeout: float = 1.0) -> None:
-        """End all links; their threads are waited for within the time."""
+        """End all links; wait for their threads at most `timeout` seconds."""
         with self._condition:
             self._closed = True
             links = list(self.links.values())
@@ -419,7 +419,7 @@ class Subscription:
             link.join(timeout / max(1, len(links)) if len(links) > 10 else timeout)
 
     def check_type(self, type_: TopicType) -> None:
-        """Refuse another type for a topic that is open already.
+        """Check the type of another subscriber of this topic.
 
         Raises:
             LocalProtocolError: It is another one.
@@ -433,7 +433,7 @@ class Subscription:
 
 
 def _canonical(uri: str) -> str:
-    """Host and port decide (roscpp compares them, rospy the text; pitfall 28)."""
+    """Key of a publisher: host and port, as roscpp compares them; rospy compares the text (pitfall 28)."""
     try:
         host, port = parse_uri(uri)
     except ValueError:

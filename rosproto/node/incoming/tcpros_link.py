@@ -48,7 +48,7 @@ _WAIT_ALL = getattr(socket, "MSG_WAITALL", 0) if sys.platform != "win32" else 0
 
 
 class HasDelivery(Protocol):
-    """A subscription, as far as reading goes."""
+    """`Subscription`, as the reader sees it."""
 
     delivery: Any
 
@@ -86,9 +86,8 @@ class FrameReader:
 
         Args:
             decode: `(buffer, start, end) -> message`.
-            owns: True when messages keep parts of the buffer they are decoded from: they get one of their
-                own.
-            newest: Decode at most this many of what has arrived, the newest; None decodes all.
+            owns: True if messages keep parts of the buffer they are decoded from; then each gets a copy.
+            newest: Decode only this many of the newest messages; None decodes all.
 
         Raises:
             ConnectionLost: The publisher closed the connection.
@@ -124,18 +123,17 @@ class FrameReader:
         header: dict[str, str],
         holder: HasDelivery,
     ) -> None:
-        """Wait for messages that come alone, and hand each to `take`; return when anything else came.
+        """Wait for single messages, and pass each to `take`; return when anything else arrives.
 
-        What came then waits for `receive`: several messages, a part of one, or one for another delivery than
-        the holder's when this was called. By far the most messages come alone, after a wait in which the
-        processor's caches were used by others: every function and object on their way costs more there than
-        it takes when it is called often (a round trip takes 3 to 7 % less time than by `receive`).
+        Anything else is left for `receive`: several messages, a part of one, or one for a new delivery. Most
+        messages arrive singly, after a wait in which the processor's caches were used by others; this path is
+        short for that reason (a round trip takes 3 to 7 % less time than by `receive`).
 
         Args:
             decode, owns: As for `receive`.
             take: Called with each message.
-            header: Given to each as `_connection_header`.
-            holder: Whose `delivery` tells who is to get the messages.
+            header: Set as `_connection_header` of each.
+            holder: Has the current `delivery`.
 
         Raises:
             ConnectionLost, OSError: The connection has ended.
@@ -167,8 +165,8 @@ class FrameReader:
     def _look(self) -> None:
         """In a burst, let messages gather before the next read.
 
-        Who writes each message alone (rospy) pays for waking a reader that waits, and the reader for being
-        woken, several times what a message costs otherwise. So it is left alone for a moment.
+        With a publisher that writes each message alone (rospy), waking the reader for each of them costs both
+        sides several times what a message costs otherwise.
         """
         now, count = perf_counter(), self._frames.count
         apart, self._looked, self._seen = (now - self._looked) / (count - self._seen), now, count
@@ -177,9 +175,9 @@ class FrameReader:
             self._rested(perf_counter() - now)
 
     def _rested(self, took: float) -> None:
-        """Two rests in a row longer than a turn of the interpreter: another thread of this process computes.
+        """Stop resting for a while after two rests longer than a switch interval.
 
-        Then each rest is one more wait for the interpreter, and there is none for a while.
+        Another thread of this process computes then, and each rest is one more wait for the interpreter.
         """
         self._long_rests = self._long_rests + 1 if took > sys.getswitchinterval() else 0
         if self._long_rests > 1:
@@ -197,8 +195,8 @@ class FrameReader:
         return ConnectionLost(f"the publisher at {self._peer} closed the connection{inside}", peer=self._peer)
 
 
-# For asking and connecting together. Not less, for slow networks; not more, because what was sent into a
-# network that was away is repeated late by some systems, and a new question is faster.
+# For requestTopic and connecting together. Not less, for slow networks; not more, since some systems are late
+# to retransmit after the network was away, and a new try is faster.
 TRY_SECONDS = 5.0
 
 
@@ -251,10 +249,9 @@ class TcprosLink(PublisherLink):
     def _agree(
         self, sock: socket.socket, address: tuple[str, int], deadline: Deadline
     ) -> tuple[socket.socket, PublisherReply]:
-        """Exchange headers; ask a publisher that refuses our definition for its own, on a second connection.
+        """Exchange headers; request any definition, on a second connection, if the publisher refuses ours.
 
-        The wildcard is not asked for at once: a publisher of ours converts to what we want, and errors name
-        both sums.
+        Ours is tried first: a publisher of this library converts to it, and errors name both md5sums.
         """
         wanted = self.subscription.type
         try:
@@ -301,20 +298,20 @@ class TcprosLink(PublisherLink):
             present = subscription.delivery
             if plain and present.offer_one is not None:
                 reader.receive_singles(present.decode, present.owns, present.offer_one, header, subscription)
-                present = subscription.delivery  # what came is for whoever is there now
+                present = subscription.delivery  # the set of subscribers may have changed
             delivery = present if revised is None else subscription.delivery_for(revised)
             batch = reader.receive(delivery.decode, delivery.owns, delivery.newest)
             if latching:
                 subscription.hand_out(self, delivery, batch, header, revised)
                 continue
             if subscription.delivery is not present:
-                # Somebody subscribed while we waited for this, and has been told that the topic is open.
+                # A subscriber was added while we waited for this message; it gets the message, too.
                 renewed = subscription.delivery if revised is None else subscription.delivery_for(revised)
                 renewed.deliver_to_newcomers(delivery, batch, header)
             if len(batch) > 1 or delivery.offer_one is None:
                 delivery.deliver(batch, header)
             else:
-                # By far the most frequent case: after the wait for a message every call costs its latency.
+                # By far the most frequent case: every call here adds to the latency.
                 message = batch[0]
                 message._connection_header = header
                 delivery.offer_one(message)

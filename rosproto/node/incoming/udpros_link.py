@@ -1,10 +1,10 @@
-"""A link to a publisher by datagrams (UDPROS), where the publisher can do that; by TCPROS where not.
+"""A link to a publisher by datagrams (UDPROS); over TCPROS if the publisher does not offer datagrams.
 
-What comes is never late: after a gap in the network TCP delivers everything that had been sent, oldest first;
-here the next message is a present one, and what was lost is lost.
+Messages are never late: after a gap in the network TCP delivers everything that was sent, oldest first; here
+the next message is a current one, and lost messages stay lost.
 
-Nobody says that a datagram connection is over. When nothing has come for a while, the publisher is asked
-whether it still has us among its connections: one that was restarted has not.
+A datagram connection has no visible end. After `QUIET_SECONDS` without a datagram, the publisher is asked
+whether it still lists our connection: a restarted one does not.
 
 Source: wiki.ros.org/ROS/UDPROS.
 """
@@ -33,7 +33,7 @@ MOST_BYTES = 1 << 16  # of a datagram, by UDP
 
 
 class UdprosLink(TcprosLink):
-    """See `PublisherLink`; a session is one of datagrams or of TCP, as the publisher chooses."""
+    """See `PublisherLink`; the publisher chooses datagrams or TCP for each session."""
 
     def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
@@ -56,7 +56,7 @@ class UdprosLink(TcprosLink):
         self._connect(*self._tcp_address(answer), deadline)
 
     def _ask(self, port: int, deadline: Deadline) -> list[object]:
-        """Ask for our definition; a publisher that refuses it, for its own."""
+        """Request our definition; if the publisher refuses it, request any."""
         wanted = self.subscription.type
         try:
             return self._request(port, wanted.name, wanted.md5sum, deadline)
@@ -117,7 +117,7 @@ class UdprosLink(TcprosLink):
             try:
                 self._take(datagram)
             except (CodecError, TooLarge) as error:
-                # Anybody can send a datagram: it is dropped, the connection lives on.
+                # Any computer can send a datagram: it is dropped, the connection goes on.
                 if not told:
                     told = True
                     text = "! %s: a datagram from %s is dropped: %s"
@@ -137,9 +137,9 @@ class UdprosLink(TcprosLink):
         subscription.hand_out(self, delivery, batch, self.header, revised)
 
     def _ask_whether_connected(self, sock: socket.socket) -> None:
-        """Raises ConnectionLost when the publisher does not have us among its connections, or is gone.
+        """Raise ConnectionLost if the publisher does not list our connection, or is gone.
 
-        What came while a slow answer was waited for is late, and passed over.
+        Datagrams that arrived during a slow answer are late, and are skipped.
         """
         began = monotonic()
         with NodeClient(
@@ -172,7 +172,7 @@ class UdprosLink(TcprosLink):
         sock = self._sock
         if sock is not None:
             try:
-                # Nothing else wakes a thread that waits for datagrams on every system.
+                # The only way to wake a thread that waits for datagrams on every system.
                 sock.sendto(b"", sock.getsockname())
             except OSError:
                 pass  # closed meanwhile

@@ -88,7 +88,7 @@ class Publisher:
 
     @property
     def subscribers(self) -> list[str]:
-        """CallerIdentity ids of the subscribers connected now."""
+        """Caller ids of the subscribers connected now."""
         return [link.caller_id for link in self._publication.all_links]
 
     @property
