@@ -316,9 +316,10 @@ def locate_few(
 
 
 def _carried(place: MessageLocation) -> MessageLocation:
-    """With less than 10**9 nanoseconds, as rosbag returns it; seconds stay in the range that a bag stores."""
+    """With less than 10**9 nanoseconds, as in rosbag; unchanged if the seconds would exceed 32 bits."""
     conn, secs, nsecs, start, end = place
-    return conn, min(secs + nsecs // NS, 0xFFFFFFFF), nsecs % NS, start, end
+    more, rest = divmod(nsecs, NS)
+    return place if secs + more > 0xFFFFFFFF else (conn, secs + more, rest, start, end)
 
 
 def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:
