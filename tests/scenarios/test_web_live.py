@@ -463,7 +463,7 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
     until: Callable[..., None],
     real_time: Callable[[], None],
 ) -> None:
-    """The drive of a press that nobody holds any more must not take the seat for ever."""
+    """The drive of a press that nobody holds any more must not keep others from driving."""
     teleop = web.app.state.context.robot(None).manual_drive  # type: ignore[attr-defined]
     monkeypatch.setattr("woosh_pure.web.live.manual_drive.ZEROS_SECONDS", ZEROS)
     begin, first, go_on = teleop._begin, threading.Event(), threading.Event()
@@ -484,7 +484,11 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
     page.hold(0.2)
     page.of("drive", state="opening")
     go_on.set()
-    page.of("drive", state="driving")
+    said = page.wait(lambda d: d["t"] == "drive" and d["state"] in ("driving", "ended"))
+    if said["state"] == "ended":  # on a busy computer the thread that beats may be late
+        assert said["reason"] in ("silent", "late"), said
+        page.let_go()
+        page.drive()
     time.sleep(1.2 * ZEROS)  # what waits for the seat has given up by then
     page.let_go()
     until(lambda: teleop.driver is None, what="the seat being free")
