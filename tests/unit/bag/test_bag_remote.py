@@ -143,7 +143,7 @@ def test_a_reader_is_of_use_again_when_the_network_is(bag: Path, monkeypatch: py
 
     with served(bag.read_bytes()) as (url, _), open_bag(url) as reader:
         with monkeypatch.context() as patch:
-            patch.setattr(remote._Ranges, "_fetch", fail)
+            patch.setattr(remote._RangeFile, "_fetch", fail)
             with pytest.raises(BagError, match="Connection reset"):
                 next(reader.read_messages("/said"))
         found = [message.data for _, message, _ in reader.read_messages("/said")]

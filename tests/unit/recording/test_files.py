@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.bag import BagReader, Connection, RawMessage
-from rosproto.bag.output import Output
+from rosproto.bag.output import BagOutputFile
 from rosproto.errors import BagError
 from rosproto.recording import BagSeries, bag_name
 from rosproto.time import Time
@@ -100,10 +100,10 @@ def test_a_full_disk_keeps_the_active_name_and_what_is_whole(
     for number in range(3):
         series.write("/a", message(str(number)), Time(number, 0))
 
-    def full(self: Output, pieces: object, at: int) -> int:
+    def full(self: BagOutputFile, pieces: object, at: int) -> int:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Output, "put", full)
+    monkeypatch.setattr(BagOutputFile, "put", full)
     with pytest.raises(BagError, match="No space left on device"):
         series.write("/a", message("3"), Time(3, 0))
     with pytest.raises(BagError):

@@ -9,7 +9,7 @@ import pytest
 
 import rosproto
 from rosproto.bag import BagReader, BagWriter
-from rosproto.bag.output import Output
+from rosproto.bag.output import BagOutputFile
 from rosproto.codec import encode, message_class
 from rosproto.errors import BagError
 from rosproto.recording import Player, Recorder
@@ -115,7 +115,7 @@ def test_a_disk_that_is_full_ends_the_recording_with_an_error(nodes, tmp_path, m
 
     recorder = Recorder(two, tmp_path / "a.bag", ["/chatter"], chunk_bytes=1)
     chatter.wait_for_connection(20)
-    monkeypatch.setattr(Output, "put", full)
+    monkeypatch.setattr(BagOutputFile, "put", full)
     chatter.publish(String(data="x"))
     wait(lambda: recorder.error is not None)
     with pytest.raises(BagError, match="No space left"):

@@ -15,7 +15,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.bag import BagReader
-from rosproto.bag.output import Output
+from rosproto.bag.output import BagOutputFile
 from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import BagError
 from rosproto.node.clock import NodeClock
@@ -236,10 +236,10 @@ def test_writing_that_fails_is_raised_once(
     recorder = Recorder(node, tmp_path / "a.bag", ["/a"], chunk_bytes=1)
     publisher.wait_for_connection(20)
 
-    def full(self: Output, pieces: object, at: int) -> int:
+    def full(self: BagOutputFile, pieces: object, at: int) -> int:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Output, "put", full)
+    monkeypatch.setattr(BagOutputFile, "put", full)
     publisher.publish(data="x")
     with pytest.raises(BagError, match="No space left"):
         recorder.wait(20)
@@ -255,13 +255,13 @@ def test_the_error_names_the_bag_that_is_left(
     publisher = one.publisher("/a", String)
     recorder = Recorder(node, tmp_path / "a.bag", ["/a"], chunk_bytes=1)
     publisher.wait_for_connection(20)
-    put = Output.put
+    put = BagOutputFile.put
 
-    def full(self: Output, pieces: Sequence[bytes], at: int) -> int:
-        monkeypatch.setattr(Output, "put", put)
+    def full(self: BagOutputFile, pieces: Sequence[bytes], at: int) -> int:
+        monkeypatch.setattr(BagOutputFile, "put", put)
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Output, "put", full)
+    monkeypatch.setattr(BagOutputFile, "put", full)
     publisher.publish(data="x")
     with pytest.raises(BagError, match=r"a\.bag: cannot write: No space left") as caught:
         recorder.wait(20)
