@@ -34,11 +34,10 @@ def app(
     marks: Iterable[Any] = (),
     recordings: str | Path | None = None,
 ) -> FastAPI:
-    """The page and the API of one or more robots, as an ASGI application to serve or to mount.
+    """Return the page and the API of one or more robots as an ASGI application to serve or to mount.
 
-    This starts nothing: there is no thread and no connection before the first request. The Chassis is
-    yours: open it in the lifespan of your application. At the end, call `close` first, which ends what the
-    web has started, and then close the Chassis.
+    The application starts no thread and no connection before the first request. Open the Chassis in the
+    lifespan of your application. At the end, call `close` first, and then close the Chassis.
 
     Args:
         chassis: The robot, or several by name. Paths without a robot's name mean the first one.
@@ -92,5 +91,5 @@ def app(
 
 
 def close(app: FastAPI, why: str = "the server ends") -> None:
-    """End driving by velocity and the recordings of an application made by `app`. Does so at once."""
+    """End driving by velocity and the recordings of an application made by `app`, without waiting."""
     app.state.context.close(why)

@@ -56,20 +56,20 @@ class Refusal:
 
 
 def host_of(header: str) -> str:
-    """The lower-case name in a Host header or a URL's authority, without the port; "" if it is malformed."""
+    """Return the lower case host name of a Host header or URL authority, without port; "" if malformed."""
     found = _AUTHORITY.fullmatch(header.strip())
     return "" if found is None else (found[1] or found[2]).rstrip(".").lower()
 
 
 def cookie_name(host: str, scheme: str) -> str:
-    """The name of the log-in's cookie. Browsers send cookies to every port of a host, so it has the port."""
+    """Return the name of the log-in cookie. It has the port, because browsers share cookies among ports."""
     found = _AUTHORITY.fullmatch(host.strip())
     usual = "443" if scheme in ("https", "wss") else "80"
     return f"woosh_login_{(found and found[3]) or usual}"
 
 
 def cookies(header: str, name: str) -> list[str]:
-    """The values of the cookies with that name: several if paths of one server lie in one another."""
+    """Return the values of all cookies with that name. Nested paths can each have one."""
     pairs = (part.strip().partition("=") for part in header.split(";"))
     return [value for key, _, value in pairs if key == name]
 
@@ -159,12 +159,12 @@ class AccessRules:
     def check_origin(
         self, origin: str | None, host: str | None, scheme: str, site: str | None = None
     ) -> Refusal | None:
-        """Accept our own page, an origin that was allowed, and programs, which are no page at all.
+        """Accept our own page, allowed origins, and programs, which send no origin.
 
         Args:
-            origin: The header of this name.
-            host: The header of this name.
-            scheme: How the request came: a page of the same host by another scheme is another site's.
+            origin: The header Origin.
+            host: The header Host.
+            scheme: The scheme of the request: the same host with another scheme is another origin.
             site: The header Sec-Fetch-Site.
         """
         if origin is None:
@@ -185,7 +185,7 @@ class AccessRules:
         )
 
     def check_token(self, given: str | None, who: str, now: float) -> Refusal | None:
-        """Accept the right token. Guessing is slowed down to ten at once, then one every six seconds."""
+        """Accept the right token. Limit wrong tokens to ten at once, then one every six seconds."""
         if self._token is None:
             return None
         bucket = _bucket(self._guesses, who, 1.0 / 6.0, 10.0)
@@ -198,10 +198,10 @@ class AccessRules:
         return Refusal(401, WRONG_TOKEN, "wrong-token")
 
     def log_in(self, place: str) -> str:
-        """A log-in, which a browser keeps in place of the token.
+        """Return the value of a log-in cookie, which a browser keeps in place of the token.
 
-        It is valid as long as the token is, also after the server was started again: an open page needs no
-        second log-in for STOP. The token cannot be found from it, and it is valid at this place only.
+        It is valid as long as the token, also after a restart of the server, so that STOP on an open page
+        needs no second log-in. It does not reveal the token, and is valid at this place only.
 
         Args:
             place: The cookie's name and the server's port.
@@ -210,7 +210,7 @@ class AccessRules:
         return f"{number}.{self._mark_of(number, place)}"
 
     def is_logged_in(self, kept: Iterable[str], place: str) -> bool:
-        """Whether `log_in` has made one of these for this place."""
+        """Whether one of these values is from `log_in` for this place."""
         if self._token is None:
             return False
         numbers = ((value.encode("utf-8", "surrogateescape"), value.partition(".")[0]) for value in kept)
@@ -231,7 +231,7 @@ class AccessRules:
 
 
 def _key_of(token: str) -> bytes:
-    """A key that is slow to compute, so that a token cannot be guessed from a cookie."""
+    """Derive a key slowly, so that a token cannot be guessed from a cookie."""
     return hashlib.pbkdf2_hmac("sha256", token.encode("utf-8", "surrogateescape"), b"woosh log-in", 100_000)
 
 
@@ -247,7 +247,7 @@ _PORTS = {"http": ":80", "https": ":443"}
 
 
 def _origin(origin: str, *, strict: bool = True) -> str:
-    """An origin as browsers write it: scheme and authority in lower case; "" if it is not valid."""
+    """Return an origin as browsers write it, scheme and authority in lower case; "" if invalid."""
     try:
         parts = urlsplit(origin.strip())
         good = parts.scheme in _PORTS and parts.hostname and parts.path in ("", "/")
@@ -293,7 +293,7 @@ class Client:
 
 
 class Clients:
-    """The sessions of pages, by their secret. At the limit, the longest disconnected one is forgotten."""
+    """The sessions of pages, by their secret. At the limit, the longest disconnected one is deleted."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -331,7 +331,7 @@ class Clients:
                 self._known.move_to_end(client.session)
 
     def by_session(self, session: str) -> Client | None:
-        """The client that has this session, or None."""
+        """Return the client with this session, or None."""
         with self._lock:
             return self._known.get(session)
 
@@ -378,11 +378,11 @@ class _Slot:
 class ConnectionSlots:
     """Each connection takes a slot before anything is read from it. Pure: times are arguments.
 
-    Whoever can reach the server can open connections and send nothing, or half a request. So the number of
-    slots is limited, and some are reserved for addresses that have presented the token recently. A connection
-    that is silent for too long loses its slot. When all slots are taken, a new connection replaces one
-    without an authorized request: from the address that has most of those, the one that has been silent
-    longest. So a stop gets through, no matter how many connections hang with half a request.
+    Any peer can open connections and send nothing, or half a request. So the number of slots is limited, and
+    some are reserved for addresses that have presented the token recently. A connection that is silent for
+    too long loses its slot. When all slots are taken, a new connection replaces one without an authorized
+    request: the longest silent one of the address with the most of those. So a stop gets through even if
+    unfinished requests fill all slots.
 
     Used in the event loop only. The `end` callbacks close a connection and must not wait.
 
@@ -408,7 +408,7 @@ class ConnectionSlots:
         return len(self._slots)
 
     def admit(self, key: Key, end: Callable[[], object], now: float) -> bool:
-        """A connection was opened. False if there is no slot for it."""
+        """Give a new connection a slot. False if there is none."""
         self.drop_silent(now)
         address, known = key[0], self._is_known(key[0], now)
         own = sum(other[0] == address for other in self._slots)
@@ -421,27 +421,27 @@ class ConnectionSlots:
         return True
 
     def closed(self, key: Key, end: Callable[[], object]) -> None:
-        """The connection has ended. A newer one from the same address and port keeps its slot."""
+        """Free the slot of a closed connection. A newer one from the same address and port keeps its slot."""
         slot = self._slots.get(key)
         if slot is not None and slot.end == end:
             del self._slots[key]
 
     def request_begins(self, key: Key, now: float, *, authorized: bool) -> None:
-        """A request has begun. An `authorized` one is not dropped in favour of a new connection."""
+        """Note the start of a request. A new connection does not replace one with an `authorized` request."""
         slot = self._slots.get(key)
         if slot is not None:
             slot.requests += 1
             slot.authorized += authorized
 
     def remember(self, address: str, now: float) -> None:
-        """A client at this address has presented the token."""
+        """Note that a client at this address has presented the token."""
         self._known.pop(address, None)
         self._known[address] = now
         while len(self._known) > MOST_KNOWN:
             self._known.popitem(last=False)
 
     def request_ends(self, key: Key, now: float, *, authorized: bool) -> None:
-        """That request is over; the connection may send another."""
+        """Note the end of a request; the connection may send another."""
         slot = self._slots.get(key)
         if slot is not None:
             slot.requests, slot.authorized, slot.since = slot.requests - 1, slot.authorized - authorized, now
@@ -453,7 +453,7 @@ class ConnectionSlots:
                 self._close(key)
 
     def drop_all(self) -> None:
-        """Drop what is left when the server ends."""
+        """Drop all remaining connections."""
         for key in list(self._slots):
             self._close(key)
 

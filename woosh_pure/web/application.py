@@ -47,7 +47,7 @@ class _Json(JSONResponse):
 
 
 def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
-    """The application for these robots and rules. It starts nothing."""
+    """Return the application for these robots and rules. It starts no thread and no connection."""
     app = FastAPI(
         title="woosh",
         version=__version__,
@@ -111,12 +111,12 @@ class PageFiles(StaticFiles):
 
 
 def _page() -> ASGIApp:
-    """The page's files, compressed: that is seconds on a slow link."""
+    """Serve the page's files compressed, which saves seconds on a slow link."""
     return GZipMiddleware(PageFiles(directory=PAGE, html=True), minimum_size=500)
 
 
 def _operation(route: APIRoute) -> str:
-    """The operation's name in generated clients; it has a suffix if the path names a robot."""
+    """Return the operation's name in generated clients, with a suffix if the path names a robot."""
     return route.name + ("_of_robot" if "{robot}" in route.path_format else "")
 
 
@@ -127,7 +127,7 @@ def _answer(request: Request, problem: Problem) -> JSONResponse:
 
 async def _on_error(request: Request, error: Exception) -> JSONResponse:
     problem = problem_of(error)
-    if problem.kind == "value" and request.method == "GET":  # the robot's value, not the client's
+    if problem.kind == "value" and request.method == "GET":  # the value came from the robot, not the client
         problem.status = 502
     return _answer(request, problem)
 
@@ -144,7 +144,7 @@ async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
 
 
 def _wrong_body(request: Request, error: dict[str, Any]) -> str:
-    """What is wrong with a body as a whole; "" if it is JSON, as it should be."""
+    """Describe why a body is not JSON; "" if it is JSON."""
     if error.get("type") == "json_invalid":
         reason, at = error.get("ctx", {}).get("error", ""), error.get("loc", ("", "?"))[-1]
         return say("the body is no JSON: {reason} (at character {at})", reason=reason, at=at)
@@ -163,7 +163,7 @@ def _wrong_body(request: Request, error: dict[str, Any]) -> str:
 async def _on_http(request: Request, error: Exception) -> JSONResponse:
     status = int(getattr(error, "status_code", 500))
     methods = methods_at(request)
-    if methods and request.method not in methods:  # the page's files stand behind the API
+    if methods and request.method not in methods:  # other paths are files of the page
         said = say(
             "this address takes {methods}, not {method}", methods=methods, method=printable(request.method)
         )

@@ -1,5 +1,5 @@
-"""Camera pictures, as PNG and JPEG. A camera is subscribed only while it has viewers, because it sends more
-data than anything else on the robot.
+"""Camera pictures as PNG and JPEG. A camera is subscribed only while it has viewers: it has the highest data
+rate of all topics.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 FEEDS = {"color": "camera", "depth": "depth"}
 MOST_WIDTH, QUALITY = 640, 70
 LINGER = 2.0
-"""Seconds for which a camera stays subscribed after the last viewer, so that a next request is quick."""
+"""Seconds for which a camera stays subscribed after the last viewer, so that the next request is fast."""
 
 
 def pixels_of(image: Image) -> NDArray[np.uint8]:
-    """(height, width) grey or (height, width, 3) RGB; depth is scaled to visible grey.
+    """Return a picture as (height, width) grey or (height, width, 3) RGB; depth is scaled to visible grey.
 
     Raises:
         ValueError: The encoding cannot be shown.
@@ -71,7 +71,7 @@ class SharedCamera:
 
     @property
     def open(self) -> bool:
-        """Whether it is subscribed now."""
+        """Whether the camera is subscribed now."""
         return self._feed is not None
 
     def add_viewer(self) -> None:
@@ -95,12 +95,12 @@ class SharedCamera:
         feed.close()
 
     def newest(self) -> Reading[Any] | None:
-        """The newest picture, or None if there is none yet. Never waits."""
+        """Return the newest picture, or None if there is none yet. Never waits."""
         feed = self._feed
         return None if feed is None else feed.known
 
     def picture(self, timeout: float = 3.0) -> Any:
-        """One picture; blocks until there is one.
+        """Return one picture; blocks until there is one.
 
         Raises:
             RosTimeout: No picture came in time.

@@ -57,7 +57,7 @@ class WebContext:
         return self.robots[name]
 
     def take_over(self, robot: Robot, who: str, seconds: float = DEFAULT_SECONDS) -> None:
-        """Give the lease of a program to a client that has requested it: a program cannot grant it.
+        """Give a program's lease to a client that has requested it; a program cannot grant its lease.
 
         Raises:
             Problem: A page has the lease, or the client has not requested it.

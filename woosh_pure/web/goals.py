@@ -87,8 +87,8 @@ class Entry:
         text: The library's sentence about how it ended; "" before that.
         ended: When it ended, s since 1970; None before that.
         goal: Id of the goal that the entry is about; "" if it is not about a goal.
-        reasons: What speaks against moving, after a refusal or failure; the cause first.
-        said: What the robot said to it, {text, text_zh}; None if nothing.
+        reasons: The reasons not to move, after a refusal or failure; the cause first.
+        said: The robot's message about it, {text, text_zh}; None without one.
     """
 
     id: int
@@ -137,7 +137,7 @@ class Journal:
             return number
 
     def end(self, number: int, state: str, text: str = "", **why: Any) -> None:
-        """Note the end of an entry, and why: `reasons`, `said`. An entry that was dropped is ignored."""
+        """Note the end of an entry, with `reasons` and `said`. A dropped entry is ignored."""
         ended = round(time.time(), 3)
         with self._lock:
             entry = self._entries.get(number)
@@ -145,16 +145,16 @@ class Journal:
                 self._put(replace(entry, state=state, text=_short(text, 1000), ended=ended, **why))
 
     def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
-        """Add an entry for a command that is done already."""
+        """Add an entry for a finished command."""
         self.end(self.begin(who, what), state, text)
 
     def entries(self) -> list[Entry]:
-        """All entries, the oldest first."""
+        """Return all entries, the oldest first."""
         with self._lock:
             return list(self._entries.values())
 
     def since(self, version: int) -> list[Entry]:
-        """The entries that were added or changed after that version."""
+        """Return the entries added or changed after that version."""
         with self._lock:
             return [self._entries[number] for number, when in self._changed.items() if when > version]
 
@@ -165,7 +165,7 @@ class Journal:
 
 
 def _short(text: str, most: int = 200) -> str:
-    """One printable line of limited length."""
+    """Return a text as one printable line of limited length."""
     text = printable(text)
     return text if len(text) <= most else text[: most - 1] + "…"
 
@@ -183,10 +183,10 @@ class Goal:
         begun: When it was started, s since 1970.
         entry: The number of its entry in the journal.
         outcome: How it ended; None while it runs.
-        error: Why it is not known how it ended; "" otherwise.
-        start, target: Places in the map, {x, y} in m; None where one is not known.
-        reasons: What spoke against moving when it had failed; the cause first.
-        said: What the robot said of its end, {text, text_zh}; None if nothing.
+        error: Why the outcome is unknown; "" otherwise.
+        start, target: Places in the map, {x, y} in m; None if not known.
+        reasons: The reasons not to move when it failed; the cause first.
+        said: The robot's message about its end, {text, text_zh}; None without one.
     """
 
     id: str
@@ -210,7 +210,7 @@ class Goal:
         return self.outcome is not None or bool(self.error)
 
     def wait(self, timeout: float) -> bool:
-        """Block until it has ended, or the time is up."""
+        """Block until it has ended, or the time-out is over."""
         until = time.monotonic() + timeout
         while not self.done and time.monotonic() < until:
             time.sleep(0.01)
@@ -280,7 +280,7 @@ class GoalManager:
             begin: The verb of the chassis.
 
         Raises:
-            RosError, ValueError: The error of the verb, which is noted in the journal, too.
+            RosError, ValueError: The error of the verb. The journal notes it, too.
             Problem: Too many goals run already.
         """
         if len(self.running) >= MOST_RUNNING:
@@ -321,23 +321,23 @@ class GoalManager:
             goal.error = str(error)
             self._journal.end(goal.entry, "not known", str(error))
         else:
-            goal.outcome = outcome  # first: what follows may take a moment
+            goal.outcome = outcome  # first, because the following calls may block
             goal.reasons = self._reasons(outcome)
             goal.said = None if outcome.arrived else said_part(outcome.text)
             why = {"reasons": goal.reasons, "said": goal.said}
             self._journal.end(goal.entry, outcome.kind.value, for_clients(outcome.sentence()), **why)
 
     def _reasons(self, outcome: Outcome) -> tuple[dict[str, Any], ...]:
-        """The reasons in the robot's state for the failure of a goal."""
+        """Return the reasons in the robot's state for the failure of a goal."""
         if outcome.kind not in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
             return ()
         try:
             return tuple(reasons_part(r for r in self._readiness().reasons if r.blocking))
         except RosError:
-            return ()  # the robot cannot be asked: the outcome is all that is known
+            return ()  # the robot is unreachable: only the outcome is known
 
     def get(self, number: str) -> Goal:
-        """The goal with that number.
+        """Return the goal with that number.
 
         Raises:
             Problem: There is no such goal, or it ended too long ago to be kept.
@@ -356,18 +356,18 @@ class GoalManager:
         return goal
 
     def remove(self, number: str) -> None:
-        """Forget a goal that has ended. Its entry in the journal stays."""
+        """Delete a goal that has ended. Its entry in the journal stays."""
         with self._lock:
             self._goals.pop(number, None)
 
     def all(self) -> list[Goal]:
-        """All goals that are kept, the oldest first."""
+        """Return all kept goals, the oldest first."""
         with self._lock:
             return list(self._goals.values())
 
     @property
     def running(self) -> list[Goal]:
-        """The goals that have not ended."""
+        """Return the goals that have not ended."""
         return [goal for goal in self.all() if not goal.done]
 
 
@@ -380,8 +380,8 @@ class _KeyedRequest:
 
 
 class IdempotentAnswers:
-    """The answers to requests with a key (IETF draft `Idempotency-Key`): the same request gets the first
-    answer again, also a refusal, and is not carried out again. The last 1000 are kept. Safe from any thread.
+    """The last 1000 answers to requests with a key (IETF draft `Idempotency-Key`). A repeated request is not
+    carried out again and gets the first answer, also if that is a refusal. Safe from any thread.
     """
 
     def __init__(self, most: int = MOST_KEYS) -> None:
@@ -390,14 +390,14 @@ class IdempotentAnswers:
         self._known: OrderedDict[tuple[str, str], _KeyedRequest] = OrderedDict()
 
     def give(self, who: str, key: str, request: str, act: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """The answer of the first request with this key, or else of `act`.
+        """Return the answer to the first request with this key, or else the result of `act`.
 
         Args:
-            who: The client; each has keys of its own.
+            who: The client; each has separate keys.
             request: The content of the request, as text.
 
         Raises:
-            Problem: The answer is a refusal, or the key belongs to another request or is in use.
+            Problem: The answer is a refusal, or another request has this key, or it is still in progress.
         """
         with self._lock:
             first = self._known.get((who, key))

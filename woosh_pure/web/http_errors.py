@@ -54,7 +54,7 @@ ADVICE = {
     "or wait for it with wait()": _NOT_THERE,
     "nobody publishes {topic}; is the server running, and is the name right?": _NOT_THERE,
 }
-"""The library's advice for Python programs, and what a client of the API is told instead: by templates."""
+"""The library's advice for Python programs, and its replacement for API clients, as templates."""
 KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (MotionRefused, 409, "motion-refused"),
     (StaleState, 503, "stale-state"),
@@ -93,8 +93,8 @@ class Problem(Exception):
         """The problem+json document.
 
         Args:
-            instance: The path that was asked for.
-            language: Of `detail`; what has no translation is English.
+            instance: The requested path.
+            language: Language of `detail`; English if there is no translation.
         """
         kind = self.kind or TITLES.get(self.status, "problem").lower().replace(" ", "-")
         return {
@@ -108,7 +108,7 @@ class Problem(Exception):
 
 
 def for_clients(text: str) -> str:
-    """A sentence of the library, with advice for clients of the API in place of advice for Python."""
+    """Replace advice for Python in a sentence of the library by advice for clients of the API."""
     return text.mapped(ADVICE) if isinstance(text, Sentence) else text
 
 
@@ -122,12 +122,12 @@ def _said(text: str, language: str) -> str:
 
 
 def language_of(headers: Mapping[str, str]) -> str:
-    """The first language of `Accept-Language`: "zh", or else "en"."""
+    """Return the first language of `Accept-Language`: "zh", or else "en"."""
     return "zh" if headers.get("accept-language", "").strip().lower().startswith("zh") else "en"
 
 
 def problem_of(error: Exception) -> Problem:
-    """An error as a problem. An unexpected one is logged, and the client gets no details of it."""
+    """Convert an error to a problem. An unexpected error is logged, and its details are not sent."""
     if isinstance(error, Problem):
         return error
     for of, status, kind in KINDS:

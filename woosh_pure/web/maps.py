@@ -1,4 +1,4 @@
-"""The map of one robot as picture, facts and YAML: fetched when it is needed, and refreshed."""
+"""The map of one robot as picture, metadata and YAML, fetched on demand."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.web.snapshot import pose_part
 
 FRESH = 30.0
-"""Seconds after which the map is fetched again when it is needed."""
+"""Seconds after which a request fetches the map again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class KnownMap:
         }
 
     def yaml(self) -> str:
-        """The YAML file for map_server; it names the PNG as its image."""
+        """Return the YAML file for map_server; it names the PNG as its image."""
         origin = self.grid.origin
         return (
             f"image: map.png\nresolution: {self.grid.resolution:.6f}\n"
@@ -53,7 +53,7 @@ class KnownMap:
 
 
 class MapCache:
-    """Fetches and keeps the map. One caller fetches at a time; the others wait for its answer. Blocks."""
+    """Fetches and keeps the map. One caller fetches at a time; the others wait for its result. Blocks."""
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
@@ -65,14 +65,14 @@ class MapCache:
 
     @property
     def known(self) -> KnownMap | None:
-        """The map that was fetched last."""
+        """The last fetched map."""
         return self._known
 
     def get(self, fresh: float = FRESH) -> KnownMap:
-        """The map, fetched again if it is older than `fresh` seconds.
+        """Return the map, fetched again if it is older than `fresh` seconds.
 
         Raises:
-            RosError, ValueError: It cannot be fetched, and has never been.
+            RosError, ValueError: Fetching failed, and there is no older map.
         """
         with self._lock:
             robot = self._chassis.feed("status").sources  # another process after the robot was started again

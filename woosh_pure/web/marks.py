@@ -1,7 +1,7 @@
-"""The marks that a server knows: those it was given, or those of a file, which it changes.
+"""The list of marks of a server, from objects or from a file that it reads and writes.
 
-The chassis cannot list its own marks. What is saved here is a place of this list; only who says that the
-chassis's map has a mark of this name is taken there by the chassis's own task.
+The chassis cannot list its own marks. A goal for a saved mark drives to its pose; it uses the chassis's own
+task only if the mark is declared as one of the chassis's map.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _logger = get_logger("woosh_pure.web")
 
 
 def mark_part(mark: UserMark) -> dict[str, Any]:
-    """A mark as the API sends it; x, y and yaw are null if the pose is not known."""
+    """Return a mark as the API sends it; x, y and yaw are null if the pose is not known."""
     pose = None if mark.pose is None else pose_part(mark.pose)
     return {
         "name": printable(mark.name),
@@ -40,7 +40,7 @@ class MarkList:
 
     Args:
         given: A `MarkFile`, which is read again when it has changed, and written; or any objects with `name`
-            and `pose`. Of these, what is changed is kept as long as the server runs.
+            and `pose`, whose changes last as long as the server.
     """
 
     def __init__(self, given: Iterable[Any] = ()) -> None:
@@ -58,7 +58,7 @@ class MarkList:
             return list(self._now().values())
 
     def find(self, name: str) -> UserMark | None:
-        """The mark of that name; None if there is none.
+        """Return the mark of that name; None if there is none.
 
         Raises:
             Problem: The file cannot be read now.
@@ -67,7 +67,7 @@ class MarkList:
             return self._now().get(name)
 
     def get(self, name: str) -> UserMark:
-        """The mark of that name.
+        """Return the mark of that name.
 
         Raises:
             Problem: There is no such mark, or the file cannot be read now.
@@ -79,8 +79,8 @@ class MarkList:
         """Add a mark.
 
         Raises:
-            Problem: It has no name or no place, there is one of this name, there are too many, or the list
-                cannot be kept.
+            Problem: It has no name or no place, its name is in use, there are too many marks, or saving
+                failed.
         """
         mark = _checked(mark)
 
@@ -97,7 +97,7 @@ class MarkList:
         """Change a mark: its name, pose, note ...
 
         Raises:
-            Problem: There is no such mark, another has the new name, or it cannot be kept.
+            Problem: There is no such mark, another has the new name, or saving failed.
         """
 
         def act(marks: dict[str, UserMark]) -> UserMark:
@@ -112,10 +112,10 @@ class MarkList:
         return self._change(act)
 
     def remove(self, name: str) -> None:
-        """Take a mark off the list.
+        """Remove a mark from the list.
 
         Raises:
-            Problem: There is no such mark, or the list cannot be kept.
+            Problem: There is no such mark, or saving failed.
         """
         self._change(lambda marks: marks.pop(_require(marks, name).name))
 
@@ -165,7 +165,7 @@ def _require_free(marks: dict[str, UserMark], name: str) -> None:
 
 
 def _not_kept(what: str, error: Exception) -> Problem:
-    """A problem without the path of the file, which is only logged."""
+    """Return a problem without the path of the file, and log the path."""
     _logger.error("! the list of marks cannot be %s: %s", what, error)
     text = "the list of marks cannot be {what}; the log of the server says why"
     return Problem(503, say(text, what=say(what)), "marks-not-kept")

@@ -39,13 +39,13 @@ _SAFE = ("GET", "HEAD", "OPTIONS")
 
 
 def token_of(headers: Mapping[str, str]) -> str | None:
-    """The token of a request, from its Authorization header."""
+    """Return the token in the Authorization header of a request."""
     scheme, _, value = headers.get("authorization", "").partition(" ")
     return value.strip() if scheme.lower() == "bearer" else None
 
 
 def login_place(scope: Mapping[str, Any], headers: Mapping[str, str]) -> tuple[str, str]:
-    """The name of the log-in's cookie, and the place for which it is good, which is this port."""
+    """Return the name of the log-in cookie, and the place for which it is valid, which is this port."""
     name = cookie_name(headers.get("host", ""), scope.get("scheme", "http"))
     return name, f"{name} {(scope.get('server') or ('', 0))[1]}"
 
@@ -67,7 +67,7 @@ _LOOKS = (*_SAFE, "TRACE")
 
 
 def as_stop(scope: Scope) -> Scope | None:
-    """The request as a stop that is routed, if it means one: also with odd slashes, or with an odd method."""
+    """Rewrite a request for a stop so that it is routed, also one with odd slashes or an odd method."""
     path = re.sub("/+", "/", _path(scope)).rstrip("/")
     if scope["method"] in _LOOKS or not _STOP.fullmatch(path):
         return None
@@ -76,13 +76,13 @@ def as_stop(scope: Scope) -> Scope | None:
 
 
 def needs_token(path: str) -> bool:
-    """Whether a path needs the token. The page's own files are no secret; what the page shows is."""
+    """Whether a path needs the token. The page's files are public; its data is not."""
     is_api = "/api/v1/" in path or path == "/openapi.json"
     return is_api and not any(path.endswith(open_) for open_ in _OPEN_TO_ALL)
 
 
 class SecurityMiddleware:
-    """An ASGI middleware."""
+    """ASGI middleware that checks requests and adds security headers."""
 
     def __init__(self, app: App, context: WebContext) -> None:
         self._app, self._context, self._access = app, context, context.access
@@ -107,7 +107,7 @@ class SecurityMiddleware:
         except asyncio.CancelledError:
             if not self._context.closed:
                 raise
-            await _say_good_bye(scope, send)  # still unfinished when the server ended; that is no error
+            await _say_good_bye(scope, send)  # unfinished when the server ended: not an error
         finally:
             slots.request_ends(key, time.monotonic(), authorized=authorized)
 
@@ -121,7 +121,7 @@ class SecurityMiddleware:
             await self._app(scope, receive, send)
             return
         answer = _with_headers(scope, send)
-        is_stop = "woosh.method" in scope  # it bounds its body itself, after the robot was stopped
+        is_stop = "woosh.method" in scope  # a stop limits its body itself, after stopping the robot
         if refusal is None and not is_stop and _announced(headers) > MOST_BODY:
             refusal = _too_large()
         if refusal is not None:
@@ -134,9 +134,7 @@ class SecurityMiddleware:
         await self._app(scope, receive, answer)
 
     def _is_authorized(self, scope: Scope) -> bool:
-        """Whether the client has shown that it may send requests. Paths that are open to all do not count if
-        there is a token.
-        """
+        """Whether the client has proved its access. With a token, requests for public paths prove nothing."""
         return not self._access.needs_token or needs_token(_path(scope))
 
     def _refusal(self, scope: Scope, headers: dict[str, str]) -> Refusal | None:
@@ -178,7 +176,7 @@ def _limited(receive: Receive) -> Receive:
 
     async def limited() -> MutableMapping[str, Any]:
         nonlocal got, more
-        if not more:  # the body is complete; from here on only a disconnect can follow
+        if not more:  # the body is complete; only a disconnect can follow
             return await receive()
         try:
             message = await asyncio.wait_for(receive(), max(0.0, until - time.monotonic()))
@@ -212,7 +210,7 @@ def _with_headers(scope: Scope, send: Send) -> Send:
 
 
 def _head_only(receive: Receive, send: Send) -> tuple[Receive, Send]:
-    """The answer to a GET without its body; a stream ends, because its reader seems to have gone."""
+    """Send the answer to a GET without its body; report a disconnect to end a stream."""
     begun = False
 
     async def received() -> MutableMapping[str, Any]:
@@ -250,7 +248,7 @@ async def _say_good_bye(scope: Scope, send: _Sending) -> None:
         else:
             await _refuse(scope, Refusal(503, "the server ends"), _with_headers(scope, send))
     except (RuntimeError, OSError):
-        pass  # an answer that was sent in part cannot be completed
+        pass  # a partly sent answer cannot be completed
 
 
 async def _refuse(scope: Scope, refusal: Refusal, send: Send, language: str = "en") -> None:

@@ -1,5 +1,5 @@
-"""Completes /openapi.json: the errors that any request may get, the token, and no null where a value cannot
-be null. Also finds the schema of a request that is being answered.
+"""Completes /openapi.json: common errors, the token, and no null where a value cannot be null. Also finds the
+schema of a request.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SCHEMES = {"token": {"type": "http", "scheme": "bearer", "description": "browse
 
 
 def describe(app: FastAPI) -> None:
-    """Complete the description that FastAPI makes from the routes."""
+    """Complete the description that FastAPI generates from the routes."""
     made = app.openapi
     secret = app.state.context.access.needs_token
 
@@ -64,7 +64,7 @@ def _complete(operation: dict[str, Any], path: str, method: str, *, secret: bool
         statuses.update(_OF_CHANGES)
     if "requestBody" in operation:
         statuses.update(_OF_BODIES)
-    if "422" in answers:  # FastAPI's description of it is of its own format
+    if "422" in answers:  # FastAPI describes its default format
         statuses.add(422)
     answers.update({str(status): answer for status, answer in problems(*statuses).items()})
     operation["responses"] = dict(sorted(answers.items()))
@@ -75,13 +75,13 @@ def _complete(operation: dict[str, Any], path: str, method: str, *, secret: bool
 
 
 def _without_null(schema: dict[str, Any]) -> dict[str, Any]:
-    """An optional body or parameter may be left out, but null cannot be sent."""
+    """Remove null from a schema: an optional body or parameter may be left out, but not be null."""
     kinds = [kind for kind in schema.get("anyOf", ()) if kind != {"type": "null"}]
     return kinds[0] if len(kinds) == 1 else schema
 
 
 def _item(request: Request) -> dict[str, Any]:
-    """The operations at the path of a request, by their methods."""
+    """Return the operations at the path of a request, by method."""
     path = request.url.path.removeprefix(str(request.scope.get("root_path", "")))
     path = re.sub(r"^/robots/[^/]+(?=/api/v1/)", "", path)
     for template, item in request.app.openapi()["paths"].items():
@@ -91,16 +91,16 @@ def _item(request: Request) -> dict[str, Any]:
 
 
 def methods_at(request: Request) -> list[str]:
-    """The methods that the API has at this path."""
+    """Return the API's methods at this path."""
     methods = {method.upper() for method in _item(request)}
     return sorted(methods | {"HEAD"} if "GET" in methods else methods)
 
 
 def schema_of(request: Request, where: str) -> Mapping[str, Any]:
-    """What a part of this request may be.
+    """Return the schema of a part of this request.
 
     Args:
-        where: "body", or the place of parameters: "query", "path", "header".
+        where: "body", or the location of parameters: "query", "path", "header".
     """
     operation = _item(request).get(request.method.lower(), {})
     if where == "body":
@@ -112,5 +112,5 @@ def schema_of(request: Request, where: str) -> Mapping[str, Any]:
 
 
 def parts_of(request: Request) -> Mapping[str, Any]:
-    """The schemas that others refer to, by their name."""
+    """Return the schemas that `$ref` refers to, by name."""
     return dict(request.app.openapi()["components"]["schemas"])

@@ -20,12 +20,12 @@ from woosh_pure.web.http_errors import Problem
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 NOT_WRITTEN = "the bag cannot be written; the log of the server says why"
-"""Clients are not told the paths of this computer."""
+"""Answers do not contain paths of this computer."""
 _logger = get_logger("woosh_pure.web")
 
 
 def require_folder(folder: Path) -> Path:
-    """A folder in which bags can be kept, checked at the start and not at the first recording.
+    """Return a writable folder for bags, checked at the start and not at the first recording.
 
     Raises:
         ValueError: There is no such folder, or nothing can be written there.
@@ -118,7 +118,7 @@ class RecordingManager:
             for old in list(self._all)[: max(0, len(self._all) - MOST_KEPT + 1)]:
                 try:
                     self._all[old].path.unlink(missing_ok=True)
-                except OSError as error:  # Windows, while somebody downloads it; tried again
+                except OSError as error:  # Windows, during a download; tried again
                     _logger.warning("! the bag of recording %s cannot be deleted: %s", old, error)
                 else:
                     del self._all[old]
@@ -177,14 +177,14 @@ class RecordingManager:
         found = self.end(number)
         try:
             found.path.unlink(missing_ok=True)
-        except OSError as error:  # Windows, while somebody downloads it
+        except OSError as error:  # Windows, during a download
             why = say("the bag of recording {id} cannot be deleted: {error}", id=number, error=error.strerror)
             raise Problem(409, why, "recording") from None
         with self._lock:
             self._all.pop(number, None)
 
     def get(self, number: str) -> Recording:
-        """The recording with that number.
+        """Return the recording with that number.
 
         Raises:
             Problem: There is no such recording.
@@ -196,7 +196,7 @@ class RecordingManager:
         return found
 
     def all(self) -> list[Recording]:
-        """All recordings, the oldest first."""
+        """Return all recordings, the oldest first."""
         with self._lock:
             return list(self._all.values())
 

@@ -26,24 +26,24 @@ from woosh_pure.web.snapshot import LISTENED
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 STOP_SECONDS = 5.0
-"""Seconds that a stop watches whether the robot comes to rest."""
+"""Seconds for which a stop checks whether the robot comes to rest."""
 
 
 class StopQueue:
-    """Carries out the stops of one robot, in threads that no request and no other robot can take.
+    """Carries out the stops of one robot, in threads that no request and no other robot uses.
 
-    Each request is a separate stop, also while another one is under way, so that it ends what has begun
-    meanwhile. While `MOST` stops are under way, further requests wait for one of them, and become one stop.
+    Each request is a separate stop, also during another one, so that it ends motions begun meanwhile. While
+    `MOST` stops are under way, further requests wait for one of them, and become one stop.
 
     Args:
-        stop: Called as `stop(who, everything)`; stops, and reports what stands still.
+        stop: Called as `stop(who, everything)`; stops, and reports whether the robot stands still.
     """
 
     MOST = 8
 
     def __init__(self, stop: Callable[[str, bool], StopReport]) -> None:
         self._stop = stop
-        self._lock = threading.Lock()  # never held while anything is waited for
+        self._lock = threading.Lock()  # never held while waiting
         self._due: dict[bool, tuple[str, Future[StopReport]]] = {}
         self._under_way = 0
 
@@ -53,7 +53,7 @@ class StopQueue:
             if everything in self._due:
                 return self._due[everything][1]
             future: Future[StopReport] = Future()
-            future.set_running_or_notify_cancel()  # a caller that gives up waiting does not end it
+            future.set_running_or_notify_cancel()  # cancelling the wait does not end the stop
             self._due[everything] = who, future
             if self._under_way >= self.MOST:
                 return future
@@ -82,8 +82,8 @@ class Robot:
 
     Attributes:
         name: The robot's name in the paths of the API.
-        chassis: The Chassis; its maker opens and closes it.
-        marks: The marks that are known here: the chassis cannot list its own.
+        chassis: The Chassis; the caller opens and closes it.
+        marks: The server's list of marks; the chassis cannot list its own.
         journal, goals, idempotent_answers, manual_drive, map, cameras, recordings: See their classes.
         unreachable: Why the Chassis is not connected yet; "" once it is.
     """
@@ -109,7 +109,7 @@ class Robot:
         self._stops = StopQueue(self._stop)
 
     def listen(self) -> None:
-        """Subscribe to what the snapshot needs. Blocks the first time, until the links are connected."""
+        """Subscribe to the feeds of the snapshot. Blocks the first time, until the links are connected."""
         if self._listening:
             return
         names = (*LISTENED, *ALSO_SHOWN)
@@ -121,7 +121,7 @@ class Robot:
         self._listening = True
 
     def require_connection(self) -> None:
-        """Refuse a request that needs a robot that is still off, so that no thread waits for it.
+        """Refuse a request while the robot is not connected yet, so that no thread waits for it.
 
         Raises:
             Problem: The robot has not been reached yet.
@@ -135,7 +135,7 @@ class Robot:
         return self.chassis.feed(name)
 
     def readings(self) -> dict[str, Reading[Any] | None]:
-        """The newest values for the snapshot. Never waits."""
+        """Return the newest values for the snapshot. Never waits."""
         return {name: self.feed(name).known for name in LISTENED}
 
     def require_lease(self, client: Client) -> None:
@@ -160,7 +160,7 @@ class Robot:
             lease.renew(client.name)
 
     def begin_stop(self, who: str, *, everything: bool = True) -> Future[StopReport]:
-        """Begin a stop without waiting. An open drive has ended when this returns; the rest is under way."""
+        """Begin a stop without waiting. An open drive has ended when this returns; the stop goes on."""
         self.manual_drive.halt(f"{who} stopped the robot")
         return self._stops.begin(who, everything)
 

@@ -39,7 +39,7 @@ START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
 
 
 class Listener(socket.socket):
-    """A listening socket; it listens from the start.
+    """A socket that listens from its construction.
 
     Raises:
         OSError: Listening on this address failed; the message says what to do.
@@ -83,7 +83,7 @@ class Listener(socket.socket):
 
 
 class _Connection(socket.socket):
-    """A connection that gives its slot back when it is closed."""
+    """A connection that frees its slot when it is closed."""
 
     key: Key
     slots: ConnectionSlots
@@ -94,7 +94,7 @@ class _Connection(socket.socket):
             self.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
             self.shutdown(socket.SHUT_RDWR)
         except OSError:
-            pass  # it has ended already
+            pass  # already closed
 
     def close(self) -> None:
         """Close the socket and free its slot."""
@@ -223,7 +223,7 @@ class WebServer:
         return self._thread.is_alive()
 
     def close(self) -> None:
-        """End driving, then the server, in a bounded time. May be called again."""
+        """End driving, then the server, in a bounded time. Idempotent."""
         self.app.state.context.close("the server ends")
         self._server.should_exit = True
         if self._thread.is_alive():
@@ -253,8 +253,8 @@ def _check_tls(cert: str | Path, key: str | Path | None) -> None:
 
 
 def _run_alone(main: Coroutine[Any, Any, None]) -> None:
-    """Run in asyncio's selector event loop: it calls `Listener.accept`, which neither the proactor loop of
-    Windows nor uvloop does.
+    """Run in asyncio's selector event loop, because the proactor loop of Windows and uvloop do not call
+    `Listener.accept`.
     """
     loop = asyncio.SelectorEventLoop()
     try:

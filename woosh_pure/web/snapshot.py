@@ -1,7 +1,6 @@
-"""The robot's state as parts that can be written as JSON. Pure.
+"""The robot's state as parts for JSON. Pure.
 
-Ages are kept apart from the parts: a part changes only when the robot reports something new, an age changes
-all the time.
+Ages are separate from the parts: a part changes only with a new report of the robot, an age always.
 """
 
 from __future__ import annotations
@@ -23,11 +22,11 @@ from woosh_pure.stopping.report import StopReport
 from woosh_pure.values.state import Battery, RobotStatus
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
-"""The feeds that the snapshot is made from."""
+"""The feeds of the snapshot."""
 
 
 def text_of(document: Any) -> str:
-    """A document as JSON text. NaN and infinity become null."""
+    """Return a document as JSON text. NaN and infinity become null."""
     try:
         return _encode(document)
     except ValueError:
@@ -39,7 +38,7 @@ def _encode(document: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A value in JSON's types: dataclasses as objects, arrays as lists, enums by name, NaN as null."""
+    """Convert a value to JSON types: dataclasses to objects, arrays to lists, enums to names, NaN to null."""
     if value is None or isinstance(value, bool):
         return value
     if isinstance(value, Enum):
@@ -67,12 +66,12 @@ def plain(value: Any) -> Any:
 
 
 def ages(readings: Mapping[str, Reading[Any] | None]) -> dict[str, float | None]:
-    """Age of each feed's value in seconds; None without a value."""
+    """Return the age of each feed's value in seconds; None without a value."""
     return {name: None if r is None else round(r.age, 2) for name, r in readings.items()}
 
 
 def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
-    """The parts from feeds; None for a feed without a value."""
+    """Return the parts made from feeds; None for a feed without a value."""
     value: dict[str, Any] = {name: r.value for name, r in readings.items() if r is not None}
     status = value.get("status")
     return {
@@ -151,12 +150,12 @@ def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
 
 
 def said_part(text: str) -> dict[str, str] | None:
-    """A text of the robot or the library in both languages, as far as known; None for no text."""
+    """Return a text of the robot or the library in both languages, if known; None for no text."""
     if not text:
         return None
     said = with_words(text)
     words = getattr(said, "values", {}).get("words")
-    if words is not None:  # a status code alone: what it means
+    if words is not None:  # a status code alone: its meaning
         return {"text": printable(words.said("en")), "text_zh": printable(words.said("zh"))}
     return {"text": printable(said), "text_zh": printable(translator_for("zh").say(said))}
 
@@ -184,7 +183,7 @@ def faults_part(faults: Faults) -> dict[str, Any]:
 def lease_part(
     state: LeaseState, *, mine: str | None = None, is_page: Callable[[str], bool] = lambda name: True
 ) -> dict[str, Any]:
-    """The lease, for the client with the name `mine`; `is_page` tells pages from programs."""
+    """Return the lease for the client named `mine`; `is_page` is true for names of pages."""
     part: dict[str, Any] = {
         "holder": state.holder,
         "seconds": round(state.seconds, 1),
@@ -210,5 +209,5 @@ def stop_part(report: StopReport) -> dict[str, Any]:
 
 
 def points_part(points: Iterable[tuple[float, float]]) -> list[list[float]]:
-    """Points in m, rounded to mm, without those that have NaN or infinity."""
+    """Return points in m, rounded to mm, without those that have NaN or infinity."""
     return [[round(x, 3), round(y, 3)] for x, y in points if math.isfinite(x) and math.isfinite(y)]

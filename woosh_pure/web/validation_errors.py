@@ -34,7 +34,7 @@ def _one(error: Mapping[str, Any], schema: Schema, parts: Schema) -> str:
     kind, found = error["type"], error.get("input")
     names, schema = _at(error["loc"], schema, parts)
     choice = schema.get("discriminator")
-    if choice is not None and isinstance(found, dict):  # what tells the kinds apart is missing, or is no kind
+    if choice is not None and isinstance(found, dict):  # the discriminator is missing or unknown
         names.append(choice["propertyName"])
         schema = {"enum": list(choice["mapping"])}
         kind, found = ("wrong", found[names[-1]]) if names[-1] in found else ("missing", None)
@@ -58,12 +58,12 @@ def _one(error: Mapping[str, Any], schema: Schema, parts: Schema) -> str:
 
 
 def _at(way: Sequence[Any], schema: Schema, parts: Schema) -> tuple[list[str], Schema]:
-    """The names on the way down, and the schema there; of a member that is not known, the known ones."""
+    """Return the names along the path and the schema there, or the known members if one is unknown."""
     names = []
     for step in way:
         schema = _resolved(schema, parts)
         kinds = schema.get("discriminator", {}).get("mapping", {})
-        if step in kinds:  # pydantic names the kind that was chosen; it is no part of the request
+        if step in kinds:  # pydantic adds the chosen kind, which is not in the request
             schema = {"$ref": kinds[step]}
             continue
         names.append(str(step))
@@ -73,7 +73,7 @@ def _at(way: Sequence[Any], schema: Schema, parts: Schema) -> tuple[list[str], S
 
 
 def _resolved(schema: Schema, parts: Schema) -> Schema:
-    """The schema itself: not a reference to it, and not the choice between it and null."""
+    """Resolve a reference, and an optional schema to the one that is not null."""
     chosen = [one for one in schema.get("anyOf", ()) if one != {"type": "null"}]
     if len(chosen) == 1:
         schema = {**schema, **chosen[0]}
@@ -83,13 +83,13 @@ def _resolved(schema: Schema, parts: Schema) -> Schema:
 
 
 def _shown(value: Any) -> str:
-    """A value as JSON, if it is short."""
+    """Return a value as JSON, if it is short."""
     text = printable(json.dumps(value, ensure_ascii=False, default=lambda _: "..."))
     return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
 
 
 def _allowed(schema: Schema, parts: Schema) -> str:
-    """What a schema allows, in words."""
+    """Describe the allowed values of a schema."""
     schema = _resolved(schema, parts)
     kind = schema.get("type")
     if "const" in schema or "enum" in schema:

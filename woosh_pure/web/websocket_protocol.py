@@ -21,14 +21,14 @@ MOST_FRAMES = 4096
 class LimitedWebSocketProtocol(WebSocketsSansIOProtocol):
     """Abort the connection when a message has more than `MOST_FRAMES` frames.
 
-    uvicorn takes a protocol class as `ws=`. That this one can be extended by overriding `handle_cont` is not
-    documented; the name is public, and a test sends such frames to a real server.
+    uvicorn takes a protocol class as `ws=`. Overriding `handle_cont` is undocumented; the name is public, and
+    a test sends such frames to a real server.
     """
 
     frames_of_message = 1
 
     def handle_cont(self, event: Frame) -> None:
-        """Count a continuation frame, and pass it on while the message is within the limit."""
+        """Count a continuation frame, and handle it while the message is within the limit."""
         self.frames_of_message += 1
         if self.frames_of_message > MOST_FRAMES:
             self.transport.abort()  # further frames of the same read come here, too
