@@ -1,7 +1,7 @@
-"""The `rosproto` command, and the parts of it that the `woosh` command uses, too.
+"""The `rosproto` command, and the parts that the `woosh` command shares.
 
-`main` owns its process: it alone prints, and its result is the exit code. The other names are options that
-refuse what is out of range, the parser, how a command ends, and what a terminal is given.
+Only `main` prints; it returns the exit code. The other names are argument types with range checks, the
+parser, exit codes, and terminal output.
 """
 
 from __future__ import annotations
@@ -127,9 +127,9 @@ __all__ = [
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `rosproto` with these arguments (by default the process's own); the exit code."""
+    """Run `rosproto` with these arguments (default: `sys.argv`) and return the exit code."""
     try:
-        from .entry import main as command  # late: Ctrl-C while it loads is no traceback either
+        from .entry import main as command  # late: no traceback for Ctrl-C during the import
     except KeyboardInterrupt:
         return 130
     return command(argv)

@@ -1,15 +1,14 @@
 """Writes standard output and error in the background, so that a slow or missing reader delays nothing.
 
-A pipe that nobody reads is full after some KiB, and so is a terminal that was stopped by Ctrl-S. Who writes
-there waits for ever: a command that says "stopping" before it stops, a deadline behind a line of progress, a
-thread that logs. So one thread for each stream writes, and the command hands its text over:
+A write to a full pipe, or to a terminal stopped by Ctrl-S, blocks for ever. It would block a stop, a deadline
+or a logging thread. So one thread per stream writes, and the command only queues its text:
 
-- stdout is for documents. When `MOST` pieces wait for their reader, the command waits, too; Ctrl-C and
-  signals interrupt it. After `hurry` it does not: a command that moves something drops what nobody reads.
-- stderr is for people and logs. It never waits: with `MOST` pieces unread, further ones are dropped.
+- stdout holds documents. With `MOST` pieces unread, the command waits; Ctrl-C and signals interrupt the wait.
+  After `hurry` it drops further pieces instead: a command that moves the robot must not wait.
+- stderr holds messages and logs. It never waits: with `MOST` pieces unread, further ones are dropped.
 
-Nothing here has a lock of Python's that an exception of a signal handler could leave behind: the queue and
-the locks that are waited for are C code, and may be used again by a handler that interrupts them.
+The queue and the locks are C code: an exception in a signal handler leaves none of them locked, and a handler
+may use them again.
 """
 
 from __future__ import annotations
@@ -30,24 +29,24 @@ from .signals import Terminated
 
 MOST = 500
 """Pieces of text that may wait for their reader."""
-_LARGE = 65536  # bytes; so long a piece is waited for by itself
-_BATCH = 64  # pieces that are written at once
-_MOMENT = 0.1  # s that `flush` waits for a reader who may just be slow
-_AT_THE_END = 1.0  # s that the end of a command waits for somebody to read stderr, and what was hurried
+_LARGE = 65536  # bytes; `write` waits for a piece of this size
+_BATCH = 64  # pieces per write
+_MOMENT = 0.1  # s that `flush` waits for a slow reader
+_AT_THE_END = 1.0  # s that the end of a command waits for stderr, and for stdout after `hurry`
 _STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
 
 
 class BackgroundOutput:
-    """A text stream that a thread writes; everything else of it is the stream's own.
+    """A text stream with writes in a thread; other attributes are the stream's.
 
     Args:
-        stream: Of the process.
-        waits: Whether `write` waits for a reader when `MOST` pieces are unread.
-        after: A stream whose lines come first when both are one terminal.
+        stream: Standard output or error.
+        waits: Whether `write` blocks while `MOST` pieces are unread.
+        after: A stream to write first when both are the same terminal.
 
     Attributes:
         waits: See above.
-        dropped: Pieces that nobody read in time.
+        dropped: Number of pieces dropped.
     """
 
     def __init__(
@@ -56,12 +55,12 @@ class BackgroundOutput:
         self.waits = waits
         self.dropped = 0
         self._stream = stream
-        # The unbuffered file has no lock: a buffer's would be held for ever by a write that nobody reads, and
-        # asked for once more when the interpreter ends.
+        # The unbuffered file has no lock. A blocked write would hold a buffer's lock for ever, and the
+        # interpreter acquires it at exit.
         self._file: Any = getattr(stream.buffer, "raw", stream.buffer)
         self._encode = codecs.getincrementalencoder(stream.encoding)(stream.errors or "strict").encode
         self._after = after
-        self._pieces: SimpleQueue[bytes | threading.Lock] = SimpleQueue()  # a lock: tell when you are here
+        self._pieces: SimpleQueue[bytes | threading.Lock] = SimpleQueue()  # a lock is released when reached
         self._error: OSError | None = None
         self._unread = False
         threading.Thread(target=self._run, name="rosproto:output", daemon=True).start()
@@ -70,10 +69,10 @@ class BackgroundOutput:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Hand a text over.
+        """Queue a text.
 
         Raises:
-            OSError: Nobody reads it any more, or the disk is full; as soon as that is known.
+            OSError: The reader has gone, or the disk is full; raised by the first call after the failure.
         """
         self._fail()
         if self._after is not None:
@@ -90,25 +89,25 @@ class BackgroundOutput:
         return len(text)
 
     def writelines(self, lines: list[str]) -> None:
-        """Hand each of them over."""
+        """Queue each line."""
         for line in lines:
             self.write(line)
 
     def flush(self) -> None:
-        """Wait a moment for what was handed over, unless nobody has read for longer than that.
+        """Wait up to `_MOMENT` for the queued text, unless the reader is already slower than that.
 
-        Only the main thread waits: others serve somebody, and merely log.
+        Only the main thread waits: other threads only log.
         """
         self.settle()
         self._fail()
 
     def settle(self) -> None:
-        """As `flush`, whatever came of it."""
+        """Like `flush`, but ignore errors."""
         if not self._unread and threading.current_thread() is threading.main_thread():
             self._unread = not self.written(_MOMENT)
 
     def written(self, timeout: float | None) -> bool:
-        """Wait until everything handed over is written; False when it was not in time."""
+        """Wait until all queued text is written; return False on timeout."""
         end = None if timeout is None else time.monotonic() + timeout
         here = threading.Lock()
         here.acquire()
@@ -119,7 +118,7 @@ class BackgroundOutput:
             if end is not None and time.monotonic() >= end:
                 return False
             if end is None and not self.waits:
-                end = time.monotonic() + _AT_THE_END  # hurried meanwhile
+                end = time.monotonic() + _AT_THE_END  # `hurry` was called meanwhile
         return True
 
     def _fail(self) -> None:
@@ -147,14 +146,14 @@ class BackgroundOutput:
             except ValueError:  # closed by the program
                 self._error = OSError("the stream is closed")
             else:
-                if count is None:  # somebody has made it non-blocking
+                if count is None:  # the file is non-blocking
                     time.sleep(0.01)
                 rest = rest[count or 0 :]
 
 
 @contextmanager
 def in_background() -> Iterator[None]:
-    """Within the block stdout and stderr of this process are `BackgroundOutput`."""
+    """Replace stdout and stderr by `BackgroundOutput` within the block."""
     before: Any = sys.stdout, sys.stderr
     try:
         out = _of(sys.stdout, waits=True)
@@ -162,7 +161,7 @@ def in_background() -> Iterator[None]:
             out,
             _of(sys.stderr, waits=False, after=out if isinstance(out, BackgroundOutput) else None),
         )
-    except RuntimeError:  # no thread can be started: as without this module
+    except RuntimeError:  # no thread can be started: write directly
         ours = before
     sys.stdout, sys.stderr = ours
     try:
@@ -173,7 +172,7 @@ def in_background() -> Iterator[None]:
                 if isinstance(stream, BackgroundOutput):
                     stream.written(None if stream.waits else _AT_THE_END)
         except (KeyboardInterrupt, Terminated):
-            pass  # nobody is to read the rest
+            pass  # discard the rest
         if (sys.stdout, sys.stderr) == ours:
             sys.stdout, sys.stderr = before
 
@@ -186,14 +185,14 @@ def _of(stream: Any, *, waits: bool, after: BackgroundOutput | None = None) -> A
 
 
 def hurry() -> None:
-    """From now on stdout waits for nobody: what this command moves must not wait for who reads about it."""
+    """Let stdout drop unread text from now on, so that a motion never waits for a reader."""
     stream = _background(sys.stdout)
     if stream is not None:
         stream.waits = False
 
 
 def everything_is_written() -> None:
-    """Wait until somebody has read what stdout was given, as long as that takes; a hurried one for a second.
+    """Wait until stdout is written: without a limit, or at most `_AT_THE_END` after `hurry`.
 
     Raises:
         OSError: It cannot be written.

@@ -1,4 +1,4 @@
-"""`rosproto bag`: everything about bags, with the words of rosbag; no ROS installation needed."""
+"""`rosproto bag`: the verbs of rosbag, without a ROS installation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ VERBS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(parser, {name: _verb(*row) for name, row in VERBS.items()}, graph=False)
 
 
@@ -37,13 +37,13 @@ def _verb(module: str, name: str, text: str) -> Verb:
 
 
 def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
-    """The bag, then what `topic echo` takes."""
+    """Add the bag and the arguments of `topic echo`."""
     parser.add_argument("file", metavar="BAG")
     topic.add_echo_arguments(parser)
     parser.add_argument("--json", action="store_true", help="print messages as JSON, one a line")
 
 
 def echo(arguments: argparse.Namespace) -> int:
-    """`rosproto topic echo` on a bag; the topic may be a pattern such as '/camera/*'."""
+    """Run `rosproto topic echo` on a bag; the topic may be a pattern such as '/camera/*'."""
     arguments.bag = arguments.file
     return topic.echo(arguments)

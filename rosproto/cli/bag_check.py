@@ -1,4 +1,4 @@
-"""`rosproto bag check`: read everything, decode everything, and tell what is wrong."""
+"""`rosproto bag check`: read and decode every message, and report problems."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .options import add_json
 
 
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which bags, and the form of the report."""
+    """Add the bags and the report options."""
     parser.add_argument("bags", nargs="+", metavar="BAG")
     add_json(parser)
     parser.add_argument("-q", "--quiet", action="store_true", help="print problems only")
 
 
 def check(arguments: argparse.Namespace) -> int:
-    """0 when every bag is sound, 1 when something is wrong with one."""
+    """Check each bag; return 0 if all are sound, else 1."""
     bad = 0
     for path in arguments.bags:
         with reader_of(path, skip_damaged=True, quiet=arguments.quiet) as bag:
@@ -45,7 +45,7 @@ def check(arguments: argparse.Namespace) -> int:
 
 
 def problems_of(bag: BagReader, *, quiet: bool = True) -> list[str]:
-    """Everything wrong with a bag, in words; reads and decodes all of it."""
+    """Read and decode a whole bag, and return a sentence for each problem."""
 
     problems: list[str] = []
     classes = {number: cls for number in bag.connections if (cls := _class_of(bag, number, problems))}
@@ -78,7 +78,7 @@ def _class_of(bag: BagReader, number: int, problems: list[str]) -> type[Message]
 
 
 def _notes(bag: BagReader) -> list[str]:
-    """What is no damage, but good to know: stored definitions that are not the present ones."""
+    """Return notes without damage: stored definitions that differ from the present ones."""
 
     notes = []
     for kind, md5sum in sorted({(c.type, c.md5sum) for c in bag.connections.values()}):

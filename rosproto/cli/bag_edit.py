@@ -1,4 +1,4 @@
-"""`rosproto bag filter`, `merge`, `compress`, `decompress`: bags made from bags, messages as they are."""
+"""`rosproto bag filter`, `merge`, `compress`, `decompress`: write new bags with unchanged messages."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from .expression import Expression
 from .options import add_allow_damaged, add_compression, add_quiet, finite
 
 Entry = tuple[str, "RawMessage", "Time"]
-NAMES = ("m", "topic", "t")  # what an expression may use
+NAMES = ("m", "topic", "t")  # of an expression
 
 
 def add_span_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which topics, and which part of the time."""
+    """Add the options for topics and time span."""
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these; patterns such as '/cam/*'")
     parser.add_argument("--exclude", nargs="+", metavar="TOPIC", default=[], help="not these")
     parser.add_argument("-s", "--start", type=finite, default=None, metavar="SEC", help="leave out the first")
@@ -39,10 +39,10 @@ def add_span_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def wanted_topics(bag: BagReader, arguments: argparse.Namespace) -> list[str]:
-    """The topics of the bag that the options choose.
+    """Return the bag's topics that the options select.
 
     Raises:
-        CommandError: There is none.
+        CommandError: No topic is selected.
     """
 
     patterns = arguments.topics or ["*"]
@@ -58,7 +58,7 @@ def wanted_topics(bag: BagReader, arguments: argparse.Namespace) -> list[str]:
 
 
 def span(bag: BagReader, arguments: argparse.Namespace) -> tuple[Time | None, Time | None]:
-    """First and last moment that the options choose; None is open."""
+    """Return the first and last selected time; None means no limit."""
 
     if bag.start_time is None or (arguments.start is None and arguments.duration is None):
         return None, None
@@ -71,7 +71,7 @@ def span(bag: BagReader, arguments: argparse.Namespace) -> tuple[Time | None, Ti
 
 
 def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
-    """As rosbag filter, and options for what needs no expression."""
+    """Add the arguments of rosbag filter, and options that replace expressions."""
     parser.add_argument("bag", metavar="IN")
     parser.add_argument("output", metavar="OUT")
     parser.add_argument(
@@ -89,7 +89,7 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def filter(arguments: argparse.Namespace) -> int:
-    """Copy what is chosen."""
+    """Copy the selected messages."""
     rule = Expression(arguments.expression, NAMES) if arguments.expression else None
     shown = Expression(arguments.shown, NAMES) if arguments.shown else None
     check_new([arguments.output], arguments.bag)
@@ -98,14 +98,14 @@ def filter(arguments: argparse.Namespace) -> int:
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
         keep = None if rule is None and shown is None else _MessageFilter(bag, rule, shown)
-        total, quiet = bag.message_count, shown is not None  # what is printed would stand in the line
+        total, quiet = bag.message_count, shown is not None  # printed text would break the progress line
         kept = write(arguments.output, entries, compression_of(arguments), total, keep, quiet=quiet)
     print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
     return 0
 
 
 class _MessageFilter:
-    """Evaluates the expressions on each decoded message; what is kept is written as it was."""
+    """Evaluates the expressions on each decoded message; kept messages are written unchanged."""
 
     def __init__(self, bag: BagReader, rule: Expression | None, shown: Expression | None) -> None:
         self._bag = bag
@@ -129,7 +129,7 @@ class _MessageFilter:
 
 
 def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
-    """The new bag first, so that patterns can follow."""
+    """Add the arguments; the new bag comes first, so that patterns can follow."""
     parser.add_argument("output", metavar="OUT")
     parser.add_argument("bags", nargs="+", metavar="IN")
     add_allow_damaged(parser)
@@ -137,7 +137,7 @@ def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def merge(arguments: argparse.Namespace) -> int:
-    """All messages of several bags in one, by receive time."""
+    """Merge the messages of several bags, sorted by receive time."""
     check_new([arguments.output], *arguments.bags)
     with ExitStack() as stack:
         bags = [stack.enter_context(opened(path, arguments)) for path in arguments.bags]
@@ -153,7 +153,7 @@ def merge(arguments: argparse.Namespace) -> int:
 
 
 def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
-    """From what to what; the second name's ending tells the form."""
+    """Add the input and the output; the output's ending selects the format."""
     parser.add_argument("bag", metavar="IN")
     parser.add_argument(
         "output",
@@ -169,7 +169,7 @@ def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def convert(arguments: argparse.Namespace) -> int:
-    """The same messages, times, topics and connection headers in the other form."""
+    """Write the same messages, times, topics and connection headers in the other format."""
     if arguments.ros2:
         return _convert_ros2(arguments)
     if not arguments.output.lower().endswith((".mcap", ".bag")):
@@ -184,7 +184,7 @@ def convert(arguments: argparse.Namespace) -> int:
 
 
 def _convert_ros2(arguments: argparse.Namespace) -> int:
-    """A directory as `ros2 bag` has it."""
+    """Write a `ros2 bag` directory."""
     from rosproto.bag.ros2 import write_ros2
 
     if arguments.compression != "none":
@@ -204,13 +204,13 @@ def _convert_ros2(arguments: argparse.Namespace) -> int:
 
 
 def add_compress_arguments(parser: argparse.ArgumentParser) -> None:
-    """As rosbag compress."""
+    """Add the arguments of rosbag compress."""
     _in_place_arguments(parser)
     add_compression(parser, default="bz2")
 
 
 def add_decompress_arguments(parser: argparse.ArgumentParser) -> None:
-    """As rosbag decompress."""
+    """Add the arguments of rosbag decompress."""
     _in_place_arguments(parser)
     parser.set_defaults(compression="none")
 
@@ -224,7 +224,7 @@ def _in_place_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def compress(arguments: argparse.Namespace) -> int:
-    """Write each bag anew; without --output-dir the original becomes NAME.orig.bag."""
+    """Rewrite each bag; without --output-dir the original becomes NAME.orig.bag."""
     for path in arguments.bags:
         _rewrite(path, arguments)
     return 0
@@ -273,7 +273,7 @@ def write(
     quiet: bool = False,
     what: str = "",
 ) -> int:
-    """Write messages into a new bag, or MCAP file (`create_bag`); how many there are in it."""
+    """Write messages into a new bag or MCAP file (`create_bag`), and return their number."""
 
     with (
         whole(output),

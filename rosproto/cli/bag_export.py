@@ -1,4 +1,4 @@
-"""`rosproto bag export`: messages in forms that other programs read: CSV, PNG, NPZ, MCAP, Parquet."""
+"""`rosproto bag export`: export messages as CSV, PNG, NPZ, MCAP or Parquet."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .options import add_allow_damaged, add_quiet
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which messages, and in which form."""
+    """Add the options for messages and format."""
     parser.add_argument("bag", metavar="BAG")
     parser.add_argument(
         "form",
@@ -50,7 +50,7 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def export(arguments: argparse.Namespace) -> int:
-    """Write what is chosen; prints each file."""
+    """Export the selected messages, and print each file's name."""
     if (arguments.form is None) == (arguments.format is None):
         raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
     form = arguments.form or arguments.format
@@ -75,7 +75,7 @@ def _total(bag: BagReader, topics: list[str]) -> int:
 
 
 def _csv(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """A file for each topic; columns as `rostopic echo -p` names them."""
+    """Write a file per topic, with the column names of `rostopic echo -p`."""
     paths = new_paths(bag, topics, arguments, ".csv")
     files: dict[str, _CsvFile] = {}
     with (
@@ -93,7 +93,7 @@ def _csv(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
 
 
 class _CsvFile:
-    """One topic; arrays of changing length make rows of changing length, as rostopic does."""
+    """The CSV file of a topic; arrays of varying length give rows of varying length, as in rostopic."""
 
     def __init__(self, path: str, fields: list[str] | None) -> None:
         self.path = path
@@ -127,7 +127,7 @@ class _CsvFile:
 
 
 def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """A file for each topic, an array for each field; strings and arrays of changing length as objects."""
+    """Write a file per topic, an array per field; strings and arrays of varying length have dtype object."""
     from rosproto.bag.columns import to_numpy
 
     paths = new_paths(bag, topics, arguments, ".npz")
@@ -143,7 +143,7 @@ def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
 
 
 def _write_npz(path: str, columns: dict[str, Any]) -> None:
-    """As numpy.savez_compressed, which takes names as arguments and has one called `file` itself."""
+    """Like numpy.savez_compressed, which cannot write an array named `file`."""
     import zipfile
 
     import numpy as np
@@ -167,7 +167,7 @@ def _span_mask(bag: BagReader, arguments: argparse.Namespace, times: Any) -> Any
 
 
 def _leaves(cls: Any, prefix: str = "") -> list[str]:
-    """Paths of every field that is no message; arrays of messages have no columns."""
+    """Return the paths of all leaf fields; arrays of messages have no columns."""
 
     message, found = cls(), []
     for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
@@ -183,7 +183,7 @@ def _leaves(cls: Any, prefix: str = "") -> list[str]:
 
 
 def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """A file for each image, named by its receive time, in a new folder for each topic."""
+    """Write a file per image, named by its receive time, in a new folder per topic."""
     images = [topic for topic in topics if bag.topics[topic].connections[0].type in IMAGES]
     if not images:
         raise CommandError(f"{bag.path}: none of the topics has images ({', '.join(IMAGES)})")
@@ -202,7 +202,7 @@ def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
 
 
 def _free(path: str, ending: str, written: set[str]) -> str:
-    """The path, with a number behind it when this export has written it: two pictures of one moment."""
+    """Return the path, with a number appended if this export has already written it (equal times)."""
     name, number = path + ending, 1
     while name in written:
         number += 1
@@ -215,7 +215,7 @@ def _free(path: str, ending: str, written: set[str]) -> str:
 
 
 def _mcap(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """One file in the ros1 profile, messages as they are; Foxglove opens it."""
+    """Write one file in the ros1 profile with unchanged messages; Foxglove opens it."""
     need("mcap.writer", "mcap", "mcap")
     path = arguments.output or next_to(arguments.bag) + ".mcap"
     check_new([path], arguments.bag)
@@ -229,7 +229,7 @@ FORMS: dict[str, Form] = {"csv": _csv, "npz": _npz, "png": _png, "mcap": _mcap, 
 
 
 # -- pictures -----------------------------------------------------------------------------------------------
-# sensor_msgs/Image and CompressedImage as PNG; Pillow is needed for the compressed ones alone.
+# sensor_msgs/Image and CompressedImage as PNG; only CompressedImage needs Pillow.
 #
 # Source: REP 118 for depth images.
 
@@ -240,15 +240,14 @@ DEPTH = ("16UC1", "32FC1")
 
 
 def png_of(message: Any, *, scale_depth: bool = False) -> bytes:
-    """The PNG file of a message; Bayer patterns as they are, depth as 16-bit grey in mm.
+    """Convert a message to PNG; Bayer patterns stay raw, depth becomes 16-bit grey in mm.
 
     Args:
         message: A sensor_msgs/Image or CompressedImage.
-        scale_depth: True scales each depth image to its own range, for looking at.
+        scale_depth: Scale each depth image to its own range, for display.
 
     Raises:
-        CommandError: An encoding that is not known, data that do not fit the size, or Pillow is needed and
-            absent.
+        CommandError: Unknown encoding, data that do not match the size, or Pillow is missing.
     """
     from rosproto.numeric.pngfile import encode_png, is_png
 
@@ -276,7 +275,7 @@ def _converted(data: bytes) -> bytes:
 
 
 def pixels_of(message: Any) -> Any:
-    """The pixels of a sensor_msgs/Image, in the order of a picture; metres (32FC1) become millimetres."""
+    """Return the pixels of a sensor_msgs/Image, row by row; metres (32FC1) become millimetres."""
     import numpy as np
 
     from rosproto.numeric.images import PICTURES, depth_millimetres, image_to_array, picture_order

@@ -1,7 +1,7 @@
-"""`rosproto bag info`: what is in a bag, in the words of `rosbag info`, with a curve of each topic's rate.
+"""`rosproto bag info`: the output of `rosbag info`, with a curve of each topic's rate.
 
-Only the index is read, so the answer comes at once for a bag of any size. Text and
-YAML are rosbag's, line by line; the curves are appended to the lines, and --plain leaves them out.
+It reads only the index. Text and YAML equal rosbag's; the curves are appended to the lines; --plain omits
+them.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from .console import print_json
 from .exit_codes import CommandError
 
 CURVE = 24  # characters
-FINE = 16  # chunks that must fit into one of these before their messages count as of one moment
+FINE = 16  # minimum chunks per part to treat a chunk as one moment
 
 
 def add_info_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of rosbag info, and ours."""
+    """Add the options of rosbag info, and our own."""
     parser.add_argument("bags", nargs="+", metavar="BAG")
     parser.add_argument("-y", "--yaml", action="store_true", help="print YAML, as rosbag does")
     parser.add_argument("-k", "--key", help="print only this (with --yaml)")
@@ -36,7 +36,7 @@ def add_info_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def info(arguments: argparse.Namespace) -> int:
-    """Print what each bag holds."""
+    """Print the contents of each bag."""
     if arguments.key and not arguments.yaml:
         raise CommandError("--key chooses a part of the YAML: add --yaml")
 
@@ -70,7 +70,7 @@ def _yaml(found: Facts, key: str | None) -> str:
 
 
 def _steps(bag: BagReader, freq: bool, drawn: bool) -> int:
-    """How often `facts` and `_counts` will call: once for a chunk, and once for each topic's times in it."""
+    """Number of progress steps: one per chunk, and one per topic in each chunk."""
     topics = {number: connection.topic for number, connection in bag.connections.items()}
     times = sum(len({topics[n] for n in chunk.counts if n in topics}) for chunk in bag.chunks)
     return len(bag.chunks) + times * (freq + (drawn and not _told_by_chunks(bag)))
@@ -80,10 +80,10 @@ def _steps(bag: BagReader, freq: bool, drawn: bool) -> int:
 
 
 def _counts(bag: BagReader, step: Callable[[], None]) -> dict[str, list[int]]:
-    """Messages of each topic in each of `CURVE` equal parts of the bag's time; reads no messages.
+    """Count each topic's messages in each of `CURVE` equal parts of the bag's time, without reading messages.
 
-    The chunks' own counts do where chunks are much shorter than a part, as in every large bag; otherwise the
-    index records tell the time of each message.
+    It uses the counts of the chunks if these are much shorter than a part, as in large bags; otherwise the
+    times in the index records.
     """
     if bag.start_time is None or bag.end_time is None:
         return {}
@@ -123,7 +123,7 @@ def _curves(found: dict[str, list[int]]) -> dict[str, str]:
 
 
 def _curve(counts: list[int], plain: bool) -> str:
-    """From nothing, not from the least, so that an even rate is an even line of full height."""
+    """Draw from zero, not from the minimum: a constant rate is a line of full height."""
     return sparkline([0.0, *map(float, counts)], ascii_only=plain)[1:]
 
 
@@ -135,11 +135,11 @@ ASCII_BARS = "_.-=+*%#"
 
 
 def sparkline(values: Sequence[float], *, width: int | None = None, ascii_only: bool = False) -> str:
-    """One character a value, low to high; NaN is a space.
+    """Draw one character per value, low to high; NaN is a space.
 
     Args:
-        values: Any finite range; all equal gives the lowest bar.
-        width: At most this many characters: neighbours are averaged.
+        values: Finite numbers or NaN; equal values give the lowest bar.
+        width: Maximum number of characters; neighbours are averaged.
         ascii_only: For terminals whose encoding lacks block characters.
     """
     values = list(values) if width is None or len(values) <= width else _averaged(values, width)

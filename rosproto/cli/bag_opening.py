@@ -1,4 +1,4 @@
-"""Opens the recording of a command, a file or a URL, and reports its damage."""
+"""Opens a command's recording (file or URL) and reports damage."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .exit_codes import CommandError, say
 def reader_of(
     path: str, *, skip_damaged: bool = False, quiet: bool = False, bags_only: bool = False
 ) -> BagReader:
-    """A reader of a bag or an MCAP file; one without an index is scanned, which takes as long as reading it.
+    """Open a bag or MCAP file; a file without an index is scanned, which takes as long as reading it.
 
-    For commands whose answer is what is wrong with a file; `opened` is for all others.
+    Only for commands that report damage themselves; others use `opened`.
 
     Raises:
-        BagError: It cannot be opened, or is neither; with `bags_only` also when it is MCAP.
+        BagError: It cannot be opened, or has another format; with `bags_only` also for MCAP.
     """
 
     with Progress(f"opening {path}", quiet=quiet, in_bytes=True) as progress:
@@ -35,11 +35,10 @@ def reader_of(
 def opened(
     path: str, arguments: argparse.Namespace, *, quiet: bool = False, bags_only: bool = False
 ) -> BagReader:
-    """As `reader_of`, for a command that takes the messages.
+    """Like `reader_of`, for commands that use the messages.
 
-    When the file is damaged, this is told at once on stderr, and the command ends with `FAILED` even if it
-    does all the rest, because messages may be missing: `arguments.incomplete` tells the entry. With
-    --allow-damaged (see `add_allow_damaged`) it ends as otherwise.
+    Damage is reported at once on stderr. Because messages may be missing, `arguments.incomplete` is set and
+    the command ends with `FAILED`, unless --allow-damaged is given (see `add_allow_damaged`).
     """
     bag = reader_of(path, quiet=quiet, bags_only=bags_only)
     if bag.damage:
@@ -49,7 +48,7 @@ def opened(
 
 
 def damage_sentence(path: str, damage: Sequence[str]) -> str:
-    """What is wrong with a file, and what that means for its messages."""
+    """Describe a file's damage and its effect on the messages."""
     others = len(damage) - 1
     more = f" (and {counted(others, 'other problem')}; see: rosproto bag check {path})" if others else ""
     return (
@@ -59,7 +58,7 @@ def damage_sentence(path: str, damage: Sequence[str]) -> str:
 
 
 def next_to(path: str) -> str:
-    """The name for what is made of a recording, without an ending: beside it; of a URL, in this directory."""
+    """Return the output path of a recording, without ending: next to it, or in this directory for a URL."""
     if not is_remote(path):
         return os.path.splitext(path)[0]
     name = os.path.splitext(os.path.basename(unquote(urlsplit(path).path)))[0]
@@ -67,10 +66,10 @@ def next_to(path: str) -> str:
 
 
 def check_local(path: str, instead: str) -> None:
-    """Refuse a URL where a file is written in place.
+    """Refuse a URL for a command that writes in place.
 
     Raises:
-        CommandError: It is one; says what to do instead.
+        CommandError: The path is a URL; the text names an alternative.
     """
     if is_remote(path):
         raise CommandError(f"{path} is changed in place, and a URL cannot be written; {instead}")

@@ -1,7 +1,6 @@
-"""Output files of commands on recordings: never an existing file, and complete or absent.
+"""Output files of commands on recordings: a new file, complete or absent.
 
-`bag filter`, `merge`, `convert`, `compress`, `fix` and `export` keep to that: half a file would pass for the
-whole.
+This holds for `bag filter`, `merge`, `convert`, `compress`, `fix` and `export`.
 """
 
 from __future__ import annotations
@@ -24,10 +23,10 @@ MCAP_COMPRESSION: Literal["zstd"] = "zstd"
 
 
 def check_new(outputs: Iterable[str], *inputs: str) -> None:
-    """Refuse outputs that exist (an empty folder may), or are what is read.
+    """Refuse outputs that exist (other than empty folders) or are inputs.
 
     Raises:
-        CommandError: One of them is.
+        CommandError: An output exists or is an input.
     """
     for output in outputs:
         if any(os.path.realpath(output) == os.path.realpath(path) for path in inputs):
@@ -38,7 +37,7 @@ def check_new(outputs: Iterable[str], *inputs: str) -> None:
 
 @contextmanager
 def whole(path: str) -> Iterator[None]:
-    """Within the block this file, which was `check_new`, is written; when that fails, nothing is left of it.
+    """Write this file (see `check_new`) within the block; remove it on failure.
 
     Raises:
         CommandError: See `named`.
@@ -54,7 +53,7 @@ def whole(path: str) -> Iterator[None]:
 
 @contextmanager
 def named(path: str) -> Iterator[None]:
-    """Within the block this file is written, and an error of the system names it.
+    """Write this file within the block; operating system errors name it.
 
     Raises:
         CommandError: It cannot be written.
@@ -62,7 +61,7 @@ def named(path: str) -> Iterator[None]:
     try:
         yield
     except OutputError:
-        raise  # a print within the block
+        raise  # from a print within the block
     except (OSError, BagError) as error:
         problem = _problem_of(error, path)
         if problem is None:
@@ -72,9 +71,9 @@ def named(path: str) -> Iterator[None]:
 
 
 def _problem_of(error: OSError | BagError, path: str) -> BaseException | None:
-    """What kept this file from being written; None when the error is about something else.
+    """Return the cause of a write error of this file; None for other errors.
 
-    A writer of bags says how much of its file can be read, which is not true of a file that is removed.
+    The text of a bag writer's error says how much is readable, which is wrong for a removed file.
     """
     if isinstance(error, BagError):
         return error.__cause__ if error.path == path else None
@@ -82,6 +81,6 @@ def _problem_of(error: OSError | BagError, path: str) -> BaseException | None:
 
 
 def compression_of(arguments: argparse.Namespace) -> Compression:
-    """How `arguments.output` is compressed: as the options say, else a bag not at all, MCAP by zstd."""
+    """Compression of `arguments.output` by the options; default: none for a bag, zstd for MCAP."""
     chosen: Compression = arguments.compression
     return MCAP_COMPRESSION if chosen == "none" and is_mcap_name(arguments.output) else chosen

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def add_play_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of rosbag play."""
+    """Add the options of rosbag play."""
     add_graph_options(parser, as_json=False)
     parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
     parser.add_argument("-r", "--rate", type=finite, default=1.0, metavar="FACTOR", help="times as fast")
@@ -72,7 +72,7 @@ def play(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         bags = [stack.enter_context(opened(path, arguments, quiet=arguments.quiet)) for path in paths]
         stack.enter_context(interrupt_on_signals())
-        # A thread that waits for the interpreter gets it after 5 ms by default: too late for a message.
+        # The default switch interval of 5 ms is too long for the timing of messages.
         stack.callback(sys.setswitchinterval, sys.getswitchinterval())
         sys.setswitchinterval(0.0005)
         node = stack.enter_context(open_node(arguments, "play"))
@@ -127,7 +127,7 @@ def _global(name: str) -> str:
 
 
 class _Console:
-    """Keys in, a progress line out; called by the player about 20 times a second."""
+    """Reads keys and shows a progress line; the player calls it about 20 times a second."""
 
     def __init__(self, quiet: bool) -> None:
         self.keyboard = Keyboard()
@@ -162,7 +162,7 @@ class _Console:
             f"{state} bag time {player.position_ns / 1e9:.3f}  {player.position:.2f} / "
             f"{player.timeline.duration:.2f} s  {counted(player.published, 'message')}"
         )
-        text = text[: shutil.get_terminal_size().columns - 1]  # a longer line could not be written over
+        text = text[: shutil.get_terminal_size().columns - 1]  # only one line can be overwritten
         own(sys.stderr).write("\r" + text.ljust(self._shown))
         sys.stderr.flush()
         self._shown = len(text)

@@ -1,7 +1,6 @@
 """The progress line of a long command, on stderr; not shown in the first second.
 
-It is written over with each step, and by a thread of its own while one step takes long: a server that answers
-slowly must not look like a command that hangs.
+Each step updates it; a thread updates it during a long step, such as a slow server's answer.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ EVERY = 0.25
 
 
 class Progress:
-    """Tells progress in one line that is written over; use it in a `with` block.
+    """Reports progress in one line that is overwritten; use it in a `with` block.
 
     Args:
-        what: For example "compressing run.bag"; with "" the line is what `show` is given, and nothing else.
-        total: How many steps there are; None when nobody knows.
-        stream: A terminal, else nothing is written.
+        what: For example "compressing run.bag"; with "" only `show` sets the line.
+        total: Number of steps; None if unknown.
+        stream: Output; nothing is written unless it is a terminal.
         quiet: Write nothing.
         in_bytes: The steps are bytes.
     """
@@ -49,7 +48,7 @@ class Progress:
         self._shown = 0
         self._count = 0
         self._in_bytes = in_bytes
-        self._writing = threading.RLock()  # of this thread too: Ctrl-C may come in the middle of a line
+        self._writing = threading.RLock()  # reentrant: Ctrl-C may interrupt a write
         self._ended = threading.Event()
         self._ticker: threading.Thread | None = None
 
@@ -62,7 +61,7 @@ class Progress:
     def __exit__(self, *exc: object) -> None:
         self._ended.set()
         if self._ticker is not None:
-            self._ticker.join(1.0)  # a terminal that was stopped (Ctrl-S) may keep it
+            self._ticker.join(1.0)  # Ctrl-S may block the thread
         self.clear()
 
     def _tick(self) -> None:
@@ -70,24 +69,24 @@ class Progress:
             try:
                 self._look()
             except (OSError, ValueError):
-                return  # the terminal has gone: the command notices by itself
+                return  # the terminal has gone: the command detects it
 
     def step(self, count: int = 1) -> None:
-        """So many more are done; cheap enough to be called for each message."""
+        """Add `count` to the steps done; cheap enough to call for each message."""
         self._count += count
-        # Small steps come by the thousand: the clock is not asked each time.
+        # Read the clock only now and then: there are thousands of small steps.
         if self._on and (count > 1 or not self._count & 63 or (self._total or 1024) < 1024):
             self._look()
 
     def at(self, done: int, total: int | None = None) -> None:
-        """So many are done, of so many; without `total` of as many as before."""
+        """Report `done` of `total`; without `total` the previous one stays."""
         self._count = done
         self._total = total or self._total
         if self._on:
             self._look()
 
     def go_on(self, what: str, total: int) -> None:
-        """The next part of the work, of so many steps that are no bytes."""
+        """Begin the next part of the work, with `total` steps that are not bytes."""
         with self._writing:
             self._what, self._total, self._count, self._in_bytes = what, total, 0, False
             self._began = time.monotonic()
@@ -102,9 +101,9 @@ class Progress:
                 self.show(_end_of(self.text(now - self._began), _room()))
 
     def text(self, seconds: float) -> str:
-        """The line after so many seconds."""
+        """Return the line after `seconds`."""
         rate = self._count / seconds if seconds > 0 else 0.0
-        if not rate and seconds >= FIRST_AFTER:  # before the first step nobody knows what is left
+        if not rate and seconds >= FIRST_AFTER:  # no estimate before the first step
             return f"{self._what}: {seconds:.0f} s"
         speed = f"{human_bytes(rate)}/s" if self._in_bytes else f"{rate:.0f}/s"
         if not self._total:
@@ -114,7 +113,7 @@ class Progress:
         return f"{self._what}: {100 * self._count // self._total} % ({speed}, {left:.0f} s left)"
 
     def show(self, text: str) -> None:
-        """Write over the line."""
+        """Overwrite the line."""
         if not self._on:
             return
         text = cut(printable(text), _room())
@@ -124,7 +123,7 @@ class Progress:
             self._shown = width(text)
 
     def clear(self) -> None:
-        """Take the line away."""
+        """Erase the line."""
         with self._writing:
             if self._on and self._shown:
                 own(self._stream).write("\r" + " " * self._shown + "\r")
@@ -133,12 +132,12 @@ class Progress:
 
 
 def _room() -> int:
-    """Columns of the line: a longer one could not be written over."""
+    """Return the maximum columns of a line that can be overwritten."""
     return shutil.get_terminal_size().columns - 1
 
 
 def _end_of(text: str, room: int) -> str:
-    """What fits of a line that is too long: the numbers stand at its end, behind a path or a URL."""
+    """Shorten a line from the left: its numbers are at the end."""
     if width(text) <= room:
         return text
     while text and width(text) > room - 3:

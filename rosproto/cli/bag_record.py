@@ -26,7 +26,7 @@ MB = 1 << 20
 
 
 def add_record_arguments(parser: argparse.ArgumentParser) -> None:
-    """What to record; see also `add_output_options`."""
+    """Add the topics to record; see also `add_output_options`."""
     add_graph_options(parser, as_json=False)
     parser.add_argument("topics", nargs="*", metavar="TOPIC")
     parser.add_argument("-a", "--all", action="store_true", help="every topic, also those that appear later")
@@ -41,7 +41,7 @@ def add_record_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
-    """Where to, how, and how long."""
+    """Add the options for output, format and duration."""
     parser.add_argument(
         "-o", "--output-prefix", metavar="PREFIX", help="the name begins so, the date follows"
     )
@@ -78,7 +78,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
 
 
 def seconds_of(text: str) -> float:
-    """30, 30s, 5m, 2h in seconds."""
+    """Convert 30, 30s, 5m or 2h to seconds."""
     found = re.fullmatch(r"([0-9]{1,9}(?:\.[0-9]{0,9})?)([smh]?)", text)
     if found is None or not float(found[1]) > 0:
         raise argparse.ArgumentTypeError(f"{text[:40]!r} is no duration: write 30, 5m or 2h")
@@ -86,10 +86,10 @@ def seconds_of(text: str) -> float:
 
 
 def recorder_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The arguments of `Recorder` that `add_output_options` gives.
+    """Return the arguments of `Recorder` for the options of `add_output_options`.
 
     Raises:
-        CommandError: Options that contradict each other.
+        CommandError: Contradictory options.
     """
     splits = arguments.split
     size = None if arguments.size is None else int(arguments.size * MB)
@@ -140,7 +140,7 @@ def record(arguments: argparse.Namespace) -> int:
 
 
 def _await_clock(node: Node, quiet: bool) -> None:
-    """With simulated time, record nothing before there is a time: it would be stamped with 0."""
+    """With simulated time, wait for the first time: earlier messages would be stamped 0."""
     if node.clock.wait_for_time(0.5):
         return
     if not quiet:
@@ -150,7 +150,7 @@ def _await_clock(node: Node, quiet: bool) -> None:
 
 
 def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
-    """Show how the recording goes until it ends or is interrupted; then finish it. 1 when messages were lost.
+    """Show progress until the recording ends or is interrupted, then finish; return 1 if messages were lost.
 
     Raises:
         BagError: Writing failed.
@@ -161,7 +161,7 @@ def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
         while not recorder.wait(0.5):
             line.show(recorder.stats())
     except KeyboardInterrupt:
-        pass  # the orderly end of a recording
+        pass  # the normal end of a recording
     finally:
         line.end()
         try:
@@ -180,7 +180,7 @@ def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
 
 
 class _Line:
-    """The progress line on stderr: written over on a terminal, every ten seconds into a log."""
+    """The progress line on stderr: overwritten on a terminal, every ten seconds in a log."""
 
     def __init__(self, quiet: bool) -> None:
         self._quiet = quiet
@@ -207,7 +207,7 @@ class _Line:
         sys.stderr.flush()
 
     def text(self, stats: RecorderStats) -> str:
-        """The line."""
+        """Return the line."""
         rate = "-"
         if self._before is not None and stats.seconds > self._before.seconds:
             rate = human_bytes(

@@ -1,4 +1,4 @@
-"""`rosproto bag reindex` and `fix`: bags that a crash or a bad copy left behind."""
+"""`rosproto bag reindex` and `fix`: repair bags after a crash or a bad copy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .options import add_compression, add_quiet
 
 
 def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which bags, and where the mended ones go."""
+    """Add the bags and the output folder."""
     parser.add_argument("bags", nargs="+", metavar="BAG", help="also the .bag.active of a dead recorder")
     parser.add_argument("--output-dir", metavar="DIR", help="mend a copy there; the bags are not touched")
     parser.add_argument("-f", "--force", action="store_true", help="replace what is there")
@@ -27,7 +27,7 @@ def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def reindex(arguments: argparse.Namespace) -> int:
-    """Mend each bag, in place or a copy; an .active file gets its final name."""
+    """Repair each bag in place or as a copy; an .active file gets its final name."""
 
     for path in arguments.bags:
         check_local(path, "rosproto bag fix URL NEW.bag writes a new bag of what is there")
@@ -50,7 +50,7 @@ def reindex(arguments: argparse.Namespace) -> int:
 
 
 def _copied(path: str, folder: str, force: bool, quiet: bool) -> str:
-    """A copy to be mended; its path."""
+    """Copy a bag for repair and return the path."""
     output = os.path.join(folder, os.path.basename(path))
     if os.path.realpath(output) == os.path.realpath(path):
         raise CommandError(f"{output} is what is read; choose another directory")
@@ -75,14 +75,14 @@ def _copy(path: str, output: str, quiet: bool) -> None:
 
 
 def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
-    """From where to where."""
+    """Add the input and the output."""
     parser.add_argument("bag", metavar="DAMAGED", help="is not changed")
     parser.add_argument("output", metavar="OUTPUT", help="a new bag")
     add_compression(parser)
 
 
 def fix(arguments: argparse.Namespace) -> int:
-    """Write every message that can be read into a new bag."""
+    """Write every readable message into a new bag."""
 
     check_new([arguments.output], arguments.bag)
     with whole(arguments.output), Progress(f"opening {arguments.bag}", in_bytes=True) as progress:

@@ -1,8 +1,7 @@
 """`rosproto completion`: completion of commands, options and names for bash, zsh, fish and PowerShell.
 
-The script a shell loads asks this command itself (`completion _words =... =...`), which walks the argparse
-parsers as the command line: nothing is listed twice, and names (topics, marks) are looked up when asked for.
-Where a message is to be typed, every field of its type is offered with its default.
+The shell's script calls this command (`completion _words =... =...`), which walks the argparse parsers and
+looks names up (topics, marks). For a message it offers every field with its default.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ _FILE_DESTS = frozenset(("file", "files", "bag", "bags", "program", "output", "i
 MASTER_PATIENCE = 0.5
 """Seconds that a master may take to tell its topics: a person waits with a finger on the Tab key."""
 
-# Each word goes with a "=" before it: no word is empty then, and none looks like an option.
+# Each word has a "=" in front: so no word is empty or looks like an option.
 _BASH = """\
 # {prog} completion for bash: put `eval "$({prog} completion bash)"` into ~/.bashrc
 _{name}_complete() {{
@@ -92,19 +91,19 @@ SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "powershell": _POWERSHELL}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which shell."""
+    """Add the shell."""
     parser.add_argument(
         "shell",
         choices=[*SHELLS, "_words"],
         metavar="SHELL",
         help=f"{', '.join(SHELLS)}: print its script, whose first line says where to put it",
     )
-    # What the scripts call: `words =WORD ...`, what was typed so far, the last one unfinished.
+    # What the scripts call: `words =WORD ...`, the typed words, the last one unfinished.
     parser.add_argument("words", nargs="*", default=[], help=argparse.SUPPRESS)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the script, or what fits."""
+    """Print the script or the completions."""
     from .entry import parser_for
 
     return answer(
@@ -121,12 +120,12 @@ def answer(
     parser_for: Callable[[Sequence[str]], argparse.ArgumentParser],
     names: Mapping[str, Names],
 ) -> int:
-    """Do what `completion` of a command does.
+    """Run the `completion` of a command.
 
     Args:
-        prog: The command.
-        arguments: As `add_arguments` describes them.
-        parser_for: Gives the parser that understands the given words.
+        prog: Name of the command.
+        arguments: See `add_arguments`.
+        parser_for: Returns the parser for the given words.
         names: By the name of an argument: what to offer for it.
     """
     if arguments.shell in SHELLS:
@@ -148,14 +147,14 @@ def _walked(parser: argparse.ArgumentParser, words: Sequence[str]) -> _Walk:
 
 
 def script(prog: str, shell: str) -> str:
-    """What the shell has to load."""
+    """Return the script for the shell to load."""
     return SHELLS[shell].format(prog=prog, name=prog.replace("-", "_"))
 
 
 def complete(
     parser: argparse.ArgumentParser, words: Sequence[str], names: Mapping[str, Names] | None = None
 ) -> list[str]:
-    """What the last word may become; sorted.
+    """Return the completions of the last word, sorted.
 
     Args:
         parser: Of the whole command.
@@ -163,7 +162,7 @@ def complete(
         names: By the name of an argument: what to offer for it.
     """
     *done, current = words
-    current = current.lstrip("'")  # of a template that stands in quotes
+    current = current.lstrip("'")  # of a quoted template
     walk = _walked(parser, done)
     if current.startswith("-") and walk.expected is None:
         offers: Iterable[str] = walk.options()
@@ -173,10 +172,10 @@ def complete(
 
 
 class _Walk:
-    """Where in the command line we are.
+    """The position in a command line.
 
     Attributes:
-        expected: The option whose value comes next, None when no option waits for one.
+        expected: The option whose value comes next, or None.
         given: The words of each positional argument so far, by its name.
     """
 
@@ -191,7 +190,7 @@ class _Walk:
         self._left = 0
 
     def take(self, word: str) -> None:
-        """Go on by a finished word."""
+        """Advance by a finished word."""
         if self.expected is not None and not word.startswith("--"):
             self._left -= 1
             self.expected = self.expected if self._left > 0 else None
@@ -218,14 +217,14 @@ class _Walk:
             self._positionals.pop(0)
 
     def takes_file(self) -> bool:
-        """Whether the next word may be the name of a file or folder."""
+        """Whether the next word may be a file or folder."""
         action = self.expected or (self._positionals[0] if self._positionals else None)
         if action is None:
             return False
         return action.metavar in _FILE_NAMES or action.dest in _FILE_DESTS or action.type is Path
 
     def options(self) -> list[str]:
-        """Options that may stand here."""
+        """Return the options allowed here."""
         return [
             text
             for action in actions_of(self._parser)
@@ -234,7 +233,7 @@ class _Walk:
         ]
 
     def offers(self, names: Mapping[str, Names]) -> Iterable[str]:
-        """Values that may stand here."""
+        """Return the values allowed here."""
         action = self.expected or (self._positionals[0] if self._positionals else None)
         if action is None:
             return []
@@ -245,7 +244,7 @@ class _Walk:
 
 
 def _names_of(words: Sequence[str]) -> dict[str, Names]:
-    """What the graph offers; nothing when its master does not answer at once."""
+    """Return the names of the graph; none if the master does not answer at once."""
     from rosproto.node.graph.master_client import MasterClient
 
     def ask(question: Callable[[MasterClient], Iterable[Any]]) -> Callable[[], list[Any]]:
@@ -259,14 +258,14 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
         return names
 
     def values() -> Iterable[str]:
-        """What a message or request looks like: `{data: ""}`; once, then it is edited."""
+        """Offer the template of a message or request (`{data: ""}`), once."""
         from .entry import parser_for
 
         given = _walked(parser_for(words), words[:-1]).given
         return [] if "values" in given else template_of(words, given)
 
     def types() -> Iterable[str]:
-        """The type that the topic has already, or all."""
+        """Offer the topic's type, or all types."""
         from .entry import parser_for
 
         topic = _walked(parser_for(words), words[:-1]).given.get("topic", [""])[0]
@@ -340,7 +339,7 @@ def _class_of(kind: str) -> Any:
 
 
 def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> list[str]:
-    """For `topic pub TOPIC TYPE` and `service call NAME`: the template, or nothing.
+    """Return the template for `topic pub TOPIC TYPE` and `service call NAME`, or nothing.
 
     Args:
         words: The command line so far.
@@ -364,5 +363,5 @@ def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> lis
             request = service_class(kind, library_for(options, kind, "srv")).Request
             return [template(request)] if request.__slots__ else []
     except (RosError, ValueError):
-        pass  # nobody knows the type, or nobody answers: nothing to offer
+        pass  # unknown type or no answer: no template
     return []

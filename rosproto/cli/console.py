@@ -1,10 +1,9 @@
-"""The terminal on any OS, and printing to it: nothing that a peer sent can control it.
+"""The terminal on any OS, and printing to it: text of a peer cannot control the terminal.
 
-While a command runs, `sys.stdout` and `sys.stderr` escape every control character, direction mark and
-invisible one (see `rosproto.text`) except line ends and tabs. So a print of anything, from anywhere, is safe;
-what moves the cursor or colours is our own and says so: `own(stream).write("\\r...")`. A peer's text that
-must not begin a line either (a name, an error, a cell) goes through `printable` where it is put into one.
-Nothing fails for want of characters, either.
+While a command runs, `sys.stdout` and `sys.stderr` escape control characters, direction marks and invisible
+characters (see `rosproto.text`) except line ends and tabs. So every print is safe. Our own control sequences
+use `own(stream).write("\\r...")`. A peer's text inside a line (a name, an error, a cell) goes through
+`printable`, which escapes line ends, too. Characters that the encoding lacks raise no error.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ _PROCESSED_OUTPUT, _VIRTUAL_TERMINAL = 0x1, 0x4
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """True when a person reads this stream; a closed or missing stream is none."""
+    """Whether the stream is a terminal; False for a closed or missing one."""
     try:
         return stream is not None and stream.isatty()
     except ValueError:
@@ -35,7 +34,7 @@ def is_terminal(stream: TextIO | None) -> bool:
 
 
 def terminal_size() -> tuple[int, int]:
-    """Columns and lines of the terminal."""
+    """Return columns and lines of the terminal."""
     import shutil
 
     columns, lines = shutil.get_terminal_size((80, 24))
@@ -43,18 +42,18 @@ def terminal_size() -> tuple[int, int]:
 
 
 def shows_unicode(stream: TextIO | None) -> bool:
-    """True when bars, dots and box characters can be written to it."""
+    """Whether the stream can encode bars, dots and box characters."""
     return (getattr(stream, "encoding", None) or "").lower().startswith("utf")
 
 
 def clear(stream: TextIO) -> None:
-    """Empty the screen; where there is none, or none that understands, nothing happens."""
+    """Clear the screen, if the stream is a terminal with escape sequences."""
     if enable_escapes(stream):
         own(stream).write("\x1b[2J\x1b[H")
 
 
 def enable_escapes(stream: TextIO | None) -> bool:
-    """Whether escape sequences work on `stream`; a Windows console is asked to understand them."""
+    """Whether escape sequences work on `stream`; enables them on a Windows console."""
     if not is_terminal(stream):
         return False
     if sys.platform != "win32":
@@ -83,10 +82,10 @@ _READABLE = {
 
 
 def escape_what_cannot_be_printed() -> None:
-    """Let stdout and stderr write `deg` for a degree sign that they lack; what has no such form is escaped.
+    """Let stdout and stderr replace a character that they lack (`deg` for a degree sign) or escape it.
 
-    A pipe on Windows has the machine's code page (cp1252), and so has Linux with LC_ALL=C in part: neither
-    knows the bars, trees, arrows and Chinese texts of robots. A console on Windows shows all of them.
+    A pipe on Windows (cp1252) and Linux with LC_ALL=C lack bars, trees, arrows and Chinese. A Windows console
+    shows all of them.
     """
     if sys.stdout is None:  # closed by a shell (>&-), or absent as under pythonw.exe
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the whole process)
@@ -101,23 +100,23 @@ class OutputError(OSError):
 
     @classmethod
     def of(cls, error: OSError) -> OSError:
-        """The exception for a system error of an output stream, which could be taken for another file's."""
+        """Convert a stream's system error, to distinguish it from those of other files."""
         if isinstance(error, (cls, BrokenPipeError)):
             return error
         return cls(error.errno, error.strerror or str(error))
 
 
 class EscapingStream:
-    """A text stream whose controls are escaped; everything else is that stream's."""
+    """A text stream that escapes control characters; other attributes are the stream's."""
 
     def __init__(self, stream: TextIO) -> None:
         self.unguarded = stream
 
     def write(self, text: str) -> int:
-        """Write it, fit for a terminal; the number of its characters.
+        """Write the escaped text; return its number of characters.
 
         Raises:
-            OutputError: It cannot be written; also from what was handed over before.
+            OutputError: It, or earlier text, cannot be written.
         """
         try:
             self.unguarded.write(printable(text, keep="\n\t"))
@@ -126,14 +125,14 @@ class EscapingStream:
         return len(text)
 
     def flush(self) -> None:
-        """Hand over what waits; errors as `write`."""
+        """Flush the stream; errors as `write`."""
         try:
             self.unguarded.flush()
         except OSError as error:
             raise OutputError.of(error) from None
 
     def writelines(self, lines: Sequence[str]) -> None:
-        """Write each of them."""
+        """Write each line."""
         for line in lines:
             self.write(line)
 
@@ -143,7 +142,7 @@ class EscapingStream:
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """Within the block stdout and stderr escape what a terminal would obey."""
+    """Let stdout and stderr escape control characters within the block."""
     before: Any = sys.stdout, sys.stderr
     ours: Any = [stream if stream is None else EscapingStream(own(stream)) for stream in before]
     sys.stdout, sys.stderr = ours
@@ -156,7 +155,7 @@ def guarded() -> Iterator[None]:
 
 @contextmanager
 def unguarded() -> Iterator[None]:
-    """Within the block they are as they were: a program of the user's prints what it likes."""
+    """Restore stdout and stderr within the block, for a program of the user."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = own(sys.stdout), own(sys.stderr)
     try:
@@ -166,22 +165,22 @@ def unguarded() -> Iterator[None]:
 
 
 def own(stream: TextIO) -> TextIO:
-    """The stream for what this program itself wants the terminal to obey."""
+    """Return the stream for this program's own control sequences."""
     inner: TextIO = getattr(stream, "unguarded", stream)
     return inner
 
 
 def as_typed(words: Sequence[str]) -> list[str]:
-    """The arguments of a terminal that types UTF-8 although the locale (LC_ALL=C) does not say so.
+    """Decode UTF-8 arguments in a locale without UTF-8 (LC_ALL=C).
 
-    Python hands over bytes without a character in its locale as lone surrogates; YAML and JSON refuse those.
+    Python decodes such bytes to lone surrogates, which YAML and JSON refuse.
     """
     found = []
     for word in words:
         try:
             found.append(word.encode("utf-8", "surrogateescape").decode("utf-8"))
         except UnicodeError:
-            found.append(word)  # no UTF-8: left as it came
+            found.append(word)  # not UTF-8: unchanged
     return found
 
 
@@ -198,12 +197,12 @@ _NOT_ASCII = re.compile(r"[^\x00-\x7e]+")
 
 
 def json_text(value: object, *, ascii_only: bool = False, **options: Any) -> str:
-    """`json.dumps`, with letters as they are and everything that is not printable as `\\u202e`.
+    """`json.dumps` with letters unescaped and unprintable characters as `\\u202e`.
 
     Args:
-        value: What `json.dumps` takes.
-        ascii_only: Escape all that is not ASCII.
-        options: Handed on to `json.dumps`.
+        value: See `json.dumps`.
+        ascii_only: Escape non-ASCII characters.
+        options: Passed to `json.dumps`.
     """
     text = json.dumps(value, ensure_ascii=ascii_only, **options)
     return text if text.isprintable() else _NOT_ASCII.sub(_escaped, text)
@@ -214,21 +213,21 @@ def _escaped(found: re.Match[str]) -> str:
 
 
 def warn(text: str) -> None:
-    """A line on stderr that does not end the command."""
+    """Print a warning on stderr."""
     print(printable(f"WARNING: {text}"), file=sys.stderr, flush=True)
 
 
 def print_json(value: object) -> None:
-    """Print one line of JSON."""
+    """Print a value as one line of JSON."""
     print(json_text(value, ascii_only=not shows_unicode(sys.stdout), default=str))
 
 
 def counted(number: int, thing: str, things: str | None = None) -> str:
-    """The number and what it counts, in the singular or plural.
+    """Return the number with its noun in singular or plural.
 
     Args:
-        number: How many.
-        thing: One of them: "message".
-        things: Several of them, where an s does not do: "retries".
+        number: The count.
+        thing: Singular: "message".
+        things: Plural, if irregular: "retries".
     """
     return f"{number} {thing if number == 1 else things or thing + 's'}"

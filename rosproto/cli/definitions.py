@@ -1,4 +1,4 @@
-"""`rosproto msg|srv|action`: show, list, md5, package, packages; the words and forms of rosmsg and rossrv."""
+"""`rosproto msg|srv|action`: show, list, md5, package, packages; output as of rosmsg and rossrv."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _library(arguments: argparse.Namespace) -> DefinitionLibrary:
 
 
 def _library_of(arguments: argparse.Namespace, name: str) -> DefinitionLibrary:
-    """The one that `topic pub` and `service call` take for this type."""
+    """Return the library that `topic pub` and `service call` use for this type."""
     from rosproto.msg import bundled
 
     return library_for(arguments, name, arguments.kind) or bundled()
@@ -92,7 +92,7 @@ def _all(library: DefinitionLibrary, kind: str) -> list[str]:
 
 
 def _asked(library: DefinitionLibrary, arguments: argparse.Namespace) -> list[tuple[str, bool]]:
-    """(full name, whether the package had to be looked for)."""
+    """Return (full name, whether the package was searched for) pairs."""
     found: list[tuple[str, bool]] = []
     for name in (name.removesuffix(f".{arguments.kind}") for name in arguments.type):
         if "/" in name:
@@ -111,7 +111,7 @@ def _joined(arguments: argparse.Namespace) -> str:
 
 
 def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
-    """The definitions of the asked types as a bag holds them."""
+    """Return the requested definitions from a bag."""
     from rosproto.msg import DefinitionLibrary, library_from_full_text
 
     from .bag_opening import opened
