@@ -38,9 +38,9 @@ NO_PROMISE = (
     # What is not covered, and what is left to the reader.
     "Not covered:",
     "`rosproto.bag.open_bag`, `partitions` and the `bag` verbs fetch",
-    "It is data: later it decides",
+    "It is data: it only decides",
     "Learn only from a robot",
-    "A fleet manager (`woosh vda5050`) is believed",
+    "A fleet manager (`woosh vda5050`) is trusted",
     "None of this is an emergency stop",
     # Above a table.
     "`Node(limits=...)`",

@@ -139,8 +139,8 @@ def by_the_master(node: rosproto.Node) -> None:
 
 
 @pytest.mark.promise(
-    "zero comes from a new node once more",
-    "sends zero and cancels its goals before it closes",
+    "a new node sends zero again",
+    "sends zero and cancels its goals before it obeys",
     "`rosnode kill` of our node",
 )
 @pytest.mark.parametrize("topic", ["smooth", "direct"])
@@ -167,7 +167,7 @@ def test_zero_is_sent_before_the_driving_node_is_shut_down(sim, until, shut_down
             chassis.move(0.1)
 
 
-@pytest.mark.promise("sends zero and cancels its goals before it closes", "`rosnode kill` of our node")
+@pytest.mark.promise("sends zero and cancels its goals before it obeys", "`rosnode kill` of our node")
 @pytest.mark.parametrize("verb", ["goal", "task"])
 def test_goals_are_cancelled_before_their_node_is_shut_down(sim, real_time, until, verb):
     with Chassis(sim.master_uri) as chassis:

@@ -151,7 +151,7 @@ def test_names_that_differ_in_case_only_are_kept_apart() -> None:
     assert [list(learned.texts) for learned in make_sets(pairs)] == [["my_msgs/Note"], ["my_msgs/note"]]
 
 
-@pytest.mark.promise("a type whose name no file can have is left out")
+@pytest.mark.promise("a type whose name is no valid file name is left out")
 def test_a_type_no_file_can_be_named_after_is_left_out_and_told(tmp_path: Path) -> None:
     """Reserved on Windows, or longer than any file name; the others are kept all the same."""
     long = "m/" + "L" * 253
@@ -167,7 +167,7 @@ def test_a_type_no_file_can_be_named_after_is_left_out_and_told(tmp_path: Path) 
     assert [found.name for found in Path(path).rglob("*.msg")] == ["Fine.msg"]
 
 
-@pytest.mark.promise("have the md5sum it was announced with, before and after it is written")
+@pytest.mark.promise("have the announced md5sum, before and after it is written")
 def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     """A name Windows reserves is refused everywhere, and no half-written folder stays."""
     (learned,) = make_sets([("my_msgs/Aux", library_from_full_text("my_msgs/Aux", "uint8 a\n"))])
@@ -176,7 +176,7 @@ def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.promise("have the md5sum it was announced with, before and after it is written")
+@pytest.mark.promise("have the announced md5sum, before and after it is written")
 @pytest.mark.parametrize(
     ("definition", "md5sum", "words"),
     [

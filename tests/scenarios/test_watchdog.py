@@ -122,7 +122,7 @@ def test_a_killed_watchdog_is_replaced_and_the_next_one_does_the_same(sim, tmp_p
         assert gone(second)
 
 
-@pytest.mark.promise("programs of ours do not take such a node for another driver")
+@pytest.mark.promise("our programs do not count such a node as another driver")
 def test_a_watchdog_is_nobody_who_drives(sim) -> None:
     """Not for its own program, nor for others: they look for publishers of the velocity topics."""
     with (

@@ -124,7 +124,7 @@ def test_a_bag_is_recorded_seen_growing_downloaded_and_deleted(web: Served, tmp_
     assert done == [f"record bag {number}", f"end bag {number}", f"delete bag {number}"]
 
 
-@pytest.mark.promise("not told where this computer keeps its files")
+@pytest.mark.promise("Clients do not receive paths of this computer")
 def test_a_folder_for_recordings_that_is_not_there_is_told_at_the_start(
     chassis: Chassis, tmp_path: Path
 ) -> None:
@@ -137,7 +137,7 @@ def test_a_folder_for_recordings_that_is_not_there_is_told_at_the_start(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b"], "one for each of several robots"
 
 
-@pytest.mark.promise("not told where this computer keeps its files")
+@pytest.mark.promise("Clients do not receive paths of this computer")
 def test_a_bag_that_cannot_be_written_is_told_without_its_path(chassis: Chassis, tmp_path: Path) -> None:
     folder = tmp_path / "bags"
     folder.mkdir()

@@ -82,7 +82,7 @@ def test_a_stop_gets_in_however_many_wait_with_half_a_request(web: Served) -> No
             page.of("hello")
 
 
-@pytest.mark.promise("Ten seconds without a request")
+@pytest.mark.promise("A connection loses its place after ten seconds")
 def test_who_says_half_of_something_is_let_go(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     """Headers, bodies and what is no HTTP at all: none of it holds a place for long."""
     slots = slots_of(web)

@@ -229,7 +229,7 @@ def test_a_flood_ends_that_connection(web: Served) -> None:
         assert page.socket.close_code == 1008
 
 
-@pytest.mark.promise("page of another site asks for")
+@pytest.mark.promise("requested by a page of another site")
 def test_a_foreign_page_gets_no_connection(web: Served) -> None:
     from websockets.exceptions import InvalidStatus
 
@@ -238,7 +238,7 @@ def test_a_foreign_page_gets_no_connection(web: Served) -> None:
             PageClient(web.port, additional_headers=headers)
 
 
-@pytest.mark.promise("elsewhere it takes a token of at least 8 letters")
+@pytest.mark.promise("other addresses need a token of at least 8 letters")
 def test_without_the_token_the_page_is_told_why(chassis: Chassis) -> None:
     with serving(chassis, token="a-long-secret") as web:
         with PageClient(web.port) as page:

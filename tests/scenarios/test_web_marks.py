@@ -140,7 +140,7 @@ def test_a_mark_of_the_chassis_goes_by_its_name(web: Served) -> None:
     assert ended["arrived"] is True, ended
 
 
-@pytest.mark.promise("not told where this computer keeps its files")
+@pytest.mark.promise("Clients do not receive paths of this computer")
 def test_a_list_that_cannot_be_kept_is_told_without_its_path(
     web: Served, file: MarkFile, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -133,7 +133,7 @@ def test_a_body_that_never_ends_holds_no_stop_up(web: Served, announced: str) ->
     assert web.get("goals/1").json["state"] == "cancelled"
 
 
-@pytest.mark.promise("A stop is carried out before its body is read")
+@pytest.mark.promise("A stop is executed before its body is read")
 def test_a_body_of_100_megabytes_holds_no_stop_up(web: Served) -> None:
     size, part = 100_000_000, b"x" * 1_000_000
     with ExitStack() as stack:
@@ -231,7 +231,7 @@ def test_a_stop_while_another_is_under_way_ends_what_has_begun_meanwhile(
         first.join(20.0)
 
 
-@pytest.mark.promise("A stop is carried out before its body is read")
+@pytest.mark.promise("A stop is executed before its body is read")
 def test_a_flood_of_stops_takes_few_threads_and_the_last_one_counts(web: Served, chassis: Chassis) -> None:
     stop, most, now = chassis.stop, [0], [0]
     lock = threading.Lock()

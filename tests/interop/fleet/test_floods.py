@@ -52,7 +52,7 @@ def obeys(master: Master, name: str) -> None:
     master.until(lambda s: s["orderId"] == name and s["lastNodeSequenceId"] == 4 and not s["nodeStates"])
 
 
-@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 invalid")
 def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
     """What waits is bounded, the errors of a state are, too, and the next order is driven."""
     broker, master, ours = hall
@@ -103,7 +103,7 @@ def resent(master: Master) -> bool:
     return False
 
 
-@pytest.mark.promise("The broker is told to deliver no message that is longer (MQTT 5)")
+@pytest.mark.promise("The connection limits the size of packets")
 def test_a_message_that_is_too_long_is_not_delivered(hall: Any) -> None:
     """The broker drops it, by the size limit of the connection, which stays up, and the vehicle obeys."""
     _, master, _ = hall

@@ -104,7 +104,7 @@ def outcome(python: WarmPython, prog: str, words: list[str], folder: Path) -> tu
     return done.stdout, done.stderr
 
 
-@pytest.mark.promise("cannot control a terminal or forge a line", "YAML and JSON escape it in their own way")
+@pytest.mark.promise("cannot control a terminal or forge a line", "YAML and JSON output uses its own escapes")
 @pytest.mark.parametrize(("prog", "path"), LINES, ids=[path for _, path in LINES])
 def test_no_command_lets_a_peer_write_to_the_terminal(
     prog: str, path: str, peer: HostilePeer, pythons: list[WarmPython], tmp_path: Path

@@ -89,7 +89,7 @@ def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int
         assert gateway.peak() < MOST_MEMORY
 
 
-@pytest.mark.promise("before its connection was reset is not carried out any more")
+@pytest.mark.promise("Requests that a client sent before its connection was reset are dropped")
 @pytest.mark.slow
 def test_a_client_that_is_torn_off_leaves_no_velocities_to_play_out() -> None:
     """Twenty thousand at once, and a reset: zero comes within half a second, and nothing after it."""

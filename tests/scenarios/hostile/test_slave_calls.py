@@ -60,7 +60,7 @@ def settled_links(victim: Victim) -> dict[str, str]:
     return links
 
 
-@pytest.mark.promise("are checked with the master instead of believed")
+@pytest.mark.promise("are checked with the master")
 def test_publisher_updates_from_strangers(victim: Victim, bystander: Bystander, unharmed: Unharmed) -> None:
     """Two thousand lists of rubbish: the master is asked a few times at most, no link is lost or made."""
     with bystander.node.publisher("/in", STRING) as into, bystander.node.subscriber("/out", STRING) as back:
@@ -183,7 +183,7 @@ def test_a_crowd_of_publishers_is_cut_and_ousts_nobody() -> None:
         assert subscriber.next(60).data == "through the crowd"
 
 
-@pytest.mark.promise("are checked with the master instead of believed")
+@pytest.mark.promise("are checked with the master")
 def test_parameter_updates_from_strangers(victim: Victim, bystander: Bystander, unharmed: Unharmed) -> None:
     """A thousand lies about a parameter the node follows: what the master has is what the program sees."""
     with MasterClient(victim.master_uri, "/setter") as master:

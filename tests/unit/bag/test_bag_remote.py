@@ -49,7 +49,7 @@ def test_the_same_as_from_the_disk(bag: Path) -> None:
             assert piece.table().equals(local.to_arrow(piece.topic).read_all())
 
 
-@pytest.mark.promise("A server that lies about ranges is an error")
+@pytest.mark.promise("A server with wrong range answers causes an error")
 @pytest.mark.parametrize(
     ("lie", "says"),
     [

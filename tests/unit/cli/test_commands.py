@@ -188,7 +188,7 @@ def test_kill_asks_a_node_to_end(capsys: pytest.CaptureFixture[str]) -> None:
         assert node.wait(20)
 
 
-@pytest.mark.promise("never a request to end")
+@pytest.mark.promise("never a shutdown request")
 def test_kill_never_ends_a_node_that_is_only_guessed(capsys: pytest.CaptureFixture[str]) -> None:
     """A name nobody knows is taken for the master's host; another node may have that port there."""
     with Master() as master, Node("/innocent", master_uri=master.uri, rosout=False) as innocent:

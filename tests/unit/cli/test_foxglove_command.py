@@ -54,7 +54,7 @@ def test_tls(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert "--tls-cert" in capsys.readouterr().err
 
 
-@pytest.mark.promise("a page from a file says")
+@pytest.mark.promise("a page from a file sends")
 def test_the_page_on_the_internet_may_look_and_not_write(capsys: pytest.CaptureFixture[str]) -> None:
     """Where something is open for writing it needs the token, or to be named; desktop programs come in."""
     page = "https://app.foxglove.dev"

@@ -68,7 +68,7 @@ def note(folder: Path, type_name: str, text: str) -> None:
     (place / f"{base}.msg").write_text(text)
 
 
-@pytest.mark.promise("Your own folders and the bundled definitions come before it")
+@pytest.mark.promise("Your own folders and the bundled definitions take precedence")
 @pytest.mark.slow
 @pytest.mark.parametrize("type_name", ["my_msgs/Note", "std_msgs/String"])
 @pytest.mark.parametrize("how", ["environment", "given"])

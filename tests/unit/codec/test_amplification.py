@@ -57,7 +57,7 @@ def test_a_message_takes_a_bounded_multiple_of_its_bytes(
         assert peak < 2_000_000 + 150 * len(data)
 
 
-@pytest.mark.promise("none of the bundled definitions comes near that")
+@pytest.mark.promise("the bundled definitions stay far below that")
 def test_no_bundled_message_is_near_the_limit() -> None:
     """What robots really send is decoded the quick way: no array of it has elements that count as light."""
     library = bundled()

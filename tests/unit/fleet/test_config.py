@@ -70,7 +70,7 @@ def test_parts_of_a_topic_are_checked(name: str) -> None:
         VehicleConfig(manufacturer="Woosh", serial=name)
 
 
-@pytest.mark.promise("an address that holds one is refused")
+@pytest.mark.promise("an address that contains one is refused")
 @pytest.mark.parametrize(
     ("url", "match"),
     [
@@ -100,7 +100,7 @@ def test_certificates_want_tls() -> None:
         Broker("mqtt://b", ca_file="ca.pem")
 
 
-@pytest.mark.promise("an address that holds one is refused")
+@pytest.mark.promise("an address that contains one is refused")
 @pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
 def test_secrets_are_in_a_file_of_ones_own(tmp_path: Path) -> None:
     """One that others may read is refused."""

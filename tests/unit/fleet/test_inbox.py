@@ -48,7 +48,7 @@ def test_each_message_has_its_lane(message: Message, lane: MessageKind) -> None:
     assert message_kind(message) is lane
 
 
-@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 invalid")
 @pytest.mark.parametrize("message", [ORDER, MALFORMED, told("stateRequest")])
 def test_a_full_lane_drops_what_comes_and_counts_it(message: Message) -> None:
     """And leaves the capacity of other kinds alone."""

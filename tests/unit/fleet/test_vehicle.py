@@ -16,7 +16,7 @@ from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
 
-@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 invalid")
 def test_a_flood_of_messages_is_bounded() -> None:
     """Messages beyond the capacity of their kind are dropped and counted."""
     from woosh_pure.fleet.inbox import CAPACITY, MessageKind

@@ -7,7 +7,7 @@ import pytest
 from rosproto.gateway.access import Access
 
 
-@pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
+@pytest.mark.promise("A gateway is read only until a pattern allows")
 def test_everything_is_read_and_nothing_written_at_first() -> None:
     """What moves a robot, and everything else that changes something, is closed."""
     access = Access()
@@ -67,7 +67,7 @@ def test_deny_wins_and_allow_limits() -> None:
         assert access.may_write(kind, name) is not None  # type: ignore[arg-type]
 
 
-@pytest.mark.promise("is neither read, nor written, nor listed")
+@pytest.mark.promise("are neither read, nor written, nor listed")
 @pytest.mark.parametrize(
     "deny", ["topic:/move_base/goal", "topic:/move_base/*", "/move_base/cancel", "action:/move_base"]
 )

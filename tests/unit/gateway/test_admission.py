@@ -61,7 +61,7 @@ def test_what_is_loopback(host: str, loopback: bool) -> None:
         require_token_off_loopback(host, "")
 
 
-@pytest.mark.promise("A web page from elsewhere is refused by its origin", "unless its origin is open")
+@pytest.mark.promise("Web pages of other sites are refused by their origin", "unless its origin is allowed")
 @pytest.mark.parametrize(
     ("origin", "origins", "may"),
     [
@@ -89,7 +89,7 @@ def test_origins(origin: str | None, origins: tuple[str, ...], may: bool) -> Non
     assert (foreign_origin(origin, origins) is None) is may
 
 
-@pytest.mark.promise("A web page from elsewhere is refused by its origin", "unless its origin is open")
+@pytest.mark.promise("Web pages of other sites are refused by their origin", "unless its origin is allowed")
 @pytest.mark.parametrize(
     ("host", "bound", "ours"),
     [
@@ -110,7 +110,7 @@ def test_hosts(host: str | None, bound: str, ours: bool) -> None:
 FOXGLOVE = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 
 
-@pytest.mark.promise("on an address that others reach only with a token")
+@pytest.mark.promise("It listens on 127.0.0.1; other addresses need a token.")
 @pytest.mark.parametrize(
     ("path", "headers", "reason"),
     [

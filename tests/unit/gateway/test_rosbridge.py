@@ -82,7 +82,7 @@ def test_compressions(graph: Graph, serve: Serve, connect: Serve) -> None:
     assert "".join(p["data"] for p in pieces) == '{"op":"publish","topic":"/chat","msg":{"data":"hello"}}'
 
 
-@pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
+@pytest.mark.promise("A gateway is read only until a pattern allows")
 def test_a_client_publishes_what_a_pattern_opens(graph: Graph, serve: Serve, connect: Serve) -> None:
     """And nothing else; the refusal names the option."""
     got = graph.robot.subscriber("/chat", String)
@@ -118,7 +118,7 @@ def test_a_message_published_right_after_advertising_arrives(
             until(lambda: got.connections == 0)
 
 
-@pytest.mark.promise("leaves or is silent for half a second, zero follows")
+@pytest.mark.promise("leaves or is silent for half a second, the gateway sends zero")
 def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, connect: Serve) -> None:
     """At once when it leaves, after half a second when it is silent."""
     velocities: list[tuple[float, Any]] = []
@@ -141,9 +141,7 @@ def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, con
     until(lambda: bridge.stats().zeros == 10)
 
 
-@pytest.mark.promise(
-    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
-)
+@pytest.mark.promise("does not publish a velocity with a number that is not finite")
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "1e308"])
 def test_a_velocity_that_is_none_reaches_no_robot(
     graph: Graph, serve: Serve, connect: Serve, number: str
@@ -167,7 +165,7 @@ def test_a_velocity_that_is_none_reaches_no_robot(
     assert heard.next(10).angular.z == 0.25
 
 
-@pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
+@pytest.mark.promise("A gateway is read only until a pattern allows")
 def test_services(graph: Graph, serve: Serve, connect: Serve) -> None:
     """Called where a pattern opens it; what fails is answered, too."""
 
@@ -239,7 +237,7 @@ def test_a_client_provides_a_service(graph: Graph, serve: Serve, connect: Serve)
     until(lambda: "/lamp" not in graph.node.master.get_system_state().services)
 
 
-@pytest.mark.promise("Nothing is written through a gateway unless a pattern opens it")
+@pytest.mark.promise("A gateway is read only until a pattern allows")
 def test_goals(graph: Graph, serve: Serve, connect: Serve) -> None:
     """Goals are sent, give feedback, end, are cancelled and refused."""
     from rosproto import ActionServer
@@ -357,7 +355,7 @@ def test_credentials_of_rosauth_are_refused(serve: Serve, connect: Serve) -> Non
     assert (refused["id"], "?token=" in refused["msg"]) == ("a", True)
 
 
-@pytest.mark.promise("is neither read, nor written, nor listed")
+@pytest.mark.promise("are neither read, nor written, nor listed")
 def test_what_is_denied_is_neither_read_nor_listed(graph: Graph, serve: Serve, connect: Serve) -> None:
     """By whatever spelling."""
     graph.robot.publisher("/secret", String)

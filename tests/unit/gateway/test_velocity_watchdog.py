@@ -145,7 +145,7 @@ class Robot:
             return list(self.got)
 
 
-@pytest.mark.promise("leaves or is silent for half a second, zero follows")
+@pytest.mark.promise("leaves or is silent for half a second, the gateway sends zero")
 def test_over_real_sockets() -> None:
     """Silence, bytes, stamps, closing; and no thread stays."""
     with (
@@ -239,9 +239,7 @@ def test_other_types_pass_as_they_are() -> None:
 NO_VELOCITIES = [float("nan"), float("inf"), float("-inf"), 1e308, -1e308, 1000.5]
 
 
-@pytest.mark.promise(
-    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
-)
+@pytest.mark.promise("does not publish a velocity with a number that is not finite")
 @pytest.mark.parametrize("value", NO_VELOCITIES)
 @pytest.mark.parametrize("encoded", [False, True])
 def test_a_velocity_that_is_none_is_refused(value: float, encoded: bool) -> None:
@@ -285,9 +283,7 @@ def test_the_definition_of_a_client_hides_no_number() -> None:
     velocity_watchdog.close()
 
 
-@pytest.mark.promise(
-    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
-)
+@pytest.mark.promise("does not publish a velocity with a number that is not finite")
 def test_what_is_no_velocity_is_no_sign_of_life() -> None:
     """A client that goes on with NaN stands still after half a second, as one that is silent."""
     publisher, velocity_watchdog = Recorder(), VelocityWatchdog(table=DriveTable(silence=0.1, over=0.01))
@@ -318,9 +314,7 @@ PUBLISHES = {
 """Every place below gateway/ that publishes something, and why no client's velocity passes the velocity watchdog there."""
 
 
-@pytest.mark.promise(
-    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive"
-)
+@pytest.mark.promise("does not publish a velocity with a number that is not finite")
 def test_no_client_publishes_past_the_velocity_watchdog() -> None:
     """A new place has to be looked at, and named here."""
     root = Path(rosproto.gateway.__file__).parent

@@ -53,7 +53,7 @@ def asked(bridge: Any, *headers: str, path: str = "/") -> str:
         return sock.makefile("rb").readline().decode().strip()
 
 
-@pytest.mark.promise("A web page from elsewhere is refused by its origin")
+@pytest.mark.promise("Web pages of other sites are refused by their origin")
 def test_pages_from_elsewhere_are_refused(serve: Serve) -> None:
     """By their origin, and by the name that led them here; a page of this computer may connect."""
     bridge = serve(origins=["https://studio.example"])
@@ -68,7 +68,7 @@ def test_pages_from_elsewhere_are_refused(serve: Serve) -> None:
     assert bridge.stats().accepted == 3
 
 
-@pytest.mark.promise("for other computers it does not start without a token")
+@pytest.mark.promise("on another address it does not start without a token")
 def test_tokens(serve: Serve) -> None:
     """In the address or in a header; none, a wrong one and two are none."""
     bridge = serve(token="s3cret & more")
@@ -87,7 +87,7 @@ def test_tokens(serve: Serve) -> None:
     assert bridge.stats().refused == {"token": 7}
 
 
-@pytest.mark.promise("for other computers it does not start without a token")
+@pytest.mark.promise("on another address it does not start without a token")
 def test_nobody_is_served_off_this_computer_without_a_token(serve: Serve) -> None:
     """The start is refused, with the way out."""
     with pytest.raises(ValueError, match="--token"):
@@ -133,7 +133,7 @@ def test_more_clients_than_allowed(serve: Serve) -> None:
         assert again.call("/rosapi/get_time")["result"]
 
 
-@pytest.mark.promise("Connections that hold back their handshake make room for new ones")
+@pytest.mark.promise("A new connection replaces an unfinished one")
 def test_connections_that_say_nothing_make_room_and_are_ended(serve: Serve) -> None:
     """The one that holds back longest goes first; the others when their time is over."""
     bridge = serve(limits=GatewayLimits(pending_handshakes=3, handshake_seconds=0.5))
@@ -189,7 +189,7 @@ def test_half_requests_of_one_address_lock_no_other_out(serve: Serve) -> None:
         assert viewer.makefile("rb").readline().split()[1] == b"101"
 
 
-@pytest.mark.promise("a request that comes at once is read before 40 later connections take its place")
+@pytest.mark.promise("a request that comes at once is read before 40 later connections replace it")
 def test_a_crowd_that_comes_at_once_pushes_no_request_out() -> None:
     """From as many addresses as there are; all of them wait when the loop gets its turn."""
     pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
@@ -357,7 +357,7 @@ def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Grap
         assert waiting[False] == 0
 
 
-@pytest.mark.promise("where nothing may be written it has 64 KiB, before authentication 4 KiB")
+@pytest.mark.promise("on a read-only server it has at most 64 KiB, before authentication 4 KiB")
 def test_who_may_write_nothing_says_nothing_long(serve: Serve) -> None:
     """Refused undecoded, by its length alone; before it has authenticated even less."""
     closed = pytest.importorskip(
@@ -433,7 +433,7 @@ def test_messages_of_every_length_arrive_in_their_order(serve: Serve, graph: Gra
         assert [len(text) - 4 for text in got] == sizes
 
 
-@pytest.mark.promise("one that asks and does not read is cut off")
+@pytest.mark.promise("one that makes requests and does not read the answers is disconnected")
 def test_answers_that_are_not_read_end_the_connection(serve: Serve) -> None:
     """A client that asks, and asks, and does not read."""
     bridge = serve(limits=GatewayLimits(answer_bytes=100_000, close_seconds=0.3))
@@ -451,7 +451,7 @@ def test_answers_that_are_not_read_end_the_connection(serve: Serve) -> None:
     sock.close()
 
 
-@pytest.mark.promise("one that asks and does not read is cut off")
+@pytest.mark.promise("one that makes requests and does not read the answers is disconnected")
 def test_pongs_that_are_not_read_end_the_connection(serve: Serve) -> None:
     """They are answers, too, though the library writes them."""
     bridge = serve(limits=GatewayLimits(answer_bytes=100_000, silence_seconds=60))
@@ -485,7 +485,7 @@ def counts() -> tuple[int, int]:
     return threading.active_count(), len(os.listdir("/proc/self/fd"))
 
 
-@pytest.mark.promise("come and go leave no thread, file or topic")
+@pytest.mark.promise("connect and disconnect leave no thread, file or topic")
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="open files are counted in /proc")
 def test_hundreds_that_come_and_go_leave_nothing(serve: Serve, graph: Graph) -> None:

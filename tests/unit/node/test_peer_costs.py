@@ -53,7 +53,7 @@ def shake_hands(
     return sock, read_header(sock, Limits(), Deadline(20))
 
 
-@pytest.mark.promise("a definition of its own goes with its connection")
+@pytest.mark.promise("a definition that a peer sends is dropped with its connection")
 def test_a_revision_goes_with_its_last_subscriber(node: Node) -> None:
     """And `publish` is what it was: nobody is asked which other revisions there are."""
     publisher = node.publisher("/t", String)
@@ -74,7 +74,7 @@ def test_a_revision_goes_with_its_last_subscriber(node: Node) -> None:
     assert "publish" not in vars(publication)
 
 
-@pytest.mark.promise("a definition of its own goes with its connection")
+@pytest.mark.promise("a definition that a peer sends is dropped with its connection")
 def test_one_that_leaves_during_the_handshake_leaves_nothing(node: Node) -> None:
     publication = node.publisher("/t", String)._publication
     text, md5sum = revised(2)
@@ -107,7 +107,7 @@ def test_the_revisions_of_one_topic_are_counted() -> None:
             sock.close()
 
 
-@pytest.mark.promise("a definition of its own goes with its connection")
+@pytest.mark.promise("a definition that a peer sends is dropped with its connection")
 @pytest.mark.slow
 def test_many_subscribers_with_definitions_of_their_own_take_no_memory(node: Node) -> None:
     """300 of 50 kB that come and go: it was 274 MB of large ones, and each made `publish` slower."""
@@ -164,7 +164,7 @@ def test_a_publisher_of_another_revision_that_comes_back_leaves_nothing(node: No
         eventually(lambda: len(subscriber._subscription._revised_deliveries) <= 1)
 
 
-@pytest.mark.promise("tried every few seconds")
+@pytest.mark.promise("retried every few seconds")
 def test_a_publisher_that_agrees_and_leaves_is_not_told_of_every_time(
     node: Node, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -137,7 +137,7 @@ def test_a_publisher_without_definition_gets_ours_if_it_is_the_same() -> None:
     assert _connection("/a", header | {"type": "no_msgs/Such"}).definition == ""
 
 
-@pytest.mark.promise("gives what others send to one that is read alike, or leaves it out and says so")
+@pytest.mark.promise("records messages of further publishers under a header with the same layout")
 @pytest.mark.parametrize("bound", ["number", "characters"])
 def test_headers_of_publishers_are_bounded(
     bound: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture

@@ -391,7 +391,7 @@ def test_frames_of_a_peer_are_bounded(tmp_path: Path) -> None:
     assert done.stderr.count("frames of 1000 characters at most") == 1
 
 
-@pytest.mark.promise("the rospy layer keeps latched messages of those publishers that are connected")
+@pytest.mark.promise("the rospy layer keeps latched messages of connected publishers only")
 def test_latched_messages_of_publishers_that_have_gone_are_forgotten(tmp_path: Path) -> None:
     """A peer that comes under another name each time leaves nothing; a late callback hears whoever is there."""
     code = """

@@ -40,7 +40,7 @@ def test_a_known_name_is_what_the_system_says() -> None:
     assert HostNames(master="10.0.0.1").resolve("known") == ["10.0.0.9"]
 
 
-@pytest.mark.promise("A name that cannot be resolved is taken for the master's host")
+@pytest.mark.promise("For a name that cannot be resolved, the master's host is used")
 def test_an_unknown_name_is_taken_for_the_masters_host_and_told_once(
     system: list[str], caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -55,7 +55,7 @@ def test_an_unknown_name_is_taken_for_the_masters_host_and_told_once(
     assert "--resolve robot-xyz=ADDRESS" in told[0]
 
 
-@pytest.mark.promise("64 such names are remembered and warned of")
+@pytest.mark.promise("64 such names are remembered, each with a warning")
 def test_what_peers_announce_is_bounded(caplog: pytest.LogCaptureFixture) -> None:
     """Neither memory nor the log grows with their names, and none of them reaches a terminal as it is."""
     hosts = HostNames(master="10.0.0.1")

@@ -134,7 +134,7 @@ def test_the_last_message_is_stamped_when_it_is_sent_and_armed_with_other_data(
     assert heard[0].header.frame_id == "base_link"
 
 
-@pytest.mark.promise("It sends only what it was told before the motion, and only when its program is gone")
+@pytest.mark.promise("It sends only the messages it received before the motion")
 def test_what_was_dropped_is_off_the_graph_and_gets_nothing(robot: Node, pipe: Pipe) -> None:
     dropped, kept = heard_on(robot, "/dropped"), heard_on(robot, "/kept")
     pipe.prepare(prepared(robot, 1, zero("/dropped")))

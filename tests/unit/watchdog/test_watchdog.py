@@ -150,7 +150,7 @@ def test_a_killed_watchdog_is_started_again_and_watches_on(robot: Robot, program
     until(lambda: not alive(again))
 
 
-@pytest.mark.promise("It sends only what it was told before the motion, and only when its program is gone")
+@pytest.mark.promise("It sends only the messages it received before the motion")
 @SIGNALS
 def test_what_stands_is_not_sent_a_zero(robot: Robot, program: Program) -> None:
     program.ask("standing")
@@ -172,7 +172,7 @@ def test_a_forked_child_that_holds_the_pipe_does_not_hide_the_end(robot: Robot, 
     os.kill(child, signal.SIGKILL)
 
 
-@pytest.mark.promise("It sends only what it was told before the motion, and only when its program is gone")
+@pytest.mark.promise("It sends only the messages it received before the motion")
 @SIGNALS
 def test_an_orderly_end_takes_the_watchdog_along_and_sends_nothing(robot: Robot, program: Program) -> None:
     program.ask("close")
@@ -199,7 +199,7 @@ def test_it_has_no_terminal_and_is_in_no_group_of_its_parent() -> None:
         assert os.getsid(watchdog.pid) != os.getsid(0)
 
 
-@pytest.mark.promise("It sends only what it was told before the motion, and only when its program is gone")
+@pytest.mark.promise("It sends only the messages it received before the motion")
 @SIGNALS
 def test_one_that_was_never_needed_ends_with_its_program() -> None:
     with Watchdog() as watchdog:

@@ -222,7 +222,7 @@ def test_a_hash_is_compared(served: str, tmp_path: Path) -> None:
             fetch(f"{served}/good.zip", lambda: False, digest)
 
 
-@pytest.mark.promise("an address of http or https from which", "no other file is read for it")
+@pytest.mark.promise("an http or https address, from which", "no other file is read for it")
 @pytest.mark.parametrize("link", ["file:///etc/passwd", "ftp://h/x", "/etc/passwd", "http://", "data:,x"])
 def test_only_web_servers_are_asked(link: str) -> None:
     """No file of this computer becomes a map."""
@@ -230,7 +230,7 @@ def test_only_web_servers_are_asked(link: str) -> None:
         fetch(link, lambda: False)
 
 
-@pytest.mark.promise("an address of http or https from which")
+@pytest.mark.promise("an http or https address, from which")
 def test_a_download_is_bounded_and_can_be_cancelled(served: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """In size; and what is not there is said."""
     with pytest.raises(ChassisError, match="cancelled"):
@@ -244,7 +244,7 @@ def test_a_download_is_bounded_and_can_be_cancelled(served: str, monkeypatch: py
         fetch(f"{served}/good.zip", lambda: False)
 
 
-@pytest.mark.promise("an address of http or https from which")
+@pytest.mark.promise("an http or https address, from which")
 def test_what_is_no_map_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file of anything, a ZIP of anything, two sheets, a picture that is not there, one too large."""
     assert unpack(packed(tmp_path / "good")).cells.shape == (20, 30)
@@ -267,7 +267,7 @@ def test_what_is_no_map_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         unpack(packed(tmp_path / "good"))
 
 
-@pytest.mark.promise("No name out of such a file becomes a name on this disk")
+@pytest.mark.promise("No name in such a file becomes a name on this disk")
 def test_no_name_out_of_a_file_leads_out_of_its_folder(tmp_path: Path) -> None:
     """Nor do an id and a version of the manager's."""
     data = io.BytesIO()

@@ -66,7 +66,7 @@ def program(script: str) -> str:
     return "!" + (subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words))
 
 
-@pytest.mark.promise("get their parameters on standard input, through no shell")
+@pytest.mark.promise("get their parameters on standard input, without a shell")
 def test_a_program_gets_the_parameters_and_gives_the_result() -> None:
     """As JSON on its standard input; no shell looks at anything."""
     script = 'import json, sys; print(json.load(sys.stdin)["parameters"]["by"] * 2)'

@@ -101,7 +101,7 @@ def test_what_does_not_fit_is_named(path: str, value: Any, where: str) -> None:
     assert caught.value.expected
 
 
-@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 invalid")
 @pytest.mark.parametrize(
     "text",
     [
@@ -171,7 +171,7 @@ def test_a_message_for_somebody_else_is_invalid(field: str, value: str) -> None:
     assert caught.value.path == field
 
 
-@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 that do not fit")
+@pytest.mark.promise("64 messages that stop, 32 of other instant actions, 8 orders, 8 invalid")
 def test_an_order_of_too_many_nodes_is_invalid() -> None:
     """The factsheet has these limits."""
     data = order_json(nodes="a")

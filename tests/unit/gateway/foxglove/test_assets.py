@@ -28,7 +28,7 @@ def test_a_mesh_of_a_package(folder: Path) -> None:
     assert not Assets()
 
 
-@pytest.mark.promise("Files are given from named folders only")
+@pytest.mark.promise("Files are served from named folders only")
 @pytest.mark.parametrize(
     "uri",
     [
@@ -53,7 +53,7 @@ def test_what_is_no_file_of_a_robot(folder: Path, uri: str) -> None:
         Assets([folder]).fetch(uri)
 
 
-@pytest.mark.promise("Files are given from named folders only")
+@pytest.mark.promise("Files are served from named folders only")
 def test_what_is_not_there_or_leads_out_or_is_too_large(folder: Path) -> None:
     """A link out of the package is no file of it."""
     assets = Assets([folder], most_bytes=1000)

@@ -78,7 +78,7 @@ WRONG = (
 
 @pytest.mark.promise(
     "A message is bounded in bytes, in nesting, and in its values and keys",
-    "is published by no gateway, in whatever encoding it comes, and does not keep the drive alive",
+    "does not publish a velocity with a number that is not finite",
 )
 def test_json_that_fits_nothing(ground: Ground) -> None:
     """Is answered with a sentence each; nothing of it is published, and the next message is."""

@@ -179,7 +179,7 @@ def test_the_graph_and_what_changes_in_it(ground: Ground) -> None:
 # -- writing -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.promise("what is refused gets an error text")
+@pytest.mark.promise("a refused request gets an error text")
 def test_nothing_is_written_at_first(ground: Ground) -> None:
     """Publishing, calling and setting are answered with a sentence that names the option; nothing happens."""
     called = []
@@ -204,7 +204,7 @@ def test_nothing_is_written_at_first(ground: Ground) -> None:
     assert server.stats().refusals >= 2
 
 
-@pytest.mark.promise("what is refused gets an error text")
+@pytest.mark.promise("a refused request gets an error text")
 def test_what_is_opened_is_written(ground: Ground) -> None:
     """By a pattern, with the client's bytes, and not after it has left."""
     ground.robot.service_server("/set", SetBool, lambda request: {"success": request.data, "message": "done"})
@@ -234,7 +234,7 @@ def test_what_is_opened_is_written(ground: Ground) -> None:
     )
 
 
-@pytest.mark.promise("what is refused gets an error text")
+@pytest.mark.promise("a refused request gets an error text")
 def test_read_only_wins_over_patterns(ground: Ground) -> None:
     """Whatever `write` says."""
     viewer = ground.view(ground.serve(access=Access(write=["*"], read_only=True)))
@@ -298,10 +298,10 @@ def refused(url: str, **options: Any) -> int:
 
 
 @pytest.mark.promise(
-    "on an address that others reach only with a token",
-    "the number of viewers, of topics each follows",
-    "a page from a file says",
-    "A program opens none",
+    "It listens on 127.0.0.1; other addresses need a token.",
+    "the number of viewers, the topics of each",
+    "a page from a file sends",
+    "`Foxglove` allows none by default",
 )
 def test_strangers_stay_outside(ground: Ground) -> None:
     """Foreign pages, wrong tokens, other protocols, one client too many."""
@@ -321,7 +321,7 @@ def test_strangers_stay_outside(ground: Ground) -> None:
     assert server.stats().refused == 6
 
 
-@pytest.mark.promise("on an address that others reach only with a token")
+@pytest.mark.promise("It listens on 127.0.0.1; other addresses need a token.")
 def test_others_than_this_computer_need_a_token(ground: Ground) -> None:
     """An address that others can reach needs a token; a port in use is an error."""
     with pytest.raises(ValueError, match="token"):
@@ -351,7 +351,7 @@ def test_tls(ground: Ground, tmp_path: Path) -> None:
         assert not _received(sock).startswith(b"HTTP")
 
 
-@pytest.mark.promise("half a request ends after five")
+@pytest.mark.promise("an incomplete request is dropped after five")
 def test_half_a_request_ends(ground: Ground) -> None:
     """Who connects and says nothing, garbage, or too much, has a place for a moment only, and is counted."""
     server = ground.serve(limits=GatewayLimits(handshake_seconds=0.3))
@@ -374,7 +374,7 @@ def _received(sock: socket.socket) -> bytes:
 # -- what it costs -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.promise("A viewer that does not read costs its own 32 MiB")
+@pytest.mark.promise("A viewer that does not read costs at most 32 MiB")
 def test_a_client_that_does_not_read_gets_the_newest_later(ground: Ground) -> None:
     """It takes bounded memory, does not delay others, and gets no old messages when it reads again."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
@@ -398,7 +398,7 @@ def test_a_client_that_does_not_read_gets_the_newest_later(ground: Ground) -> No
     assert len(seen) + dropped == 40
 
 
-@pytest.mark.promise("A viewer that does not read costs its own 32 MiB")
+@pytest.mark.promise("A viewer that does not read costs at most 32 MiB")
 def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
     """After the time of silence; the topic is left."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
@@ -416,7 +416,7 @@ def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
     until(lambda: server.stats().clients == 0 and not server.stats().topics, str(server.stats()))
 
 
-@pytest.mark.promise("the number of viewers, of topics each follows")
+@pytest.mark.promise("the number of viewers, the topics of each")
 def test_a_client_may_not_follow_everything(ground: Ground) -> None:
     """Further topics are refused with a status; its subscriptions continue."""
     publishers = [ground.robot.publisher(f"/t{number}", String, latch=True) for number in range(4)]

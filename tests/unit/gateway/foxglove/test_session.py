@@ -108,7 +108,7 @@ def test_a_thousand_wrong_messages(ground: Ground) -> None:
     assert len(told) == len(set(told)) == 4
 
 
-@pytest.mark.promise("does not wait for a master that does not answer")
+@pytest.mark.promise("on an advertised topic does not wait for a master")
 def test_a_velocity_does_not_wait_for_the_master(ground: Ground, slow: Slow) -> None:
     """It comes at once on a topic that is open, while something else of the same viewer waits for the robot."""
     heard = ground.robot.subscriber("/cmd_vel", Twist, queue_size=100)
@@ -120,7 +120,7 @@ def test_a_velocity_does_not_wait_for_the_master(ground: Ground, slow: Slow) -> 
     assert heard.next(5) == DRIVE
 
 
-@pytest.mark.promise("eight requests of it are read ahead")
+@pytest.mark.promise("eight requests of the viewer are read ahead")
 def test_a_slow_master_holds_up_requests(ground: Ground, slow: Slow) -> None:
     """In their order; behind eight of them nothing is read, so that what waits is bounded."""
     heard = ground.robot.subscriber("/say", String)

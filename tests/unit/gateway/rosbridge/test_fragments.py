@@ -38,7 +38,7 @@ def test_what_is_cut_is_put_together(size: int) -> None:
     assert pending.held == 0
 
 
-@pytest.mark.promise("a message comes in 4096 at most")
+@pytest.mark.promise("A message is sent in at most 4096 fragments")
 def test_small_fragments_of_a_large_text_are_made_larger() -> None:
     """A tiny fragment size does not cause a million fragments."""
     sent = cut("x" * 1_000_000, 1, "f")
@@ -73,7 +73,7 @@ def test_a_fragment_that_contradicts() -> None:
         assert pending.held == 0
 
 
-@pytest.mark.promise("16 may be incomplete, all together as large as one message, for ten minutes")
+@pytest.mark.promise("16 may be incomplete, together as large as one message, for ten minutes")
 def test_what_is_incomplete_is_bounded() -> None:
     """In number, in bytes and in time."""
     pending = Reassembly(100_000)

@@ -42,7 +42,7 @@ def picture(width: int, height: int, raw: bytes, *, kind: int = 2, depth: int = 
     return base64.b64encode(SIGNATURE + parts).decode()
 
 
-@pytest.mark.promise("A picture is measured before it is unpacked")
+@pytest.mark.promise("The size of a picture is checked before it is unpacked")
 @pytest.mark.parametrize(
     ("data", "why"),
     [
@@ -65,7 +65,7 @@ def test_what_is_no_such_picture(data: str, why: str) -> None:
         unpack(data)
 
 
-@pytest.mark.promise("A picture is measured before it is unpacked")
+@pytest.mark.promise("The size of a picture is checked before it is unpacked")
 def test_a_bomb_takes_no_memory() -> None:
     """A kilobyte that would become a gigabyte, behind a header that is small."""
     bomb = picture(20, 20, b"\0" * (100 << 20))

@@ -427,7 +427,7 @@ def test_pictures_of_a_client() -> None:
     assert refused({"op": "png", "data": "AAAA"}).startswith("png: no PNG picture in base64: ")
 
 
-@pytest.mark.promise("A picture is measured before it is unpacked")
+@pytest.mark.promise("The size of a picture is checked before it is unpacked")
 def test_pictures_in_one_message_are_bounded() -> None:
     """Each costs far more than its bytes: the fifth, also inside another one, is refused."""
     one = json.dumps({"op": "png", "data": png.pack('{"op": "subscribe", "topic": "/t"}')})

@@ -57,7 +57,7 @@ def send_goal(client: Any) -> None:
     say(client, op="publish", topic="/tf2_web_republisher/goal", msg=GOAL)
 
 
-@pytest.mark.promise("They end with their client, and are not there where `/tf` is hidden")
+@pytest.mark.promise("They end with their client, and are not offered when `/tf` is hidden")
 def test_it_begins_with_the_first_goal_and_ends_with_its_client(nodes: tuple[Node, Node]) -> None:
     """Nothing of it is in the graph before; a page that is gone leaves no goal."""
     robot, gateway = nodes
@@ -93,7 +93,7 @@ def test_the_action_operations_and_the_service_reach_it(nodes: tuple[Node, Node]
         assert until(client, "publish")["msg"]["transforms"][0]["transform"]["translation"]["x"] == 1.5
 
 
-@pytest.mark.promise("They end with their client, and are not there where `/tf` is hidden")
+@pytest.mark.promise("They end with their client, and are not offered when `/tf` is hidden")
 @pytest.mark.parametrize("denied", ["/tf", "topic:/tf2_web_republisher/goal"])
 def test_where_tf_is_hidden_it_is_not_there(nodes: tuple[Node, Node], denied: str) -> None:
     """A pattern that hides /tf, or the action, is no way around either."""
@@ -107,7 +107,7 @@ def test_where_tf_is_hidden_it_is_not_there(nodes: tuple[Node, Node], denied: st
         assert "/tf2_web_republisher/status" not in robot.master.get_topic_types()
 
 
-@pytest.mark.promise("They end with their client, and are not there where `/tf` is hidden")
+@pytest.mark.promise("They end with their client, and are not offered when `/tf` is hidden")
 def test_other_goals_stay_closed(nodes: tuple[Node, Node]) -> None:
     """Only this action is open without a pattern."""
     _, gateway = nodes

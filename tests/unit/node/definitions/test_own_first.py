@@ -49,7 +49,7 @@ SENT = {
 }
 
 
-@pytest.mark.promise("Your own folders and the bundled definitions come before it")
+@pytest.mark.promise("Your own folders and the bundled definitions take precedence")
 @pytest.mark.parametrize("turned", [False, True])
 def test_the_order(tmp_path: Path, turned: bool) -> None:
     """Own, bundled, learned, in whatever order the folders were given."""

@@ -138,7 +138,7 @@ def test_an_unknown_method_is_a_fault() -> None:
         api()[0].dispatch("format", ["/c"], "10.0.0.9")
 
 
-@pytest.mark.promise("are checked with the master instead of believed")
+@pytest.mark.promise("are checked with the master")
 def test_publisher_updates_count_from_the_master_only() -> None:
     """From elsewhere they are a hint to ask the master. Always answered with 1."""
     slave, topics, _ = api()
@@ -239,9 +239,7 @@ def test_rosnode_kill_closes_the_node(pair: tuple[Node, Node]) -> None:
     assert "enough" in reasons[0]
 
 
-@pytest.mark.promise(
-    "are checked with the master instead of believed", "A `publisherUpdate` may come before the answer of"
-)
+@pytest.mark.promise("are checked with the master", "A `publisherUpdate` may come before the answer of")
 def test_a_forged_publisher_update_is_put_right_by_the_master(pair: tuple[Node, Node]) -> None:
     """A list from elsewhere changes nothing but that the master is asked."""
     a, b = pair

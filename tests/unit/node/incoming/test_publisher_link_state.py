@@ -87,7 +87,7 @@ def test_waits_are_bounded() -> None:
     assert 4.0 <= [pauses.after(None, refused=True) for _ in range(10)][-1] <= 6.0
 
 
-@pytest.mark.promise("tried every few seconds")
+@pytest.mark.promise("retried every few seconds")
 def test_sessions_that_end_at_once_are_no_success() -> None:
     """A publisher that agrees and breaks off is tried every few seconds at last; one that stayed, at once."""
     pauses = RetryPauses()

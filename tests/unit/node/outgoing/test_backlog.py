@@ -22,7 +22,7 @@ def cut_at(looks: Iterable[tuple[int, int]], *, large: bool = False, in_flight: 
 
 @pytest.mark.promise(
     "What TCP has taken is delivered whenever the",
-    "cut off when what is on its way to it is four seconds old",
+    "disconnected when data on its way to it is four seconds old",
 )
 def test_velocities_into_silence() -> None:
     """Twenty a second, none acknowledged: four seconds after the first."""

@@ -51,7 +51,7 @@ def test_names_that_were_given_are_ours_and_those_of_origins() -> None:
     assert access.check_host("Robot.Local:8080") is None
 
 
-@pytest.mark.promise("page of another site asks for")
+@pytest.mark.promise("requested by a page of another site")
 @pytest.mark.parametrize(
     ("origin", "host", "good"),
     [
@@ -77,7 +77,7 @@ def test_only_our_own_page_may_change_something(origin: str | None, host: str, g
     assert (AccessRules().check_origin(origin, host, "http") is None) == good
 
 
-@pytest.mark.promise("The same host by another scheme is another site")
+@pytest.mark.promise("The same host with another scheme is another site")
 @pytest.mark.parametrize("scheme", ["http", "ws", "https", "wss"])
 def test_the_same_host_by_another_scheme_is_another_site(scheme: str) -> None:
     own, other = ("https", "http") if scheme in ("https", "wss") else ("http", "https")
@@ -109,7 +109,7 @@ def test_an_origin_that_is_none_is_told_at_the_start(origin: str) -> None:
         AccessRules(origins=[origin])
 
 
-@pytest.mark.promise("elsewhere it takes a token of at least 8 letters")
+@pytest.mark.promise("other addresses need a token of at least 8 letters")
 @pytest.mark.parametrize(
     ("token", "text"),
     [("short", "at least 8"), ("", "at least 8"), ("päßwörter", "ASCII"), ("with blank", "ASCII")],

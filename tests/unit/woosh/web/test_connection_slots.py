@@ -33,7 +33,7 @@ class Door:
         self.slots.request_begins(key, now, authorized=True)
 
 
-@pytest.mark.promise("Ten seconds without a request")
+@pytest.mark.promise("A connection loses its place after ten seconds")
 def test_who_says_nothing_leaves_after_a_while() -> None:
     door = Door(silence=10.0)
     key = door.admit(STRANGER, 0.0)
@@ -93,7 +93,7 @@ def test_strangers_cannot_take_the_reserved_places() -> None:
     assert door.ended == []
 
 
-@pytest.mark.promise("of the one that has been idle for longest")
+@pytest.mark.promise("a new connection replaces the one that has been idle for longest")
 def test_a_newcomer_takes_the_place_of_the_most_silent_of_the_largest_crowd() -> None:
     door = Door(most=6, reserved=0, each=100)
     alone = door.admit(OWNER, 0.0)

@@ -118,7 +118,7 @@ def test_an_action_needs_all_five_topics_and_is_told_once() -> None:
     assert action_servers(["/cancel", "/feedback", "/goal", "/result", "/status"]) == []
 
 
-@pytest.mark.promise("is in no answer of `/rosapi`, by whatever spelling of its name")
+@pytest.mark.promise("No answer of `/rosapi` contains a name that `Access` hides")
 def test_what_is_denied_is_in_no_list(nodes: tuple[Node, Node]) -> None:
     """Hidden topics, services, nodes and actions are in no answer, by whatever spelling."""
     rosapi = Rosapi(nodes[1], Access(deny=("/secret/*", "service:/lamp", "node:/robot", "action:/move_base")))

@@ -90,7 +90,7 @@ def test_nothing_is_written_by_default(node: Node) -> None:
     assert node.params["/speed"] == 0.5
 
 
-@pytest.mark.promise("is in no answer of `/rosapi`, by whatever spelling of its name")
+@pytest.mark.promise("No answer of `/rosapi` contains a name that `Access` hides")
 @pytest.mark.parametrize(
     "name", ["/robot/secret/key", "robot/secret/key", "//robot//secret//key/", "/robot/secret"]
 )
