@@ -1,4 +1,4 @@
-"""Topics that are published: from the program's message to each subscriber's connection."""
+"""Published topics: publishers, encoding, and the links to subscribers."""
 
 from __future__ import annotations
 

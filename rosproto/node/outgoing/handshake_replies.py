@@ -1,4 +1,4 @@
-"""What a subscriber's header is answered: our header, in the definition it asks for, or why not.
+"""Replies to a subscriber's connection header: our header, in the requested definition, or an error.
 
 Source: wiki.ros.org/ROS/TCPROS.
 """
@@ -33,8 +33,8 @@ class ConvertedOutput:
 
     Attributes:
         type: The subscribers' revision.
-        conversion: From the publication's type to it.
-        links: Replaced, never changed, so it is read without a lock.
+        conversion: From the publication's type to `type`.
+        links: An immutable tuple that is replaced as a whole, so it is read without a lock.
     """
 
     def __init__(self, ours: TopicType, theirs: type[Message]) -> None:
@@ -49,12 +49,12 @@ class ConvertedOutput:
         prepare(self.type.message_class)
 
     def frame(self, message: Any) -> bytes:
-        """A message of ours, or its encoded bytes, as a frame of the revision.
+        """Convert one of our messages, or its encoded bytes, to a frame of the revision.
 
         Raises:
-            CodecError: A value does not fit the revision; names the field.
+            CodecError: A value does not fit the revision; the text names the field.
         """
-        if isinstance(message, (bytes, bytearray, memoryview, AnyMsg)):  # a relay never decoded it
+        if isinstance(message, (bytes, bytearray, memoryview, AnyMsg)):  # from a relay, not decoded yet
             data = bytes(message._buff if isinstance(message, AnyMsg) else message)
             message = self._ours.decode(data, 0, len(data))
         body = self.type.encode(self.conversion.convert(message))
@@ -62,12 +62,12 @@ class ConvertedOutput:
         return small_frame(body, seq)
 
     def convert_frame(self, frame: bytes | LargeFrame) -> bytes:
-        """A frame that was made for the publication's own type (a latched one)."""
+        """Convert a frame of the publication's own type (a latched one)."""
         whole = frame if isinstance(frame, bytes) else frame.owned()
         return self.frame(memoryview(whole)[PREFIX:])
 
     def send(self, message: Any) -> None:
-        """To every link of this revision."""
+        """Send a message to every link of this revision."""
         frame = self.frame(message)
         for link in self.links:
             link.send(frame)
@@ -77,10 +77,10 @@ class HandshakeReplies:
     """The publisher's side of the handshake, for one topic.
 
     Args:
-        context: The node's.
+        context: Context of the node.
         topic: Resolved topic.
-        type: What we publish it as.
-        revised: The outputs in other definitions that have subscribers now, by md5sum; the publication's.
+        type: Published type.
+        revised: The publication's outputs for other definitions with subscribers, by md5sum.
     """
 
     def __init__(
@@ -95,9 +95,8 @@ class HandshakeReplies:
         """The revision that a subscriber's header asks for; None for our own definition.
 
         Raises:
-            Md5sumMismatch: It asks for a definition that nobody here knows, or that values cannot be carried
-                over to.
-            RemoteProtocolError: Something else is wrong with the header.
+            Md5sumMismatch: The requested definition is unknown, or values cannot be converted to it.
+            RemoteProtocolError: The header is invalid in another way.
         """
         type_ = self._type
         try:
@@ -115,7 +114,7 @@ class HandshakeReplies:
             return known or self._revise(fields, mismatch)
 
     def has_room(self) -> bool:
-        """Whether subscribers may ask for one more definition."""
+        """Whether one more definition is allowed."""
         return len(self._revised) < self._context.limits.revisions
 
     def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> ConvertedOutput:
@@ -135,7 +134,7 @@ class HandshakeReplies:
         return output
 
     def refused(self, sock: socket.socket, fields: dict[str, str], address: str, error: RosError) -> None:
-        """Tell a subscriber, the log and the program that it does not get the topic; closes its socket."""
+        """Report a refusal to the subscriber, the log and the program; closes the socket."""
         context, topic = self._context, self._topic
         if isinstance(error, (ConnectionLost, TimeoutError)):
             _log.debug("! %s: %s went away during the handshake: %s", topic, address, error)
@@ -152,7 +151,7 @@ class HandshakeReplies:
         latching: bool,
         more: Iterable[Callable[[], Mapping[str, str]]] = (),
     ) -> dict[str, str]:
-        """What a subscriber is answered; `more` are the program's own fields."""
+        """Our header for a subscriber; `more` returns the program's own fields."""
         type_ = self._type if output is None else output.type
         fields = publisher_header(
             topic=self._topic,

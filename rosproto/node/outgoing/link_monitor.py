@@ -1,26 +1,25 @@
-"""One thread for all subscribers of a node: who is gone, who can take more, whose batch is due.
+"""One thread that monitors all subscriber links of a node.
 
-`publish()` sends in the caller's thread whenever the socket takes it. What is left is this thread's work:
+`publish()` sends in the caller's thread while the socket is writable. This thread does the rest:
 
-* a subscriber's FIN or RST is only seen by reading, and subscribers never send anything to read;
-* a socket that was full becomes writable again: the link sends what waits in its queue;
-* the last messages of a burst sit in a batch which nobody else would send (`flush_later`);
-* what a socket took may not arrive: twice a second each link looks how old that is (`Backlog`).
+* it reads, because a subscriber's FIN or RST is only seen by reading;
+* when a full socket becomes writable again, it has the link send its queue;
+* it sends the last batch of a burst (`flush_later`);
+* twice a second it checks the age of the unacknowledged bytes of each link (`Backlog`).
 
-The selector belongs to the thread alone; others leave requests in a deque and wake it through a socket pair.
-Where the system only has select(), which takes a few hundred sockets (Windows), further ones go to a further
-monitor with a thread of its own, and so on.
+Only this thread uses the selector. Other threads put requests into a deque and wake it through a socket pair.
+Where the system only has select(), which takes a few hundred sockets (Windows), additional sockets go to
+another monitor with its own thread.
 
-What the socket has taken cannot be taken back one by one: when the network is away for half a minute, or the
-subscriber stopped, the system delivers it afterwards, however old: velocities of half a minute ago. All of it
-together can be thrown away, by resetting the connection. The monitor looks at each link twice a second
-(`LOOK`), and says so when
+Bytes in the socket buffer cannot be withdrawn one by one. After a network outage of half a minute, the system
+would still deliver them, such as velocities half a minute old. Resetting the connection discards all of them.
+The monitor checks each link every `LOOK` seconds and resets it when
 
-* the oldest byte is older than `MOST_AGE`: what holds for everything small, velocities and states;
-* or, with more than `BULK` bytes under way, when none of them arrived for that long: a subscriber that is
-  behind a burst gets on as long as it reads;
-* or, with large messages (a map, images), when none arrived and the other computer does not even acknowledge:
-  a subscriber that works for long on each image is slow, not gone.
+* the oldest byte is older than `MOST_AGE` (small messages: velocities, states);
+* or, with more than `BULK` bytes under way, no byte arrived for that long: a subscriber that is behind a
+  burst still makes progress while it reads;
+* or, with large messages (a map, images), no byte arrived and the other computer does not acknowledge: a
+  subscriber that processes each image for long is only slow.
 """
 
 from __future__ import annotations
@@ -40,39 +39,39 @@ from rosproto.transport.unsent_bytes import UnsentBytes
 _log = get_logger("rosproto.node")
 
 
-LOOK = 0.5  # seconds between two looks: by so much an age may be overestimated, and so much later it is seen
-MOST_AGE = 4.0  # seconds; with a look and the way to the subscriber this stays below five
+LOOK = 0.5  # seconds between two checks; also the largest error of an age, and the detection delay
+MOST_AGE = 4.0  # seconds; stays below five with the check interval and the network delay
 BULK = 256 << 10  # bytes
 _MOST_MARKS = 64
 
 
 class Backlog:
-    """What is on its way to one subscriber, from the look that first sees it until nothing is. No I/O here.
+    """The unacknowledged bytes of one link. No I/O here.
 
     Args:
-        since: Seconds, of the last moment at which nothing was under way.
+        since: Seconds; the last time at which nothing was under way.
     """
 
     __slots__ = ("_acked", "_looked", "_marks", "_moved", "_since")
 
     def __init__(self, since: float) -> None:
         self._since = since  # the oldest byte was written after this
-        self._moved = since  # when the last one arrived
+        self._moved = since  # when the last byte arrived
         self._looked = since
         self._acked: int | None = None
         self._marks: deque[tuple[float, int]] = deque(maxlen=_MOST_MARKS)
 
     def look(self, now: float, written: int, queue: UnsentBytes, *, large: bool) -> str:
-        """Whether it is too old.
+        """Check the age of the bytes under way.
 
         Args:
             now: Seconds.
-            written: Bytes written so far, of which `queue` tells how many are not there yet.
-            queue: What the system says.
-            large: Large messages are among them.
+            written: Bytes written so far, including those in `queue`.
+            queue: Unsent and unacknowledged bytes, as reported by the system.
+            large: Whether large messages are among them.
 
         Returns:
-            Why the connection should be reset; "" for no reason.
+            Why the connection should be reset; "" if it should not.
         """
         acked = written - queue.waiting
         if self._acked is None or acked > self._acked:
@@ -83,7 +82,7 @@ class Backlog:
                 self._since = self._marks.popleft()[0]
         self._marks.append((now, written))
         late, self._looked = now - self._looked > 2 * LOOK, now
-        if late:  # this process did not get to run, and what it wrote just now looks old: the next look tells
+        if late:  # this process was not scheduled, so ages are too high: wait for the next check
             return ""
         age, still = now - self._since, now - self._moved
         if large:
@@ -98,14 +97,14 @@ class Backlog:
         return f"{queue.waiting} bytes, the oldest {age:.1f} s old, have not arrived; {what}"
 
 
-TICK = 0.001  # seconds until the end of a burst is sent at the latest, when this thread gets to run
-IDLE_TICKS = 20  # after so many ticks without a batch the thread sleeps again
-MOST_IN_SELECT = 500  # one thread's; Windows' select() takes 512 sockets
-LONGEST_SLEEP = 5.0  # seconds; only so that no wait is without an end
+TICK = 0.001  # seconds; longest delay for the end of a burst, if this thread is scheduled
+IDLE_TICKS = 20  # ticks without a batch before the thread sleeps again
+MOST_IN_SELECT = 500  # sockets per thread; Windows' select() takes 512
+LONGEST_SLEEP = 5.0  # seconds; bounds every wait
 
 
 class MonitoredLink(Protocol):
-    """What the monitor asks of a link."""
+    """Interface of a link as the monitor uses it."""
 
     @property
     def sock(self) -> socket.socket: ...
@@ -117,16 +116,16 @@ class MonitoredLink(Protocol):
     def flush(self) -> None: ...
 
     def look(self, now: float, before: float) -> None:
-        """Look after what is on its way.
+        """Check the bytes under way.
 
         Args:
             now: `time.monotonic()`.
-            before: When the monitor looked before that.
+            before: Time of the previous check.
         """
 
 
 class LinkMonitor:
-    """The thread; started with the first link, ended by `close`."""
+    """The monitor thread; started with the first link, ended by `close`."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -146,25 +145,25 @@ class LinkMonitor:
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
         self._further: LinkMonitor | None = None
-        self._elsewhere: set[MonitoredLink] = set()  # what the further one watches
+        self._elsewhere: set[MonitoredLink] = set()  # watched by `_further`
         self._looked = time.monotonic()
 
     # -- from any thread ------------------------------------------------------------------------------------
 
     def add(self, link: MonitoredLink) -> None:
-        """Watch a link; its socket must not block."""
+        """Watch a link; its socket must be non-blocking."""
         self._request(lambda: self._watch(link, selectors.EVENT_READ))
 
     def want_write(self, link: MonitoredLink, wanted: bool) -> None:
-        """Call `on_writable` as soon as the socket takes more, until told otherwise."""
+        """Call `on_writable` whenever the socket is writable, until called again with False."""
         events = selectors.EVENT_READ | (selectors.EVENT_WRITE if wanted else 0)
         self._request(lambda: self._change(link, events))
 
     def remove(self, link: MonitoredLink) -> None:
         """Stop watching, then close the socket.
 
-        The socket is closed here and not by the caller: a number re-used while the selector still knows it
-        would watch somebody else's connection.
+        The monitor closes the socket itself: if the selector still held a file descriptor that was closed and
+        reused, it would watch another connection.
         """
         self._request(lambda: self._drop(link))
 
@@ -176,7 +175,7 @@ class LinkMonitor:
             self._wake()
 
     def close(self, timeout: float = 2.0) -> None:
-        """End the thread; links still watched have their sockets closed."""
+        """End the thread and close the sockets of links still watched."""
         with self._lock:
             self._closing = True
             thread = self._thread
@@ -199,7 +198,7 @@ class LinkMonitor:
                     self._thread.start()
                     return
         if self._closing:
-            request()  # the thread is ending: nobody else uses the selector
+            request()  # the thread is ending and does not use the selector any more
         elif threading.current_thread() is not self._thread:
             self._wake()
 
@@ -207,7 +206,7 @@ class LinkMonitor:
         try:
             self._wake_out.send(b"\0")
         except OSError:
-            pass  # full: it is being woken already; closed: it is ending
+            pass  # full: already being woken; closed: ending
 
     # -- in the thread --------------------------------------------------------------------------------------
 
@@ -223,7 +222,7 @@ class LinkMonitor:
             self._look()
             if self._ticking and idle > IDLE_TICKS:
                 self._ticking = False
-                # A link may have come between the look and the note: it saw `_ticking` and did not wake us.
+                # A link added before `_ticking` was cleared did not wake this thread.
                 self._ticking = bool(self._due)
 
     def _serve(self, link: MonitoredLink | None, events: int) -> None:
@@ -249,7 +248,7 @@ class LinkMonitor:
         return bool(count)
 
     def _sleep(self) -> float:
-        """Until the next look; without a link nothing is to be looked at."""
+        """Seconds until the next check; without links there is nothing to check."""
         return LOOK if len(self._selector.get_map()) > 1 else LONGEST_SLEEP
 
     def _look(self) -> None:
@@ -291,7 +290,7 @@ class LinkMonitor:
         try:
             self._selector.modify(link.sock, events, link)
         except KeyError:
-            # Full before it was added, over a latched message. (One that was removed has a closed socket.)
+            # A latched message filled the socket before it was added. (A removed link has a closed socket.)
             self._watch(link, events)
         except (ValueError, OSError):
             pass  # removed meanwhile

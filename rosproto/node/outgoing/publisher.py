@@ -1,4 +1,4 @@
-"""Publisher: what a program holds to publish a topic."""
+"""Publisher: the program's handle to publish a topic."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class Publisher:
     """Publishes one topic; made by `Node.publisher`. Close it, or use it in a `with` block.
 
     Attributes:
-        latch: A subscriber that comes later gets the last message published here.
-        queue_size: Most messages that wait for one slow subscriber; the oldest is dropped and counted.
+        latch: Whether later subscribers get the last message published here.
+        queue_size: Queue length per subscriber; when full, the oldest message is dropped and counted.
         on_connect: Called with the caller id of each new subscriber, in a thread of the library.
-        on_disconnect: The same for each subscriber that has left.
-        header: Gives more fields of the header that a new subscriber gets; None for none.
-        linger: Whether the system delivers what is on its way when the program is killed.
+        on_disconnect: The same for each subscriber that has disconnected.
+        header: Returns additional fields of the connection header for new subscribers; or None.
+        linger: Whether the system still delivers sent messages after the program is killed.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Publisher:
         self._closed = False
 
     def connected(self, caller_id: str) -> None:
-        """A subscriber came; told in a thread of the library."""
+        """Call `on_connect` for a new subscriber, in a thread of the library."""
         if self.on_connect is not None:
             self.on_connect(caller_id)
 
@@ -93,18 +93,18 @@ class Publisher:
 
     @property
     def revisions(self) -> dict[str, type[Message]]:
-        """What each present subscriber decodes, by caller id: `message_class`, or a revision of it."""
+        """Class that each connected subscriber decodes, by caller id: `message_class` or a revision of it."""
         return {link.caller_id: cls for link, cls in self._publication.wanted}
 
     def publish(self, message: Any = None, **fields: Any) -> None:
-        """Send a message to everybody who subscribes; never waits for a slow subscriber.
+        """Send a message to all subscribers; never waits for a slow subscriber.
 
-        The message is encoded before this returns: changing it afterwards changes nothing sent. It is not
-        changed either: `header.seq` is counted in the bytes sent. Without a subscriber (and not latched)
-        nothing is encoded, so wrong values are not noticed then.
+        The message is encoded before this returns, so later changes to it do not affect the bytes sent. The
+        message itself is not modified: `header.seq` is written into the bytes only. Without subscribers (and
+        unless latched) the message is not encoded, so invalid values are not detected.
 
-        What a subscriber's connection does not take at once waits in its queue of `queue_size` messages, the
-        oldest of which is dropped (`stats()` counts).
+        If a subscriber's connection is full, up to `queue_size` messages are queued; then the oldest is
+        dropped (counted in `stats()`).
 
         Args:
             message: A message of the type, or its encoded bytes (`bytes`, or an `AnyMsg` of a raw
@@ -121,7 +121,7 @@ class Publisher:
             if message is None or fields:
                 message = self._message_of(message, fields)
             self._publication.publish(self, message)
-        except OSError as error:  # the first message imports what encodes it, and no file may be left to open
+        except OSError as error:  # the first message imports its encoder: too many open files
             if isinstance(error, RosError):
                 raise
             raise translate(error, f"publish {self.topic}", "") from error
@@ -130,7 +130,7 @@ class Publisher:
         """Send a message to one subscriber only: the newest connection of that node.
 
         Args:
-            caller_id: Name of the subscriber's node, as `on_connect` tells it.
+            caller_id: Name of the subscriber's node, as passed to `on_connect`.
             data: The encoded message.
 
         Returns:
@@ -144,14 +144,14 @@ class Publisher:
         return self.message_class(**fields)
 
     def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
-        """Wait until somebody subscribes: a message published before that reaches nobody.
+        """Wait for subscribers; messages published earlier are lost unless latched.
 
         Args:
             timeout: Seconds; None waits for ever.
-            count: How many subscribers.
+            count: Number of subscribers.
 
         Raises:
-            RosTimeout: They did not come; the text names what was seen.
+            RosTimeout: Fewer subscribers connected in time; the text gives details.
         """
         timeout = as_float(timeout)
         if self._publication.wait_for(count, timeout):
@@ -167,7 +167,7 @@ class Publisher:
         )
 
     def flush(self, timeout: float = 5.0) -> None:
-        """Wait until every message published so far is in the operating system's hands.
+        """Wait until the operating system has accepted every message published so far.
 
         Raises:
             RosTimeout: A subscriber is too slow.
@@ -175,14 +175,13 @@ class Publisher:
         self._publication.flush(timeout)
 
     def wait_arrived(self, timeout: float = 5.0) -> bool | None:
-        """Wait until everything published so far is on the computers of its subscribers.
+        """Wait until the subscribers' computers have received everything published so far.
 
-        `flush` tells that this computer has taken it; a network that loses packets may deliver it much later,
-        or never.
+        `flush` only waits for this computer; a network that loses packets may deliver much later, or never.
 
         Returns:
-            True when it is there, also when a subscriber has gone; False when it is not after `timeout`
-            seconds; None, at once, where that is not known: on Windows and macOS, and over UDPROS.
+            True if everything arrived (disconnected subscribers are ignored); False after `timeout` seconds;
+            None, at once, where this is not known: on Windows and macOS, and over UDPROS.
         """
         return self._publication.wait_arrived(timeout)
 
@@ -191,11 +190,11 @@ class Publisher:
         return self._publication.stats()
 
     def end(self) -> None:
-        """As `close`, for a node that closes: the topic is off the master already."""
+        """As `close`, while the node closes: the topic is already unregistered."""
         self._closed = True
 
     def close(self) -> None:
-        """Stop publishing; the last publisher of the topic takes it off the master. May be called twice."""
+        """Stop publishing; the last publisher of the topic unregisters it. May be called twice."""
         if not self._closed:
             self._closed = True
             self._on_close(self, self._publication)

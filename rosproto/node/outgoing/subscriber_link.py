@@ -1,11 +1,11 @@
-"""One connected subscriber over TCPROS, seen from the publisher: a socket, a queue, and when to use which.
+"""The publisher's side of one TCPROS connection to a subscriber: a socket and a queue.
 
-Its states are in subscriber_link_state.py. While it sends, messages that come faster than a system call
-is worth are joined and sent together: after `BATCH_BYTES` or `BATCH_SECONDS`, by the next message that
-comes alone, or by the monitor a millisecond later. `send` itself never waits.
+Its states are in subscriber_link_state.py. In a burst, small messages are joined into a batch. The batch is
+sent after `BATCH_BYTES` or `BATCH_SECONDS`, with the next message outside a burst, or by the monitor a
+millisecond later. `send` never waits.
 
 Writing each message alone costs a system call and a wake-up of the reader (177 k/s against 950 k/s,
-measured); leaving it to Nagle's algorithm costs 40 ms now and then. So: TCP_NODELAY, and this.
+measured); leaving it to Nagle's algorithm costs 40 ms now and then. Hence TCP_NODELAY and batches.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ def send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tuple
     """Send as much as the socket takes now: (bytes sent, error)."""
     total = 0
     try:
-        if sys.platform != "win32":  # where there is no sendmsg
+        if sys.platform != "win32":  # which has no sendmsg
             rest: Sequence[bytes | memoryview] = views
             while rest:
                 some = rest[:MOST_VIEWS]
                 sent = sock.sendmsg(some)
                 total += sent
                 if sent < sum(map(len, some)):
-                    # A signal or the buffer's end; either way the next try tells.
+                    # Interrupted by a signal, or the buffer is full; the next attempt decides.
                     rest = [*remaining([memoryview(v) for v in some], sent), *rest[MOST_VIEWS:]]
                     continue
                 rest = rest[MOST_VIEWS:]
@@ -57,32 +57,32 @@ def send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tuple
 
 BATCH_BYTES = 16 << 10
 BATCH_SECONDS = 200e-6
-RETRY_SECONDS = 500e-6  # publish() tries a blocked link this often itself: the monitor may not get to run
+RETRY_SECONDS = 500e-6  # publish() retries a blocked link this often, as the monitor may not be scheduled
 MOST_NAME = 1024  # characters of a peer's name
 MOST_NOISE = 64 << 10  # bytes that a subscriber may send after its header
 
-# What a system says that has given up sending: Windows the second, too (WSAECONNABORTED).
+# Errors of a system that has given up sending; Windows also uses the second one (WSAECONNABORTED).
 _GAVE_UP = (errno.ETIMEDOUT, errno.ECONNABORTED, getattr(errno, "WSAETIMEDOUT", errno.ETIMEDOUT))
 
 
 class SubscriberLink(QueuedLink):
-    """A subscriber that has been answered and now gets messages.
+    """A link to a subscriber whose header was accepted.
 
     Args:
-        sock: The connection, the subscriber's header read; the link owns it and makes it non-blocking.
+        sock: The connection, after the subscriber's header; the link owns it and makes it non-blocking.
         header: The subscriber's connection header.
         address: "host:port" of the subscriber.
         topic: Resolved topic.
-        queue_size: Most messages that wait for this subscriber; the oldest is dropped.
+        queue_size: Queue length; when full, the oldest message is dropped.
         monitor: The node's monitor.
         on_closed: Called once, from any thread and without a lock, when the link has ended.
-        greeting: Our own connection header, which is sent before any message.
+        greeting: Our connection header, sent before any message.
 
     Attributes:
         id: Number of the connection in getBusInfo.
         caller_id: The subscriber's node name.
-        cut: The two ends (local, remote address) of a connection that was reset because what was on its
-            way had become too old; None for any other end.
+        cut: Local and remote address of a connection that was reset because its backlog was too old; None
+            otherwise.
     """
 
     transport = "TCPROS"
@@ -127,29 +127,29 @@ class SubscriberLink(QueuedLink):
         self._batch: list[bytes] = []
         self._batch_bytes = 0
         self._batch_due = 0.0
-        self._promised = False  # the monitor will call `flush`
+        self._promised = False  # whether the monitor will call `flush`
         self._tried = 0.0
         self._noise = 0
-        self._backlog: Backlog | None = None  # while something is under way at each look
-        self._large = False  # a large message may be
-        self._seen = -len(greeting)  # `_bytes` when nothing was
+        self._backlog: Backlog | None = None  # set while bytes are under way
+        self._large = False  # whether they may include a large message
+        self._seen = -len(greeting)  # `_bytes` when nothing was under way
         self.cut: tuple[tuple[str, int], tuple[str, int]] | None = None
-        # Where the system itself gives up what is not acknowledged, it knows neither address afterwards.
+        # After the system itself has ended a connection, it no longer reports the two addresses.
         self._ends = _ends(sock) if expect_acknowledgement(sock, round(MOST_AGE)) else None
         if greeting:
-            # As a message of which a part is sent: it is never dropped, and all others wait behind it.
+            # Like a partly sent message, it is never dropped, and all others wait behind it.
             self._queue.begin([memoryview(greeting)])
             self._step(OutgoingEvent.FULL)
             self._messages, self._bytes = -1, -len(greeting)
 
     def set_linger(self, linger: bool) -> None:
-        """Whether the system delivers what is on its way when this program is killed."""
+        """Set whether the system still delivers sent messages after this program is killed."""
         set_linger(self.sock, linger)
 
     # -- sending --------------------------------------------------------------------------------------------
 
     def send(self, frame: bytes) -> None:
-        """Send a small frame now, after what is in the batch, or put it in the queue; never waits."""
+        """Send a small frame now, after the batch, or queue it; never waits."""
         error = None
         with self._lock:
             if self._sending:
@@ -177,7 +177,7 @@ class SubscriberLink(QueuedLink):
             self._fail(error)
 
     def _leave(self, frame: bytes) -> None:
-        """A signal handler publishes while its thread is sending here: the monitor sends it in a moment."""
+        """Leave a frame to the monitor: a signal handler published while its own thread was sending here."""
         self._batch.append(frame)
         self._batch_bytes += len(frame)
         if not self._promised:
@@ -187,9 +187,9 @@ class SubscriberLink(QueuedLink):
     def send_soon(self, frame: bytes, now: float) -> bool:
         """Add a small frame to the batch, and send the batch when it is due; never waits.
 
-        No lock is taken for the batch: `append` is atomic, and whoever sends takes frames from the front.
-        That no frame stays behind hangs on the order here and in `flush`: the frame is there before the
-        promise is looked at, and the promise is taken back before the batch is. The bytes may be miscounted.
+        The batch needs no lock: `append` is atomic, and senders take frames from the front. No frame is lost
+        because of the order here and in `flush`: the frame is appended before `_promised` is read, and
+        `_promised` is cleared before the batch is taken. The byte count may be inexact.
 
         Args:
             frame: A whole frame with its length.
@@ -218,7 +218,7 @@ class SubscriberLink(QueuedLink):
         return True
 
     def send_large(self, frame: LargeFrame) -> None:
-        """Send a frame in parts; what the socket does not take is copied. Never waits."""
+        """Send a frame in parts; the unsent rest is copied. Never waits."""
         error = None
         with self._lock:
             if self._sending:
@@ -240,10 +240,10 @@ class SubscriberLink(QueuedLink):
         if error is not None:
             self._fail(error)
         elif self._blocked:
-            sleep(0)  # let the monitor, and on a busy computer the subscriber, get on
+            sleep(0)  # let the monitor run, and on a busy computer the subscriber
 
     def _send_batch(self) -> OSError | None:
-        """Send what is in the batch, or move it to the queue."""
+        """Send the batch, or move it to the queue."""
         batch = self._batch[:]
         del self._batch[: len(batch)]
         self._batch_bytes = 0
@@ -266,7 +266,7 @@ class SubscriberLink(QueuedLink):
         return None
 
     def _block(self, frames: Sequence[bytes], sent: int) -> None:
-        """The socket is full after `sent` bytes of `frames`: the rest goes to the queue."""
+        """Queue the rest of `frames` after `sent` bytes: the socket is full."""
         queue = self._queue
         for frame in frames:
             if sent >= len(frame):
@@ -299,7 +299,7 @@ class SubscriberLink(QueuedLink):
         self._step(OutgoingEvent.FULL)
 
     def _retry(self) -> OSError | None:
-        """Try a blocked link from publish() itself: while the caller computes, nobody else gets to run."""
+        """Retry a blocked link in publish(): while the caller computes, other threads may not run."""
         now = perf_counter()
         if now - self._tried < RETRY_SECONDS:
             return None
@@ -326,7 +326,7 @@ class SubscriberLink(QueuedLink):
     # -- called by the monitor ------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Send the batch, if there is one, as promised; see also `QueuedLink.flush`."""
+        """Send the batch, if there is one; see also `QueuedLink.flush`."""
         self._promised = False
         self._flush()
         super().flush()
@@ -344,7 +344,7 @@ class SubscriberLink(QueuedLink):
             self._fail(error)
 
     def on_readable(self) -> None:
-        """A subscriber says nothing after its header: this is its end. One that talks on is cut off."""
+        """Handle the end of the connection; a subscriber that sends data after its header is disconnected."""
         try:
             noise = len(self.sock.recv(4096))
             self._noise += noise
@@ -358,7 +358,7 @@ class SubscriberLink(QueuedLink):
         self._end(self._failure or error)
 
     def has_arrived(self) -> bool | None:
-        """Whether the subscriber's computer has all that was sent, or has gone."""
+        """Whether the subscriber's computer has received all bytes, or is gone."""
         with self._lock:
             if self._closed:
                 return True
@@ -368,7 +368,7 @@ class SubscriberLink(QueuedLink):
         return None if queue is None else not queue.waiting
 
     def look(self, now: float, before: float) -> None:
-        """Reset the connection when what is on its way has become too old (`Backlog`)."""
+        """Reset the connection when its backlog is too old (`Backlog`)."""
         with self._lock:
             written = self._bytes
             if self._closed or (self._backlog is None and written == self._seen):
@@ -384,7 +384,7 @@ class SubscriberLink(QueuedLink):
             self._cut(why)
 
     def _cut(self, why: str) -> None:
-        """Throw away what is on its way, here and in the system; the subscriber may connect again."""
+        """Discard all unsent bytes, here and in the system; the subscriber may connect again."""
         self.cut = _ends(self.sock)
         set_linger(self.sock, False)
         self._end(OSError(why), deliver=False)
@@ -408,7 +408,7 @@ class SubscriberLink(QueuedLink):
             try:
                 self.sock.shutdown(socket.SHUT_RDWR)
             except OSError:
-                pass  # the other side was faster
+                pass  # the other side closed first
         super()._hang_up(deliver)
 
     def _farewell(self, error: OSError | None) -> str:
@@ -416,7 +416,7 @@ class SubscriberLink(QueuedLink):
 
 
 def _ends(sock: socket.socket) -> tuple[tuple[str, int], tuple[str, int]] | None:
-    """Our address and the other one; None when the connection has ended."""
+    """Local and remote address; None when the connection has ended."""
     try:
         return sock.getsockname(), sock.getpeername()
     except OSError:

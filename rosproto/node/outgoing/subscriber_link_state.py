@@ -1,16 +1,15 @@
 """The states of a link to one subscriber, as a table; all transitions are here.
 
-A link is made when a subscriber's header fits, and stands among the publication's links before it is
-watched: what is published from that moment on is meant for it. Until the monitor watches its socket
-(`OPENING`, `OPENING_FULL`) nobody but `publish()` sends. Over TCPROS our header goes first, and waits as what
-a socket did not take does, so such a link begins with `FULL`.
+A link is made when a subscriber's header is accepted. It joins the publication's links before the monitor
+watches it, so that it gets everything published from then on. Until the monitor watches its socket
+(`OPENING`, `OPENING_FULL`), only `publish()` sends. Over TCPROS our header goes first and is queued, so such
+a link begins with `FULL`.
 
-From then on it goes back and forth between two states. `SENDING`: nothing waits; what is published is sent
-at once in the publisher's thread, or joined with others for a moment. `BLOCKED`: the socket took no more;
-what is published goes to the queue, which drops the oldest, and the monitor sends when the socket takes
-more.
+Then it alternates between two states. `SENDING`: the queue is empty; messages are sent at once in the
+publisher's thread, or joined into a batch. `BLOCKED`: the socket is full; messages go to the queue, which
+drops the oldest, and the monitor sends when the socket is writable.
 
-It never comes back from `CLOSED`: a subscriber that connects again gets another link.
+`CLOSED` is final: a subscriber that connects again gets another link.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ import enum
 
 
 class OutgoingState(enum.Enum):
-    """Where a link stands; the text is what `stats()` says."""
+    """State of a link; the value is the text in `stats()`."""
 
     OPENING = "opening"
     OPENING_FULL = "opening, blocked"
@@ -29,17 +28,17 @@ class OutgoingState(enum.Enum):
 
     @property
     def waits(self) -> bool:
-        """Something waits for the socket: what is published now goes behind it."""
+        """Whether data waits for the socket, so that new messages are queued behind it."""
         return self in (OutgoingState.OPENING_FULL, OutgoingState.BLOCKED)
 
     @property
     def watched(self) -> bool:
-        """The monitor looks at the socket."""
+        """Whether the monitor watches the socket."""
         return self in (OutgoingState.SENDING, OutgoingState.BLOCKED)
 
 
 class OutgoingEvent(enum.Enum):
-    """What happened to it."""
+    """Event of a link."""
 
     FULL = "something must wait: the socket took not all, or our header comes first"
     DRAINED = "everything that waited is sent"
@@ -58,10 +57,10 @@ _TABLE = {
 
 
 def next_state(state: OutgoingState, event: OutgoingEvent) -> OutgoingState:
-    """The state after an event. ENDED ends every state; nothing happens any more to a link that is closed.
+    """The state after an event. ENDED closes from every state; a closed link ignores all events.
 
-    (A signal handler may close the link on which its own thread is sending: what the socket says then comes
-    after the end.)
+    (A signal handler may close the link on which its own thread is sending: the socket event comes after the
+    end.)
 
     Raises:
         AssertionError: The event cannot happen in this state: a bug here.
