@@ -111,7 +111,7 @@ def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> Callable[[], Any]
 
 
 def _target(robot: Robot, body: Any) -> dict[str, float] | None:
-    """Where the goal leads, in the map; None if that is not known."""
+    """Return the goal's target in the map; None if not known."""
     if body.kind == "pose":
         return {"x": body.x, "y": body.y}
     name = getattr(body, "mark", None)
@@ -121,7 +121,7 @@ def _target(robot: Robot, body: Any) -> dict[str, float] | None:
 
 
 def _place(robot: Robot, body: Any) -> Pose2D | None:
-    """Where a place is that only the list of this server has; None for what the chassis knows itself."""
+    """Return the pose of a mark that only this server's list has; None for marks of the chassis's map."""
     mark = robot.marks.find(body.mark) if hasattr(body, "mark") else None
     if mark is None or mark.on_chassis:
         return None

@@ -1,4 +1,4 @@
-"""Which client asks for which robot; used by all routes of the REST API."""
+"""The client and the robot of a request, for all routes of the REST API."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 PROBLEMS = problems(502, 503, 504)
-"""What the robot itself may be the reason of."""
+"""Error statuses that the robot can cause."""
 CREATED: dict[int | str, dict[str, Any]] = {
     201: {
         "headers": {
@@ -40,24 +40,22 @@ CREATED: dict[int | str, dict[str, Any]] = {
 async def named_robot(
     robot: str = Path(description="name of a robot, of GET robots", max_length=100),
 ) -> None:
-    """Describes the robot's name in the path for /openapi.json. It is async, or else a stop would wait for a
-    free thread.
-    """
+    """Describe the robot's name in the path for /openapi.json. Async, so that a stop waits for no thread."""
 
 
 async def refuse_null(request: Request) -> None:
-    """Refuses a body that is null, which FastAPI takes for one that was left out."""
+    """Refuse a body that is null, which FastAPI treats as a missing one."""
     if (await request.body()).strip() == b"null":
         raise Problem(422, say("the body is null; allowed: a JSON object, or no body"), "invalid")
 
 
 def context_of(request: Request) -> WebContext:
-    """What the parts of the application share."""
+    """Return the context of the application."""
     return cast("WebContext", request.app.state.context)
 
 
 def robot_of(request: Request) -> Robot:
-    """The robot that the path names, or the first one."""
+    """Return the robot named in the path, or the first one."""
     return context_of(request).robot(request.path_params.get("robot"))
 
 
@@ -67,10 +65,10 @@ def address_of(request: Request) -> str:
 
 
 def client_of(request: Request) -> Client:
-    """The client that sent the request.
+    """Return the client that sent the request.
 
     Raises:
-        Problem: The session is not known, or no longer.
+        Problem: The session is unknown or has expired.
     """
     session = request.headers.get(SESSION, "")
     if not session:
@@ -86,7 +84,7 @@ def client_of(request: Request) -> Client:
 
 
 def name_of(request: Request) -> str:
-    """The name of the client, for what is never refused: a stop, or the end of something."""
+    """Return the client's name, for requests that are never refused: stops and endings."""
     session, address = request.headers.get(SESSION, ""), address_of(request)
     if not session:
         return f"program at {address}"
@@ -95,17 +93,17 @@ def name_of(request: Request) -> str:
 
 
 async def connected(request: Request) -> None:
-    """Refuses what asks a robot that is still off. It is async, so that it needs no thread."""
+    """Refuse a request while the robot is not connected. Async, so that it needs no thread."""
     robot_of(request).require_connection()
 
 
 def check_command(request: Request, *, lease: bool = True, connected: bool = True) -> tuple[Robot, Client]:
-    """Robot and client of a command, after checking the rate and that no other client has the lease.
+    """Return robot and client of a command, after checking the rate and the lease.
 
     Args:
         request: The request.
         lease: Whether the command is refused while another has the lease.
-        connected: Whether it needs the robot, and not only this server.
+        connected: Whether the command needs the robot.
 
     Raises:
         Problem: The command is not allowed now.

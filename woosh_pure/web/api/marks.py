@@ -19,7 +19,7 @@ from woosh_pure.web.robot import Robot
 
 router = APIRouter(tags=["marks"], responses=PROBLEMS)
 HERE_SECONDS = 3.0
-"""Seconds for the robot to say where it is."""
+"""Seconds to wait for the robot's pose."""
 _NAME = Path(max_length=200, description="name of a mark of this list")
 
 
@@ -68,7 +68,7 @@ def delete_mark(request: Request, mark: str = _NAME) -> None:
 
 
 def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2D) -> Pose2D | None:
-    """The pose in a request; None if there is none. `here` waits for the robot's pose."""
+    """Return the pose in a request; None if there is none. `here` waits for the robot's pose."""
     given = [value is not None for value in (body.x, body.y, body.yaw)]
     if body.here:
         if any(given):
@@ -83,7 +83,7 @@ def _pose(robot: Robot, body: models.MarkRequest | models.MarkChange, old: Pose2
 
 
 def _here(robot: Robot) -> Pose2D:
-    """The robot's pose now; refused if it is not localised."""
+    """Return the robot's pose; refuse if it is not localised."""
     robot.require_connection()
     robot.listen()
     here: Pose2D = robot.feed("pose").wait(HERE_SECONDS)

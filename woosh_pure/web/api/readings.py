@@ -1,4 +1,4 @@
-"""What can be read: the state, feeds and their streams, the map, the cameras. Each noun has its routes."""
+"""The routes that read: the state, feeds and their streams, the map, the cameras."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ class _Events(Response):
         gone = asyncio.ensure_future(_gone(receive))
         try:
             await self._events(send, gone)
-        except (RosError, asyncio.TimeoutError) as error:  # too late for a status: the stream just ends
+        except (RosError, asyncio.TimeoutError) as error:  # too late for a status: end the stream
             _logger.debug("! the stream of %s ends: %s", self._name, error or "nobody takes it")
         finally:
             gone.cancel()
@@ -190,7 +190,7 @@ class _Events(Response):
             await send({"type": "http.response.body", "body": b""})
 
     async def _rest(self, gone: asyncio.Future[None]) -> None:
-        """Wait until the next event is due, the reader has gone, or the server ends."""
+        """Wait until the next event is due, the reader has disconnected, or the server ends."""
         until = time.monotonic() + 1.0 / self._rate
         while (left := until - time.monotonic()) > 0.0 and not (gone.done() or self._context.closed):
             await asyncio.wait([gone], timeout=min(left, LOOK_SECONDS))

@@ -1,4 +1,4 @@
-"""Logging in, which is kept in a cookie that scripts cannot read, and the live connection of a page."""
+"""The routes of the log-in, whose cookie scripts cannot read, and of a page's live connection."""
 
 from __future__ import annotations
 

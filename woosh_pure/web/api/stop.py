@@ -1,9 +1,8 @@
-"""POST stop, and POST pose. A stop is carried out first; what is wrong with the request is answered
-afterwards.
+"""POST stop, and POST pose. A stop is carried out before its request is validated.
 
-Every client that may reach the server (token, `Host`, `Origin`) may stop, also with an unknown session, an
-odd path or method, or a body that is not valid or does not come. The goals of this server are stopped before
-the body is read. Those of others are stopped, too, unless a body says in time that they are not.
+Every client with access to the server (token, `Host`, `Origin`) may stop, also with an unknown session, an
+odd path or method, or an invalid or missing body. The goals of this server are stopped before the body is
+read. Those of others are stopped, too, unless the body excludes them in time.
 """
 
 from __future__ import annotations
@@ -31,11 +30,11 @@ from woosh_pure.web.validation_errors import refusal
 
 router = APIRouter(tags=["stop"], responses=PROBLEMS)
 BODY_SECONDS = 0.5
-"""Seconds for the body to say what not to stop; then everything is stopped."""
+"""Seconds to wait for the body to exclude goals; then everything is stopped."""
 REST_SECONDS = 10.0
-"""Seconds for the rest of a body that is answered before it has come."""
+"""Seconds to read the rest of a body after its answer was sent."""
 ANSWER_SECONDS = 30.0
-"""Seconds after which a stop whose result is still not known is answered."""
+"""Seconds after which a stop is answered even without a result."""
 
 
 async def stop(request: Request) -> Response:
@@ -68,7 +67,7 @@ async def stop(request: Request) -> Response:
 
 
 def _meant(request: Request) -> tuple[list[Robot], Problem | None]:
-    """The robot to stop; all of them if the path names none of this server: it may have another name now."""
+    """Return the robot to stop; all robots if the path's name is unknown: it may have been renamed."""
     context = context_of(request)
     try:
         return [context.robot(request.path_params.get("robot"))], None
@@ -84,10 +83,10 @@ def _of_method(request: Request) -> Problem | None:
 
 
 async def _over(begun: list[Any]) -> StopReport:
-    """What all of these stops did.
+    """Return the combined result of these stops.
 
     Raises:
-        Problem: It is not known in time.
+        Problem: There is no result in time.
     """
     done, late = await asyncio.wait(map(asyncio.wrap_future, begun), timeout=ANSWER_SECONDS)
     if late:
@@ -107,8 +106,8 @@ def _each(reports: list[StopReport], part: Callable[[StopReport], list[str]]) ->
 
 
 class _AnswerBeforeBody(JSONResponse):
-    """An answer after which the rest of the body is read: closing the connection while a client still sends
-    would reset it, and the client might lose the answer.
+    """Reads the rest of the body after the answer: closing the connection earlier would reset it, and the
+    client might lose the answer.
     """
 
     media_type = MEDIA_TYPE
@@ -127,7 +126,7 @@ class _AnswerBeforeBody(JSONResponse):
 
 
 class _Body:
-    """The body of a stop. It is read while the robot is being stopped; only the beginning of it is kept."""
+    """The body of a stop, read while the robot is being stopped. Only its beginning is kept."""
 
     def __init__(self, request: Request) -> None:
         headers = request.headers
@@ -145,7 +144,7 @@ class _Body:
             more = bool(message.get("more_body", False))
 
     async def asks_for_everything(self) -> bool:
-        """Whether to stop what others have started, too: yes, unless the body says in time that not."""
+        """Whether to stop goals of others, too: true unless the body excludes them in time."""
         await asyncio.wait([self._reading], timeout=BODY_SECONDS)
         if not self._reading.done() or not self._is_json or not 0 < len(self._text) <= MOST_BODY:
             return True
@@ -158,7 +157,7 @@ class _Body:
         return models.StopRequest.model_validate_json(self._text)
 
     def complaint(self) -> Problem | None:
-        """What is wrong with the body; None if it is valid."""
+        """Return the error in the body; None if it is valid."""
         if len(self._text) > MOST_BODY:
             return Problem(413, say("the body is larger than {most} bytes", most=MOST_BODY))
         if not self._reading.done():
@@ -175,7 +174,7 @@ class _Body:
         return None
 
     async def ends(self, seconds: float) -> None:
-        """Wait until the body has come, or the time is up."""
+        """Wait until the body is complete, or the time is over."""
         try:
             await asyncio.wait([self._reading], timeout=seconds)
         finally:

@@ -2,8 +2,8 @@
 are arguments.
 
 While a person holds the control, the page sends a press and then a beat every 100 ms, each with a sequence
-number and the page's own time. When the person lets go, or the page is hidden, frozen, asleep or cut off, no
-more beats come, and that alone ends the drive.
+number and the page's time. When the person lets go, or the page is hidden, suspended or disconnected, beats
+stop, and their absence ends the drive.
 
 | state   | press                 | opened  | beat                     | let go, gone, stop | 0.4 s silent |
 |---------|-----------------------|---------|--------------------------|--------------------|--------------|
@@ -12,14 +12,13 @@ more beats come, and that alone ends the drive.
 | driving | a second one: ended   | zero    | in time: drive           | ended              | ended        |
 | ended   | newer number: opening | zero    | ignored: nothing resumes | -                  | -            |
 
-A beat is late if it took more than 0.25 s longer than the fastest one so far: beats that a network held back
-and delivers at once are out of date. The two clocks need not agree, they only have to run. If the page's
-clock is set back, all beats are late, which ends the drive. If it is set forward, the next beat becomes the
-fastest, and later ones are measured by it. Clocks drift apart a little; that is allowed for between two
-presses, but never while somebody holds.
+A beat is late if it took more than 0.25 s longer than the fastest one so far: beats that a network delayed
+and delivers together are out of date. The two clocks need not agree. If the page's clock is set back, all
+beats are late, which ends the drive. If it is set forward, the next beat becomes the fastest, and later ones
+are compared with it. Drift between the clocks is corrected between two presses, but never during one.
 
-All times count from when a beat was sent, not from when it was read: a beat that is 0.2 s late moves the
-robot for 0.1 s only. So a slow network or a busy server can shorten a drive, but never lengthen it.
+All times count from the sending of a beat, not from its reading: a beat that is 0.2 s late moves the robot
+for 0.1 s only. So a slow network or a busy server can shorten a drive, but never lengthen it.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 SILENCE = 0.4
-"""A drive ends after this time without a beat that is in time."""
+"""A drive ends after this time without a timely beat."""
 VALID_FOR = 0.3
 """A beat moves the robot for this time after it was sent, even if the event loop is blocked."""
 LATEST = 0.25
@@ -101,7 +100,7 @@ class DeadManSwitch:
         return Verdict("open")
 
     def opened(self, now: float) -> Verdict:
-        """The drive is open now. The person may have let go meanwhile."""
+        """Note that the drive is open. The person may have let go meanwhile."""
         if self.state != "opening":
             return Verdict("zero", reason="let go meanwhile")
         if (ended := self.tick(now)).act == "zero":
@@ -118,7 +117,7 @@ class DeadManSwitch:
         if (ended := self.tick(now)).act == "zero":
             return ended
         if not self._is_new(seq, at, vx, wz):
-            return NOTHING  # a repeated beat proves nothing: the silence goes on
+            return NOTHING  # a repeated beat does not end the silence
         late = self._lateness(at, now)
         if late > self._latest:
             return NOTHING
@@ -126,7 +125,7 @@ class DeadManSwitch:
         return self._drive(now) if self.state == "driving" else NOTHING
 
     def _drive(self, now: float) -> Verdict:
-        """Drive for what is left of the last beat's time; if nothing is left, wait for the next beat."""
+        """Drive for the remaining time of the last beat; if it is over, wait for the next beat."""
         left = VALID_FOR - (now - self._alive)
         return Verdict("drive", *self._wish, valid_for=left) if left > 0.0 else NOTHING
 
@@ -137,7 +136,7 @@ class DeadManSwitch:
         return NOTHING
 
     def end(self, reason: str) -> Verdict:
-        """The person has let go or gone, or the drive was stopped, refused or has ended by itself."""
+        """End the drive: it was released, disconnected, stopped or refused, or has ended by itself."""
         return self._end(reason) if self.held else NOTHING
 
     def _end(self, reason: str) -> Verdict:
@@ -151,7 +150,7 @@ class DeadManSwitch:
         return True
 
     def _lateness(self, at: float, now: float) -> float:
-        """Seconds by which it took longer than the fastest one."""
+        """Return the seconds by which a beat took longer than the fastest one."""
         took = now - at
         self._fastest = min(self._fastest, took)
         late = took - self._fastest

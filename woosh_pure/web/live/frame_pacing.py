@@ -28,7 +28,7 @@ _BINARY = ("camera color", "camera depth", "costmap")
 
 
 class BadMessage(Exception):
-    """A message that the page does not send; the text says what is wrong with it."""
+    """An invalid message of a page; the text describes the error."""
 
 
 class FrameSender:
@@ -106,7 +106,7 @@ class FrameSender:
         """Note that the page has received `number` frames.
 
         Raises:
-            BadMessage: That is no number, or fewer or more than possible.
+            BadMessage: `number` is not a number, or is outside the possible range.
         """
         if isinstance(number, bool) or not isinstance(number, int) or not self._acked <= number <= self._sent:
             raise BadMessage(
@@ -143,8 +143,8 @@ class FrameSender:
         return None
 
     def _in_turn(self) -> list[str]:
-        """All kinds, in the order in which to send them. Over a slow link, pose and scan change with every
-        frame and must not displace the rest: the pose gets every other frame, and the others take turns.
+        """Return all kinds in the order of sending. Over a slow link, pose and scan change with every frame
+        and must not displace the rest: the pose gets every other frame, and the others follow in turn.
         """
         looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self.watched]
         others = sorted([*_ORDER, *looked_at], key=lambda kind: self._last_sent.get(kind, -1))
@@ -155,7 +155,7 @@ class FrameSender:
     def _news(self, kind: str) -> str | bytes | None:
         if kind == "journal":
             return self._journal_news()
-        if kind == "costmap" and self._parts:  # the rest of the one that was begun
+        if kind == "costmap" and self._parts:  # continue an unfinished costmap
             return self._parts.popleft()
         version, content = self._hub.newest.get(kind, (0, ""))
         if version <= self._versions.get(kind, 0):

@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 SCAN, CAMERA, COSTMAP = 1, 2, 3
 SOURCES = ("color", "depth")
 MOST_RANGES = 2000
-"""Of a scan with more ranges, only every second, third ... is sent; a screen cannot show more."""
+"""A scan with more ranges is thinned to every second, third ... range; a screen cannot show more."""
 MOST_CELLS, PART = 250_000, 8 * 1024
-"""Cells of a costmap that are sent, and bytes of one part: a screen does not show more of a large map, and
-over a slow link a part holds up the rest for no longer than a picture of the camera."""
+"""Most cells of a costmap, and most bytes of one part. A screen does not show more cells, and over a slow
+link a part delays other frames no longer than a camera picture."""
 _HEAD = struct.Struct("<BBH5f")
 _GRID = struct.Struct("<BBHHH4f")
 
@@ -76,7 +76,7 @@ def costmap_frames(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -
         origin: Pose of its first cell's corner in the map.
 
     Raises:
-        ValueError: It has no cells, or more than 65535 in one direction, or a number of it is none.
+        ValueError: It has no cells, more than 65535 in one direction, or a place that is not finite.
     """
     step = math.ceil(math.sqrt(cells.size / MOST_CELLS))
     if step > 1:
@@ -104,7 +104,7 @@ _logger = get_logger("woosh_pure.web")
 
 
 class Costmap:
-    """The navigation's costmap, subscribed only while somebody looks at it. Not every chassis publishes it.
+    """The navigation's costmap, subscribed only while it has viewers. Not every chassis publishes it.
 
     Safe from any thread.
     """
@@ -131,7 +131,7 @@ class Costmap:
         self._newest = message
 
     def frames(self) -> tuple[bytes, ...] | None:
-        """The newest costmap as frames; None if there is none. Each message is encoded once."""
+        """Return the newest costmap as frames; None if there is none. Each message is encoded once."""
         message = self._newest
         if message is not self._framed[0]:
             self._framed = message, self._encode(message)

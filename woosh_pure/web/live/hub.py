@@ -52,7 +52,7 @@ class Workers:
     def _forget(self, job: asyncio.Future[Any]) -> None:
         self._jobs.discard(job)
         if not job.cancelled():
-            job.exception()  # marks it as seen: whoever awaits the job gets it, otherwise it is ignored
+            job.exception()  # retrieved here, so that asyncio does not log it if nothing awaits the job
 
     def close(self) -> None:
         """Accept no more jobs. Running jobs end in a bounded time."""
@@ -73,9 +73,7 @@ STATE_PARTS = (
 
 
 async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
-    """Run a loop while there are viewers. Log an unexpected error and start the loop again, so that the page
-    goes on showing the rest.
-    """
+    """Run a loop while there are viewers. After an unexpected error, log it and start the loop again."""
     while True:
         try:
             await loop()
@@ -126,7 +124,7 @@ class Hub:
             tasks, self._tasks = self._tasks, []
             for task in tasks:
                 task.cancel()
-            self.newest.clear()  # the next viewer must not be shown old values first
+            self.newest.clear()  # the next viewer must not get old values first
             self._seen.clear()
             for camera in self.robot.cameras.values():
                 self._workers.run(camera.close_idle, 0.0)
@@ -144,7 +142,7 @@ class Hub:
             self.newest.pop(f"camera {what}", None)
 
     def put(self, kind: str, content: Content, *, again: bool = False) -> None:
-        """Set the content of a kind. Equal content is not new, unless `again` says that it must be resent."""
+        """Set the content of a kind. Equal content gets no new version, unless `again` is true."""
         before = self.newest.get(kind)
         if not again and before is not None and before[1] == content:
             return
@@ -152,7 +150,7 @@ class Hub:
         self.newest[kind] = (self._version, content)
 
     def wake(self) -> None:
-        """Tell all viewers that something is new."""
+        """Wake all viewers."""
         for wake in list(self._viewers):
             wake()
 
@@ -165,7 +163,7 @@ class Hub:
             self._go_on(self._not_connected)
             self.wake()
             await asyncio.sleep(SLOW)
-        self._seen.pop("began", None)  # from now on the time of silence counts
+        self._seen.pop("began", None)  # the time of silence counts from here
         await self._in_thread(robot.listen)
         while True:
             before, now = self._version, time.monotonic()
@@ -191,7 +189,7 @@ class Hub:
                 _logger.exception("! %s: a part of its state cannot be shown", self.robot.name)
 
     async def _slow_loop(self) -> None:
-        """Ask for the slower parts in a thread, a few times a second."""
+        """Request the slower parts in a thread, a few times a second."""
         robot = self.robot
         outline = {"t": "footprint", "points": robot_state.round_outline(), "assumed": True}
         self.put("footprint", text_of(outline))
@@ -201,7 +199,7 @@ class Hub:
             if marks is not None and marks != shown:
                 shown = marks
                 self.put("marks", text_of({"t": "marks", "marks": [mark_part(mark) for mark in marks]}))
-            await self._in_thread(robot.listen)  # once more, in case the robot was not there yet
+            await self._in_thread(robot.listen)  # again, in case the robot was not connected yet
             parts = await self._in_thread(lambda: robot_state.slow_parts(robot))
             for part, value in (parts or {}).items():
                 self.put(part, text_of(value))
@@ -237,7 +235,7 @@ class Hub:
             await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
 
     async def _in_thread(self, ask: Callable[[], Any], *, asks_robot: bool = True) -> Any:
-        """Call in a thread; None if the robot does not answer. The page shows the age of its values."""
+        """Call in a thread; None without an answer. The page shows the age of its values."""
         if asks_robot and self.robot.unreachable:
             return None  # no thread waits for it
         try:

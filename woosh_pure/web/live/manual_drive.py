@@ -1,5 +1,5 @@
-"""Drives one robot by hand, in one velocity block at a time. Any thread can end it, and it always ends with
-zero velocity.
+"""Manual driving of one robot, one velocity block at a time. Any thread can end a drive, and it always ends
+with zero velocity.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from woosh_pure.velocity.drive import Drive
 from woosh_pure.web.http_errors import Problem
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
-"""m/s and rad/s that a page may drive at most. Lower limits of the chassis hold, too."""
+"""Highest velocities of a page, m/s and rad/s. Lower limits of the chassis apply, too."""
 ZEROS_SECONDS = 2.5
-"""Seconds for which a person who presses again waits for the zeros of the last drive; `finish` takes two."""
+"""Seconds for which a new press waits for the zeros of the last drive; `finish` takes two."""
 
 
 class ManualDrive:
@@ -49,7 +49,7 @@ class ManualDrive:
             Problem: Another client drives, or the server is ending.
             RosError, ValueError: `Chassis.velocity` has refused.
         """
-        with self._lock:  # a driver who presses again waits for the zeros of the last drive
+        with self._lock:  # a new press waits for the zeros of the last drive
             self._lock.wait_for(lambda: self._closed or self._driver != driver, ZEROS_SECONDS)
             if self._closed or self._driver is not None:
                 raise Problem(409, self._closed or f"{self._driver} drives now", "busy")

@@ -27,7 +27,7 @@ class PageDriving:
     Used in the event loop only.
 
     Args:
-        context: Whether driving is allowed, and the threads in which drives are opened and ended.
+        context: The web context: whether driving is allowed, and threads to open and end drives.
         robot: The robot.
         name: The page's name, shown to others.
         outgoing: Sends the page the state of its drive.
@@ -185,14 +185,12 @@ class PageDriving:
         self._apply(verdict, now)
 
     def _abandon(self, opening: asyncio.Future[None], why: str) -> None:
-        """End a drive that is no longer wanted. If it was not opened, another client's drive may be open,
-        which must go on.
-        """
+        """End an abandoned drive, but only if it was opened: an open drive may be another client's."""
         if not opening.cancelled() and opening.exception() is None:
             self._context.drives.run(self._robot.manual_drive.finish, why)
 
     def _end_drive(self, reason: str, text: str = "", reasons: list[Any] | None = None) -> None:
-        """Send zero, then note the end in the journal and tell the page."""
+        """Send zero, then note the end in the journal and notify the page."""
         if not self._driving:
             if reason:
                 self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
@@ -205,7 +203,7 @@ class PageDriving:
         self._context.drives.run(self._robot.manual_drive.finish, why)
 
     def _drive_failed(self, error: Exception) -> None:
-        """End a drive that the robot, a stop or a lost link has ended."""
+        """Handle a drive that the robot, a stop or a lost link has ended."""
         self._dead_man.end("over")
         self._end_drive("over", str(error), _reasons(problem_of(error)))
 

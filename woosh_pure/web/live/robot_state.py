@@ -27,7 +27,7 @@ MOST_POINTS = 500
 
 
 def slow_parts(robot: Robot) -> dict[str, Any]:
-    """The parts that are asked for a few times a second. Blocks for a moment the first time."""
+    """Return the parts that are requested a few times a second. Blocks for a moment the first time."""
     readiness, faults = robot.chassis.readiness(), robot.chassis.faults
     return {
         "readiness": readiness_part(readiness),
@@ -57,9 +57,9 @@ def snapshot(robot: Robot) -> dict[str, Any]:
 
 
 def path_points(robot: Robot) -> list[list[float]]:
-    """The path being driven, reduced to the points that a screen can show; none once the motion is over.
+    """Return the path being driven, thinned for a screen; empty once the motion is over.
 
-    The navigation goes on publishing its last path, and says nothing of its end.
+    The navigation goes on publishing its last path, and does not report its end.
     """
     path = known_path(robot.chassis) if _under_way(robot) else []
     step = max(1, math.ceil(len(path) / MOST_POINTS))
@@ -70,7 +70,7 @@ def path_points(robot: Robot) -> list[list[float]]:
 
 
 def _under_way(robot: Robot) -> bool:
-    """Whether the robot drives along a path: a goal of ours or of others is under way, or it just moves."""
+    """Whether the robot drives along a path: a goal of any client is under way, or the robot moves."""
     if robot.goals.running or any(reason.key in _BUSY for reason in robot.chassis.readiness().reasons):
         return True
     velocity = robot.feed("velocity").known
@@ -109,9 +109,7 @@ class Mounting:
 
 
 def laser_mounting(robot: Robot, scan: LaserScan) -> Mounting:
-    """The mounting by the static transforms. Without a transform, the laser counts as mounted in the robot's
-    centre. Sends no request.
-    """
+    """Return the mounting from the static transforms; without one, the robot's centre. Sends no request."""
     import numpy as np
 
     from woosh_pure.readings import in_base

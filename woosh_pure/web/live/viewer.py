@@ -29,10 +29,10 @@ from woosh_pure.web.snapshot import plain, stop_part
 
 MOST_TEXT = 4096
 GONE_SECONDS = 6.0
-"""A page whose connection has ended keeps the lease for this time, to connect again."""
+"""Seconds for which a disconnected page keeps the lease, to connect again."""
 GOING_AWAY = 1001
-"""The code with which a browser closes the connections of a page that is closed or left. A message that the
-page's script sends then does not always arrive (Firefox). A cut network sends no code."""
+"""The code with which a browser closes the connections of a page that is closed or left. A last message of
+the page's script does not always arrive (Firefox). A cut network sends no code."""
 REPLACED = 4409
 """The code of a connection whose session another connection has resumed. A page that is still open, because
 its tab was copied with the session, then takes a new session."""
@@ -142,7 +142,7 @@ class Viewer:
             if text is None or len(text) > MOST_TEXT:
                 raise BadMessage(say("expected text of at most {most_text} letters", most_text=MOST_TEXT))
             message = _document(text)
-            if message.get("t") == "stop":  # also one that is too many
+            if message.get("t") == "stop":  # also above the limit of messages
                 self._stop(message.get("n"))
             if not self._pace.take(time.monotonic()):
                 raise BadMessage("more than 200 messages a second")
@@ -198,7 +198,7 @@ class Viewer:
             self._start(self._follow_look())
 
     async def _follow_look(self) -> None:
-        """Watch the wanted cameras and costmap, also those that are asked for meanwhile."""
+        """Watch the wanted cameras and costmap, also those requested meanwhile."""
         try:
             while changed := self._sender.watched ^ self._wanted:
                 what = min(changed)

@@ -1,4 +1,4 @@
-// The page of the API: openapi.json of this server, written out. Needs no internet connection.
+// The page of the API: shows this server's openapi.json. Needs no internet connection.
 
 import { byId, el, fill } from "../js/dom.js";
 
@@ -19,7 +19,7 @@ let parts = {};
 const resolved = (schema) => (schema.$ref ? parts[schema.$ref.split("/").pop()] : schema);
 const kinds = (schema) => (schema.oneOf ?? schema.anyOf ?? [schema]).map(resolved);
 
-// What a value may be: "number, -10 to 10".
+// The allowed values: "number, -10 to 10".
 function allowed(schema) {
   return kinds(schema).map((one) => {
     if (one.const !== undefined) return JSON.stringify(one.const);

@@ -1,5 +1,5 @@
-// Decodes the binary frames of the live connection (scan, camera, costmap), little-endian. A frame that is not complete or
-// of an unknown kind gives null, and the page goes on with the next one.
+// Decodes the binary frames of the live connection (scan, camera, costmap), little-endian. Returns null for
+// a frame that is incomplete or of an unknown kind.
 
 export const SCAN = 1;
 export const CAMERA = 2;
@@ -68,7 +68,7 @@ function costmap(view, buffer) {
   return { kind: "costmap", width, height, row, rows, ...head, cells: new Uint8Array(buffer, HEADER) };
 }
 
-// Joins the parts of a costmap. `take` gives the whole costmap with the last part, else null.
+// Joins the parts of a costmap. `take` returns the whole costmap with the last part, else null.
 export class CostmapParts {
   constructor() {
     this.whole = null;

@@ -1,4 +1,4 @@
-// The tab Camera: shows pictures, which are sent only while the tab is open and the page is in view.
+// The tab Camera. Pictures are sent only while the tab is open and the page visible.
 
 import { button, byId, el, fill, say, show } from "./dom.js";
 import { number, onLanguage, t } from "./i18n.js";

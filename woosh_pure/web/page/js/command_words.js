@@ -1,4 +1,4 @@
-// The words of a command and of a client's name, in the language of the page. Unknown ones are shown as they came.
+// Texts for commands and client names, in the page's language. Unknown ones are shown unchanged.
 
 import { has, number, t } from "./i18n.js";
 
@@ -15,7 +15,7 @@ export function whatText({ key, values, what }) {
 
 const WHO = [[/^page (?<n>\d+) at (?<address>.+)$/, "who.page"], [/^program at (?<address>.+)$/, "who.program"]];
 
-// A client's name, as the server has given it.
+// A client's name, translated if the server assigned it.
 export function whoText(name) {
   for (const [form, key] of WHO) {
     const found = form.exec(name ?? "");

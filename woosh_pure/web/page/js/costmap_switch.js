@@ -1,10 +1,10 @@
-// The button that shows the costmap, and its hints: the page says so if the robot publishes none.
+// The button that shows the costmap, and the hint if the robot publishes none.
 
 import { byId } from "./dom.js";
 import { hint } from "./map_hint.js";
 import { onLanguage, t } from "./i18n.js";
 
-const PATIENCE = 5; // seconds until the page says that there is none
+const PATIENCE = 5; // seconds until the hint that there is none
 
 export class CostmapSwitch {
   constructor({ store, ground, changed }) {

@@ -1,7 +1,6 @@
-// The pad for driving: hold and drag. Reports x right, y up, -1..1, and why it was let go.
+// The pad for driving: hold and drag. Reports x right, y up, -1..1, and the reason of its release.
 //
-// Positions are measured from where the pad was when the finger came down. A pad that is moved or resized while it is held
-// cannot steer; it ends the drive.
+// Positions are relative to the pad's place at the press. Moving or resizing a held pad ends the drive.
 
 import { el } from "./dom.js";
 
@@ -12,7 +11,7 @@ export class DrivePad {
   constructor(told) {
     this.told = told;
     this.pointer = null;
-    this.began = null; // the view when the finger came down; null once the pad has moved
+    this.began = null; // the view at the press; null once the pad has moved
     this.knob = el("span", { class: "knob" });
     this.root = el("div", { class: "pad" }, el("span", { class: "cross" }), this.knob);
     const { root } = this;
@@ -45,14 +44,14 @@ export class DrivePad {
     this.told[why]();
   }
 
-  // Where the pad is, and how the page is shown.
+  // The pad's place, and the page's zoom.
   view() {
     const { left, top, width, height } = this.root.getBoundingClientRect();
     const { scale = 1, offsetLeft = 0, offsetTop = 0 } = globalThis.visualViewport ?? {};
     return [left, top, width, height, innerWidth, innerHeight, offsetLeft, offsetTop, 100 * scale, 100 * devicePixelRatio];
   }
 
-  // Whether it is still where the finger came down. To be asked before each beat, too. Says once that it has moved.
+  // Whether the pad is still in its place. Also called before each beat. Reports a move once.
   stays() {
     if (this.pointer === null) return true;
     if (this.began === null) return false;

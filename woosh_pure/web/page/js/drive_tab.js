@@ -27,7 +27,7 @@ export class DriveTab {
     this.on = false;
     this.speed = 0.5;
     this.heartbeat = new Heartbeat({ send: (message) => link.send(message), now: seconds, buffered: () => link.buffered });
-    this.note = ""; // why it ended last, until the next press
+    this.note = ""; // reason of the last end, until the next press
     this.heartbeat.onchange = (state, reason) => {
       if (state !== "idle") this.note = reason;
       this.show();
@@ -65,7 +65,7 @@ export class DriveTab {
       oninput: () => (this.speed = Number(this.slider.value)),
     });
     this.root = byId("tab-drive");
-    this.place = byId("pad-row"); // first in the panel: whatever is shown comes below it
+    this.place = byId("pad-row"); // first in the panel: notes appear below it
   }
 
   inputs() {
@@ -115,7 +115,7 @@ export class DriveTab {
 
   taken() {
     this.end("taken");
-    this.heartbeat.release(); // the finger is off the pad: the next touch is a new press
+    this.heartbeat.release(); // released: the next touch is a new press
   }
 
   end(reason) {

@@ -3,8 +3,8 @@
 import { button, el } from "./dom.js";
 import { t } from "./i18n.js";
 
-// The warning as a part of the panel, not as a dialog above everything: STOP stays in reach while it is read.
-// told(true) only when the box was ticked and the switch pressed.
+// The warning is part of the panel, not a modal dialog, so that STOP stays in reach.
+// Calls told(true) only when the box was ticked and the switch pressed.
 export function warning(told) {
   const yes = el("button", { type: "submit", class: "danger", disabled: true, id: "warning-yes" }, t("drive.warning.yes"));
   const check = el("input", { type: "checkbox", id: "warning-check", onchange: () => (yes.disabled = !check.checked) });

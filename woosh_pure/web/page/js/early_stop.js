@@ -1,18 +1,18 @@
 // STOP before the other modules are loaded, which takes seconds over a slow link. Loaded first, so it imports nothing.
-// Then stop_button.js takes over: it stops once more, which does no harm, and shows the answer.
+// stop_button.js then stops once more, which does no harm, and shows the answer.
 
 const button = document.getElementById("stop");
-const SECONDS = 0.9; // without an answer: then the red button is named
+const SECONDS = 0.9; // without an answer, then show the hint to the red button
 let language = navigator.language;
 try {
   language = localStorage.getItem("woosh-language") ?? language;
-} catch { /* a browser that keeps nothing */ }
+} catch { /* no storage */ }
 const WORDS = language.startsWith("zh")
   ? ["正在停止…", "机器人静止了。", "还没有回应。请按机器人上的红色按钮。"]
   : ["Stopping…", "The robot stands still.", "No answer yet. Use the red button on the robot."];
 
 function say(number, kind) {
-  if (!button.dataset.early) return; // stop_button.js says it now
+  if (!button.dataset.early) return; // stop_button.js shows it now
   const box = document.getElementById("stop-answer");
   box.textContent = WORDS[number];
   box.className = `answer ${kind}`;

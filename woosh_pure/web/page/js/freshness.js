@@ -1,8 +1,8 @@
 // The age of each feed, whether it is shown as old, and whether server or robot is lost. Pure; seconds of this page's clock.
 
-// Feeds that are sent all the time. One that is sent on change only ("status") never counts as old.
+// Feeds that are sent continuously. One that is sent on change only ("status") never counts as old.
 export const LIMITS = { pose: 1.5, velocity: 1.5, scan: 2, battery: 20 };
-export const SILENT_SECONDS = 1.2; // the server says something at least once a second
+export const SILENT_SECONDS = 1.2; // the server sends at least once a second
 
 export function isOld(feed, age) {
   if (age === null || age === undefined) return true;
@@ -18,7 +18,7 @@ export function ageWords(age) {
   return { key: "age.hours", values: { n: Math.round(age / 3600) } };
 }
 
-// When each feed was heard, by this page's clock: what the server said its age was, and how long ago it said so.
+// The receive time of each feed by this page's clock: the age from the server, and the time of that report.
 export class Ages {
   constructor() {
     this.heard = new Map();
@@ -35,8 +35,8 @@ export class Ages {
   }
 }
 
-// What is lost: null, or {who: "server" | "robot" | "absent", since: seconds, text}. The server's silence comes first: without
-// it nothing is known of the robot.
+// What is lost: null, or {who: "server" | "robot" | "absent", since: seconds, text}. A lost server comes
+// first: without it the robot's state is unknown.
 export function lost({ open, heardAt, robotLost, now }) {
   const silent = heardAt === null ? 0 : now - heardAt;
   if (!open || silent > SILENT_SECONDS) return { who: "server", since: silent, text: "" };

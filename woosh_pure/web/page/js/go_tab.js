@@ -14,14 +14,14 @@ function remembered() {
   try {
     return localStorage.getItem(KNOWN) !== null;
   } catch {
-    return false; // a browser that keeps nothing
+    return false; // no storage
   }
 }
 
 function remember() {
   try {
     localStorage.setItem(KNOWN, "1");
-  } catch { /* the hint comes again next time */ }
+  } catch { /* no storage: the hint appears again */ }
 }
 
 const radians = (value) => (value * Math.PI) / 180;
@@ -128,7 +128,7 @@ export class GoTab {
     }));
   }
 
-  // Press and drag on the map, or type the numbers: both change the same place.
+  // Dragging on the map and typing numbers change the same place.
   placing(how, question) {
     dismiss();
     const pose = this.store.get("pose");
@@ -157,7 +157,7 @@ export class GoTab {
     hint("place", t(how));
   }
 
-  // Gives the place that was chosen.
+  // Return the chosen place.
   endPlacing() {
     const { place } = this.map;
     this.map.setPlacing(null);

@@ -15,7 +15,7 @@ export class Header {
       use(current() === "en" ? "zh" : "en");
       try {
         localStorage.setItem("woosh-language", current());
-      } catch { /* a browser that keeps nothing: chosen anew next time */ }
+      } catch { /* no storage: chosen again next time */ }
     };
     onLanguage(() => {
       document.documentElement.lang = current();
@@ -34,7 +34,7 @@ export class Header {
     show(byId("simulated"), Boolean(hello.simulated ?? hello.robot === "sim"));
     const robots = hello.robots ?? [];
     show(byId("robots"), robots.length > 1);
-    byId("robot-name").classList.toggle("unseen", robots.length > 1); // its name stands in the list
+    byId("robot-name").classList.toggle("unseen", robots.length > 1); // the list shows its name
     if (robots.length < 2) return;
     const select = byId("robots").querySelector("select");
     fill(select, ...robots.map((name) => el("option", { value: name, selected: name === hello.robot }, name)));
@@ -76,7 +76,7 @@ export class Header {
     fill(box, battery?.charging ? icon("charge") : null, gauge, known ? `${battery.percent} %` : "–");
   }
 
-  // Say what is lost, and show all values as old.
+  // Show the lost connection, and all values as old.
   tick() {
     const { link, store } = this;
     const now = seconds();
@@ -93,7 +93,7 @@ export class Header {
     }
     const first = state.who === "server" && link.heardAt === null;
     const text = first ? t("lost.first") : t(`lost.${state.who}`, { n: Math.round(state.since) });
-    // A screen reader reads it once; the seconds that follow are only shown.
+    // A screen reader reads the text once, without the changing seconds.
     const kind = `${first}${state.who}${current()}`;
     if (this.spoken !== kind) fill(box, icon("warn"), el("span", {}, text));
     else say(box.lastChild, text);

@@ -38,7 +38,7 @@ export class HealthTab {
   }
 
   renderReady() {
-    const gone = this.store.get("lost") !== null; // what it said before says nothing about now
+    const gone = this.store.get("lost") !== null; // earlier readiness is out of date
     const readiness = gone ? null : this.store.get("readiness");
     const answer = { yes: "yes", no: "no" }[readiness?.answer] ?? "unknown";
     const kind = { yes: "ok", no: "bad", unknown: "warn" }[answer];

@@ -1,12 +1,12 @@
 // The page's side of the dead-man switch: sends a press, and heartbeats while a control is held. The server decides whether the
 // robot is driven; this side never sends a beat by mistake. Pure: clock, sending and buffer are arguments.
 //
-// idle -> press() -> held -> release(), end() or a gap -> over -> let go of everything -> idle
-// In "over" no beat is sent: the control has to be let go, and pressed again.
+// idle -> press() -> held -> release(), end() or a gap -> over -> all controls released -> idle
+// In "over" no beat is sent: the control must be released and pressed again.
 
 export const BEAT_SECONDS = 0.1;
-export const GAP_SECONDS = 0.35; // this page did not run for so long: frozen, asleep, busy
-export const BUFFER_LIMIT = 2048; // bytes that wait to be sent: a beat behind them would come too late
+export const GAP_SECONDS = 0.35; // a longer pause of this page (frozen, asleep, busy) ends the drive
+export const BUFFER_LIMIT = 2048; // unsent bytes; a beat behind more would be late
 
 export class Heartbeat {
   constructor({ send, now, buffered }) {
@@ -26,7 +26,7 @@ export class Heartbeat {
     return this.state === "held";
   }
 
-  // A control was pressed. False if it has to be let go first.
+  // A control was pressed. False if it must be released first.
   press(vx, wz) {
     if (this.state !== "idle") return false;
     this.command = { vx, wz };
@@ -57,7 +57,7 @@ export class Heartbeat {
     this.say("beat");
   }
 
-  // Let go by hand: the next press is free.
+  // Released by the person: the next press is accepted.
   release() {
     if (this.held) this.send({ t: "release" });
     if (this.state !== "idle") this.change("idle", "");

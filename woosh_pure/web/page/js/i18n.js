@@ -1,4 +1,4 @@
-// The page's language, and its words by key in English and Chinese. Text without an entry is shown as it came.
+// The page's language, and its texts by key in English and Chinese. Text without an entry is shown unchanged.
 
 import { en } from "./words_en.js";
 import { zh } from "./words_zh.js";
@@ -9,7 +9,7 @@ let language = "en";
 
 export const current = () => language;
 
-// The first language of the browser that is here.
+// The first supported language of the browser.
 export function choose(wanted) {
   for (const tag of wanted) {
     const short = String(tag).slice(0, 2).toLowerCase();
@@ -34,7 +34,7 @@ export function t(key, values = {}) {
 
 export const has = (key) => key in en;
 
-// A word of the library ("in task") in this language; itself when there is no entry.
+// Translate a term of the library ("in task"); unchanged without an entry.
 export const word = (group, value) => {
   if (value === null || value === undefined || value === "") return t("unknown");
   const key = `${group}.${value}`;
@@ -66,7 +66,7 @@ export const degrees = (radians) => {
   return value > 180 ? value - 360 : value <= -180 ? value + 360 : value;
 };
 
-// Texts that stand in index.html: data-t is the text, data-t-label the name for those who cannot see it.
+// Texts of index.html: data-t is the text, data-t-label the accessible name.
 export function relabel(root = document) {
   for (const element of root.querySelectorAll("[data-t]")) element.textContent = t(element.dataset.t);
   for (const element of root.querySelectorAll("[data-t-label]")) {

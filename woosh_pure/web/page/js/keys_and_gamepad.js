@@ -1,4 +1,4 @@
-// Keys and gamepad for driving: both report what is held, and neither presses again by itself.
+// Keys and gamepad for driving. Both report held controls, and never press again by themselves.
 
 import { fromGamepad, fromKeys, isDriveKey } from "./steering.js";
 

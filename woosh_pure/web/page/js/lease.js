@@ -1,5 +1,5 @@
-// The lease, called control on the page: requested, shown, granted and given back. A person who has it has to agree; from a
-// program it is taken over by a second request.
+// The lease, called control on the page: requested, shown, granted and given back. A page that holds it must agree; a
+// second request takes it from a program.
 
 import { ask } from "./confirm.js";
 import { button, el, fill } from "./dom.js";
@@ -9,18 +9,18 @@ import { seconds } from "./live_connection.js";
 import { attempt } from "./toast.js";
 import { whoText } from "./command_words.js";
 
-const WAIT = 3; // seconds for a lease that nobody holds
+const WAIT = 3; // seconds to wait for a free lease
 
 export class Lease {
   constructor({ store, link, rest, boxes }) {
     Object.assign(this, { store, link, rest });
     this.boxes = boxes; // elements that show it
-    this.asked = false; // by us, and not answered yet
+    this.asked = false; // this page's request, not answered yet
     store.on("lease", (lease) => {
       this.asked = lease.asking.includes(lease.you);
       this.render();
     });
-    // A page that is closed gives control back, so that nobody has to wait until it lapses.
+    // A closed page gives control back, so that others need not wait for its expiry.
     addEventListener("pagehide", () => this.yours && this.say("give"));
     store.on("link", () => {
       this.asked = false;
@@ -33,12 +33,12 @@ export class Lease {
     return Boolean(this.store.get("lease")?.yours);
   }
 
-  // "ask", "give", "keep", or "grant" to somebody
+  // "ask", "give", "keep", or "grant" to a client
   say(op, to) {
     this.link.send({ t: "lease", op, to });
   }
 
-  // Before a motion: take control if it is free, else request it, and say so.
+  // Before a motion: take control if it is free, else request it and show that.
   async need() {
     const lease = this.store.get("lease");
     if (lease === null || lease.yours) return;
@@ -49,7 +49,7 @@ export class Lease {
     if (!this.yours) throw new Refused(this.held ? t("lease.waiting", { name: this.holder }) : t("drive.needlease"));
   }
 
-  // The second question, answered by a person; ends when control is here, or was refused.
+  // Asks whether to take over from a program; ends when control was obtained or refused.
   takeOver() {
     return new Promise((done) => {
       const take = async () => {

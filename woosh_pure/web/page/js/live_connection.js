@@ -51,7 +51,7 @@ export class LiveConnection {
       if (typeof data === "string") this.handlers.text(JSON.parse(data));
       else this.handlers.binary(data);
     } catch (error) {
-      console.error(error); // one bad frame; go on with the next
+      console.error(error); // skip a bad frame
     }
     this.frames += 1;
     this.send({ t: "ack", n: this.frames });
@@ -80,7 +80,7 @@ export class LiveConnection {
     this.connect();
   }
 
-  // Find a connection that a cut cable has not closed, or an attempt that hangs.
+  // Detect a dead connection that was not closed, or an attempt that hangs.
   look() {
     const socket = this.socket;
     if (socket === null || document.hidden) return;

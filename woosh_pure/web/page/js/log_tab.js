@@ -46,7 +46,7 @@ export class LogTab {
     const all = this.store.get("recordings") ?? [];
     const running = all.find((one) => one.running);
     const shape = JSON.stringify([running?.id, all.length, current()]);
-    if (shape === this.shape) { // it only grew: what is focused stays
+    if (shape === this.shape) { // only sizes changed: keep the focus
       if (running) this.growth.textContent = growthOf(running);
       return;
     }
@@ -64,7 +64,7 @@ export class LogTab {
         : running ? null : el("p", { class: "quiet" }, t("rec.none")));
   }
 
-  // A large one is left to the browser's own download: it needs no memory of this page.
+  // The browser downloads a large file itself, without this page's memory.
   row(one) {
     const path = `recordings/${encodeURIComponent(one.id)}/bag`;
     const name = one.name ?? `${one.id}.bag`;

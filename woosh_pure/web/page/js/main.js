@@ -33,7 +33,7 @@ const rest = new Rest(base, { onToken: () => token.ask() });
 const token = new TokenDialog(rest, () => link.hurry());
 rest.session = keptSession();
 addEventListener("pagehide", () => keepSession(rest.session));
-addEventListener("pageshow", () => keptSession()); // the browser shows the page that was left
+addEventListener("pageshow", () => keptSession()); // the browser restores a page from its cache
 let before = false; // was connected before
 
 // With its session, a page keeps its name and lease through a break.
@@ -49,14 +49,14 @@ const link = new LiveConnection(address, {
   },
 });
 
-// A browser does not always tell why a WebSocket was refused; a call does, and asks for the token at 401.
+// A browser does not always report why a WebSocket was refused. A REST call does, and opens the token dialog at 401.
 function closed(code) {
   if (code === 4409) rest.session = null; // another tab has this session
   if (code === 4401) token.ask();
   else if (!token.open) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
 }
 
-// A new session: the server was started again, or has forgotten this page.
+// A new session: the server was restarted, or this page's session has expired.
 store.on("hello", (hello) => {
   const anew = rest.session !== null && rest.session !== hello.session;
   rest.session = hello.session;
@@ -80,10 +80,10 @@ new DriveTab({ store, link, lease, leaseBox });
 let kept = null;
 try {
   kept = localStorage.getItem("woosh-language");
-} catch { /* a browser that keeps nothing */ }
+} catch { /* no storage */ }
 use(choose([kept, ...navigator.languages].filter(Boolean)));
 
-// A token in the address is used once and taken out of it: an address is shown, kept and sent along.
+// A token in the address is used once and removed, because addresses are visible, stored and shared.
 const given = new URLSearchParams(location.hash.slice(1)).get("token");
 if (given) {
   history.replaceState(null, "", location.pathname + location.search);

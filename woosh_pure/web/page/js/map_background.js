@@ -50,7 +50,7 @@ export class MapBackground {
     try {
       const blob = await this.rest.blob("map.png", (part) => mine === this.loading && this.progress(part));
       const source = await createImageBitmap(blob);
-      if (mine !== this.loading) return; // a newer one is on its way
+      if (mine !== this.loading) return; // a newer one is loading
       this.meta = meta;
       this.source = source;
       this.colour();

@@ -64,7 +64,7 @@ export class MapGestures {
     if (this.start?.id === id) this.start = null;
   }
 
-  // Taken away by the system: not a tap, and nothing was placed.
+  // Cancelled by the system: no tap, and no place.
   cancel(id) {
     this.fingers.delete(id);
     if (this.dragging === id) this.actions.undo();
@@ -73,7 +73,7 @@ export class MapGestures {
   }
 }
 
-// The heading of a drag from (ax, ay) to (bx, by), metres; `otherwise` when it was hardly dragged.
+// The heading of a drag from (ax, ay) to (bx, by), metres; `otherwise` for a short drag.
 export function headingOf(ax, ay, bx, by, enough, otherwise) {
   if (Math.hypot(bx - ax, by - ay) < enough) return otherwise;
   return Math.atan2(by - ay, bx - ax);

@@ -2,7 +2,7 @@
 
 import { placeLabels } from "./mark_labels.js";
 
-const LEAST = 24; // pixels: the robot's symbol is found at a glance, however small the scale
+const LEAST = 24; // pixels: the smallest symbol of the robot
 const PI2 = 2 * Math.PI;
 
 export function paintOf(element) {
@@ -75,7 +75,7 @@ export function drawMarks(context, view, paint, marks, chosen) {
   for (const { text, x, y } of placeLabels(pins, (each) => context.measureText(each).width)) label(context, paint, text, x, y);
 }
 
-// A drop whose tip is the place; a charger bears a flash, so that colour is not all that tells.
+// A drop whose tip is the place. A charger also has a flash, so that colour is not the only difference.
 function pin(context, paint, px, py, charger, chosen) {
   const r = chosen ? 13 : 10;
   context.beginPath();
@@ -114,7 +114,7 @@ function label(context, paint, text, px, py) {
   context.fillText(text, px, py);
 }
 
-// Its outline as the current path; never so small that it cannot be found.
+// The robot's outline as the current path, not smaller than LEAST.
 function outline(context, view, footprint) {
   const known = footprint && footprint.length > 2;
   const corners = known ? footprint : [[0.3, 0.3], [-0.3, -0.3]];
@@ -129,7 +129,7 @@ function outline(context, view, footprint) {
   }
 }
 
-// The light edge within the dark one, or the other way round: one of them stands out from whatever is below.
+// A light and a dark edge: one of them contrasts with any background.
 export function drawRobot(context, view, paint, pose, footprint, old) {
   if (!pose) return;
   const [px, py] = view.toScreen(pose.x, pose.y);
@@ -145,7 +145,7 @@ export function drawRobot(context, view, paint, pose, footprint, old) {
   context.fill();
   context.lineWidth = 3;
   context.strokeStyle = old ? paint["robot-old"] : paint["robot-edge"];
-  if (old) context.setLineDash([4, 4]); // old is told by its outline, too
+  if (old) context.setLineDash([4, 4]); // an old pose has a dashed outline
   context.stroke();
   context.setLineDash([]);
   arrow(context, Math.max(9, 0.2 * view.scale), old ? paint["robot-old"] : paint.halo);
@@ -163,7 +163,7 @@ function arrow(context, size, colour) {
   context.fill();
 }
 
-// What is being placed: a ghost of the robot, and where it will look.
+// The pose being placed: a translucent robot with its heading.
 export function drawPlacing(context, view, paint, place, footprint) {
   if (!place) return;
   const [px, py] = view.toScreen(place.x, place.y);

@@ -23,11 +23,11 @@ export class MapView {
     this.trail = new Trail();
     this.following = true;
     this.fitted = false;
-    this.whole = false; // the whole map is shown, and nobody has moved it since
+    this.whole = false; // the whole map is shown, and was not moved since
     this.asked = false;
-    this.chosen = null; // name of the mark that is asked about
+    this.chosen = null; // name of the selected mark
     this.place = null; // {x, y, yaw} while something is being placed
-    this.placing = null; // told of each change of `place`
+    this.placing = null; // called at each change of `place`
     this.onmark = () => {};
     this.ground = new MapBackground(store, rest, () => this.change(), (part) => this.progress(part));
     this.paint = layers.paintOf(document.body);
@@ -101,7 +101,7 @@ export class MapView {
     event.preventDefault();
   }
 
-  // What lies over the canvas: the tools, in a row on a phone, in a column else.
+  // The tools over the canvas: a row on a phone, else a column.
   get covered() {
     return this.view.width < 820 ? { top: 60, bottom: 34 } : { right: 72, bottom: 40 };
   }
@@ -147,7 +147,7 @@ export class MapView {
     this.change();
   }
 
-  // The first map is shown whole: who comes for the first time sees where the marks are.
+  // Show the first map whole, with all marks.
   takeGround() {
     if (this.ground.meta && !this.fitted) {
       this.fitted = true;

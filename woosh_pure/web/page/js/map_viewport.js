@@ -37,7 +37,7 @@ export class MapViewport {
     this.y = y;
   }
 
-  // The metre under (px, py) stays there.
+  // The point under (px, py) stays there.
   zoomAt(px, py, factor) {
     const [x, y] = this.toWorld(px, py);
     this.scale = bounded(this.scale * factor);
@@ -46,7 +46,7 @@ export class MapViewport {
     this.y += y - ny;
   }
 
-  // Two fingers went from (a, b) to (c, d): what was between them stays between them.
+  // Two fingers moved from (a, b) to (c, d): the point between them stays between them.
   pinch(a, b, c, d) {
     const before = Math.hypot(a[0] - b[0], a[1] - b[1]);
     const after = Math.hypot(c[0] - d[0], c[1] - d[1]);
@@ -54,7 +54,7 @@ export class MapViewport {
     if (before > 1 && after > 1) this.zoomAt((c[0] + d[0]) / 2, (c[1] + d[1]) / 2, after / before);
   }
 
-  // Show all of {left, right, bottom, top}, metres, beside what covers the canvas: pixels at each edge.
+  // Show all of {left, right, bottom, top}, metres, in the part of the canvas that is not covered: pixels at each edge.
   fit({ left, right, bottom, top }, covered = {}) {
     const edge = { left: 16, right: 16, bottom: 16, top: 16, ...covered };
     const wide = Math.max(this.width - edge.left - edge.right, 40);

@@ -5,7 +5,7 @@ const ROW = 20;
 
 class Taken {
   constructor() {
-    this.rows = new Map(); // a screen is searched row by row: a thousand marks are drawn twenty times a second
+    this.rows = new Map(); // boxes by screen row, for speed: a thousand marks are drawn twenty times a second
   }
 
   rowsOf(box) {
@@ -25,7 +25,7 @@ class Taken {
   }
 }
 
-// pins: [{text, x, y, first}], the tips of the pins; width(text) -> pixels. Gives [{text, x, y}]: middle and baseline.
+// pins: [{text, x, y, first}], the tips of the pins; width(text) -> pixels. Returns [{text, x, y}]: middle and baseline.
 export function placeLabels(pins, width) {
   const taken = new Taken();
   for (const { x, y } of pins) taken.add({ left: x - 10, right: x + 10, top: y - 27, bottom: y + 1 });

@@ -50,7 +50,7 @@ export class MarkList {
     this.list();
   }
 
-  // Enter goes to the only one that is left, or else to a mark that only the robot knows.
+  // Enter goes to the only match, or else to a mark that only the robot knows.
   submit(event) {
     event.preventDefault();
     const name = this.typed.trim();
@@ -99,7 +99,7 @@ export class MarkList {
     }
   }
 
-  // -- saving, changing, taking off
+  // -- saving, changing, deleting
 
   text(id, words, value, more = {}) {
     const input = el("input", { type: "text", id, value, maxlength: 100, autocomplete: "off", ...more });

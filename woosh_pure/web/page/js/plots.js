@@ -36,7 +36,7 @@ export class Plots {
     this.draw();
   }
 
-  // A lost robot leaves a gap, not a line that goes on.
+  // A lost robot leaves a gap in the line.
   sample() {
     const gone = this.store.get("lost") !== null;
     for (const { key, read } of PLOTS) this.series.get(key).add(seconds(), gone ? null : read(this.store));
@@ -63,7 +63,7 @@ export class Plots {
   }
 }
 
-// The span that is drawn: at least `least`, so that noise does not look like a storm. Pure.
+// The drawn range: at least `least`, so that noise is not magnified. Pure.
 export function scaleOf([low, high], least) {
   const missing = Math.max(0, least - (high - low)) / 2;
   const margin = 0.08 * Math.max(least, high - low);

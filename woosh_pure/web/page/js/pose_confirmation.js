@@ -1,4 +1,4 @@
-// Whether the robot has taken a pose that it was told, by the poses that it reports after that.
+// Whether the robot has accepted a pose, judged by the poses that it reports afterwards.
 
 import { seconds } from "./live_connection.js";
 
@@ -8,8 +8,8 @@ const PATIENCE = 6; // seconds
 
 const lost = (readiness) => Boolean(readiness?.reasons?.some((reason) => reason.key === "not_localised"));
 
-// {taken, away, turned}: whether the robot reports that pose, and the distance and angle to the reported one. A robot that was
-// lost and is localised again has taken it, too: it may have found itself a little beside it. Pure.
+// {taken, away, turned}: whether the robot reports that pose, and the distance and angle to the reported one. A robot that
+// was lost and is localised again has accepted it, too, even at a small distance. Pure.
 export function verdict(told, pose, { lostBefore, lostNow }) {
   const away = Math.hypot(pose.x - told.x, pose.y - told.y);
   const turned = Math.abs(Math.atan2(Math.sin(pose.yaw - told.yaw), Math.cos(pose.yaw - told.yaw)));
@@ -17,8 +17,8 @@ export function verdict(told, pose, { lostBefore, lostNow }) {
   return { taken: !lostNow && (there || lostBefore), away, turned, lost: lostNow };
 }
 
-// Wait for the next reported pose; null if none comes. A pose that has not changed is not sent again: its age shows that the
-// robot has reported it once more.
+// Wait for the next reported pose; null if none comes. An unchanged pose is not sent again: its age shows a
+// new report.
 export async function answerOf(store, told, lostBefore) {
   const began = seconds();
   let found = null;

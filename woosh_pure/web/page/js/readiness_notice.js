@@ -1,4 +1,4 @@
-// The notice above all tabs that says why the robot would not move; shown only if the answer is no.
+// The notice above all tabs with the reasons why the robot would not move; shown only if readiness is "no".
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";

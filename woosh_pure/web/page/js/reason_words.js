@@ -1,5 +1,5 @@
-// The words of reasons, problems and ends of goals, by the keys of the server's answers, the cause first. Unknown ones are
-// shown as they came: in the robot's words, or as a sentence of the library.
+// Texts for reasons, problems and ends of goals, by the keys of the server's answers, the cause first. Unknown ones are
+// shown unchanged: the robot's text, or a sentence of the library.
 
 import { current, has, t } from "./i18n.js";
 import { whoText } from "./command_words.js";
@@ -9,7 +9,7 @@ const UNSURE = new Set(["unknown", "not_localised", "link_lost", "no_chassis", "
 // {text, text_zh} in this language.
 const said = (one) => (current() === "zh" ? one.text_zh || one.text : one.text || one.text_zh) ?? "";
 
-// The words of one reason. A doubtful one, reported before the link broke, may be over.
+// The text of one reason. A doubtful one, reported before the link broke, may be over.
 export function whyOf(reason) {
   const fault = reason.key === "fault" ? reason.values?.words : null;
   const why = fault ? t("why.told", { fault: said({ text: fault.english, text_zh: fault.chinese }) })
@@ -38,7 +38,7 @@ export function causeText(reasons) {
   return first ? [whyOf(first), todoOf(first)].filter(Boolean).join(" ") : "";
 }
 
-// A refusal of the server, problem+json: its cause, the robot's own words, or what its kind says.
+// A refusal of the server, problem+json: its cause, the robot's text, or the text of its kind.
 export function refusalText(problem, status) {
   const cause = causeText(problem?.reasons);
   if (cause) return cause;
@@ -49,7 +49,7 @@ export function refusalText(problem, status) {
 
 export const kindText = (kind, values = {}) => (has(`problem.${kind}`) ? t(`problem.${kind}`, values) : "");
 
-// How a goal ended that did not arrive: why, and whether the robot stands still.
+// The end of a goal that did not arrive: why, and whether the robot stands still.
 export function endText({ kind, reasons, said: own, stands }) {
   const moves = stands === false ? t("stop.moves") : "";
   if (kind !== "bad") return moves;

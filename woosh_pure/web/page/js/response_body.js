@@ -1,8 +1,8 @@
 // Reads the body of a response with progress. A body that stalls ends in an error.
 
-const PIECE = 8e6; // bytes after which what has come is handed to the browser, which may put it on its disk
+const PIECE = 8e6; // bytes collected before they become a Blob, which the browser may store on disk
 
-// told(part 0..1, size, total); total is 0 where the length is not known. stalled() gives the error to throw.
+// told(part 0..1, size, total); total is 0 if unknown. stalled() returns the error to throw.
 export async function collect(answer, told, { seconds = 20, stalled, signal = null } = {}) {
   const type = answer.headers.get("content-type") ?? "";
   const total = Number(answer.headers.get("content-length")) || 0;

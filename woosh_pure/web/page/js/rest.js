@@ -20,7 +20,7 @@ export class Rest {
     this.session = null;
   }
 
-  // The token becomes a cookie that no script can read. Null when it was taken, else the key of why not.
+  // The token becomes a cookie that no script can read. Null when it was accepted, else the key of the reason.
   async login(token) {
     try {
       await this.call("POST", "login", { token });
@@ -71,7 +71,7 @@ export class Rest {
     try {
       return await collect(answer, told, { stalled, signal });
     } catch (error) {
-      throw error instanceof Refused ? error : stalled(); // the connection broke, or somebody broke it off
+      throw error instanceof Refused ? error : stalled(); // the connection broke, or was cancelled
     }
   }
 }

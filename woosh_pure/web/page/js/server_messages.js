@@ -3,7 +3,7 @@
 import { decode } from "./binary_frames.js";
 import * as shapes from "./server_values.js";
 
-// Part of the state -> its name here, and how it is read.
+// Part of the state -> its name here, and its converter.
 const PARTS = {
   status: ["robot", shapes.robot],
   battery: ["battery", shapes.battery],
@@ -20,7 +20,7 @@ const JOURNAL = 200;
 const list = (value) => (Array.isArray(value) ? value : []);
 
 const KINDS = {
-  // The journal is sent again after each hello: a server that was started again counts from one.
+  // The journal is sent again after each hello: a restarted server counts from one.
   hello(store, message) {
     store.set("journal", []);
     store.set("hello", message);

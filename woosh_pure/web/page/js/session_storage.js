@@ -1,4 +1,4 @@
-// Keeps the session of this tab through a reload, so that a goal stays one's own. It is not stored while the page is open, so
+// Keeps the session of this tab through a reload, so that the page keeps its goals. It is not stored while the page is open, so
 // that a copied tab gets a new session.
 
 const KEY = "woosh-session";
@@ -9,12 +9,12 @@ export function keptSession() {
     sessionStorage.removeItem(KEY);
     return kept;
   } catch {
-    return null; // a browser that keeps nothing
+    return null; // no storage
   }
 }
 
 export function keepSession(session) {
   try {
     if (session) sessionStorage.setItem(KEY, session);
-  } catch { /* somebody else after a reload */ }
+  } catch { /* no storage: a new session after a reload */ }
 }

@@ -1,6 +1,6 @@
 // Converts pad, keys and gamepad stick to a velocity. Pure. x right, y up, both -1..1 -> {vx, wz}: m/s, rad/s.
 
-const DEAD = 0.12; // a stick that is let go is not exactly in the middle
+const DEAD = 0.12; // a released stick is not exactly centred
 
 export function fromStick(x, y, limits, dead = DEAD) {
   const length = Math.hypot(x, y);

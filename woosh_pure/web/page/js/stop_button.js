@@ -6,12 +6,12 @@ import { onLanguage, t } from "./i18n.js";
 import { stopText } from "./reason_words.js";
 
 const SECOND_WAY = 0.1; // seconds without a confirmation: then a call follows
-const ALL_WAYS = 0.3; // then all that is left
-const RED_BUTTON = 0.9; // then the red button is named
-const SLOW = 2; // then it is named although the stop has begun, as its result is not known
-const LIMIT = 25; // a stop watches the robot until it stands
+const ALL_WAYS = 0.3; // then all other ways
+const RED_BUTTON = 0.9; // then show the hint to the red button
+const SLOW = 2; // then show it even for a begun stop without a result
+const LIMIT = 25; // a stop waits for the robot's standstill
 
-// Pure: which of the four answers this is.
+// Classify the answer. Pure.
 export function verdict(answer) {
   if (answer?.stands_still === true) return { key: "stop.stands", kind: "ok", icon: "ok" };
   if (answer?.stands_still === false) return { key: "stop.moves", kind: "bad", icon: "warn" };
@@ -28,7 +28,7 @@ export class StopButton {
     this.timers = [];
     this.box = byId("stop-answer");
     const stop = byId("stop");
-    const early = stop.dataset.early === "pressed"; // before this module had come: see early_stop.js
+    const early = stop.dataset.early === "pressed"; // before this module was loaded: see early_stop.js
     delete stop.dataset.early;
     // pointerdown, not click: a finger that slips off must not undo it.
     stop.addEventListener("pointerdown", (event) => {
@@ -43,7 +43,7 @@ export class StopButton {
   }
 
   press() {
-    this.store.set("stopping", true); // whoever drives lets go
+    this.store.set("stopping", true); // a running drive ends
     this.number += 1;
     this.begun = this.over = false;
     this.waiting = new Set(); // ways by which an answer may still come
@@ -67,7 +67,7 @@ export class StopButton {
     try {
       this.end(mine, await this.rest.json("POST", "stop", null, { timeout: LIMIT, session }));
     } catch (error) {
-      const stopped = "stands_still" in (error.problem ?? {}); // it complains, but has stopped
+      const stopped = "stands_still" in (error.problem ?? {}); // an error, but the stop was carried out
       if (stopped) this.end(mine, error.problem);
       else this.failed(mine, session, error.message);
     }
@@ -88,7 +88,7 @@ export class StopButton {
     if (!this.waiting.has(true) && !this.waiting.has(false)) this.answer({ key: "stop.failed", kind: "bad", icon: "warn", text });
   }
 
-  // What the server says over the open connection.
+  // The server's messages over the open connection.
   told(message) {
     if (message.n !== this.number) return;
     this.begun = true;

@@ -1,4 +1,4 @@
-// Values by name, with listeners for their changes. A listener that fails does not keep the others from being called.
+// Values by name, with listeners for their changes. If a listener fails, the others are still called.
 
 export class Store {
   constructor() {

@@ -16,12 +16,12 @@ export class TaskCard {
     this.box = byId("task");
     this.seen = null; // id of the goal that was last seen running here
     this.closed = null;
-    this.before = undefined; // id of the goal that had ended when the page came, "" if none: its end is no news
-    this.far = 0; // m to the target at the beginning, or when it was seen first
-    this.shape = ""; // what is built; progress only moves the bar
+    this.before = undefined; // id of the goal that had ended before the page was opened, "" if none: its end is not shown
+    this.far = 0; // m to the target at the start, or when first seen
+    this.shape = ""; // the built state; progress only moves the bar
     store.on("goal", (goal) => (this.before ??= goal && !goal.running ? goal.id : ""));
     store.on("goal", () => this.render());
-    store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // its goals have other numbers
+    store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // a new server numbers its goals anew
     store.on("pose", () => this.bar && this.progress());
     onLanguage(() => {
       this.shape = "";
@@ -104,5 +104,5 @@ export class TaskCard {
   }
 }
 
-// Metres as the crow flies; null when a place is not known.
+// Straight distance in metres; null if a place is not known.
 const away = (from, to) => (from && to ? Math.hypot(to.x - from.x, to.y - from.y) : null);

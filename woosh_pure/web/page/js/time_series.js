@@ -34,7 +34,7 @@ export class TimeSeries {
   }
 }
 
-// Where the robot has been: a point every few centimetres; a jump begins a new line. Older points are thinned.
+// The robot's trail: a point every few centimetres; a jump begins a new line. Older points are thinned.
 export class Trail {
   constructor(step = 0.05, jump = 1.0, limit = 3000) {
     this.step = step;

@@ -1,4 +1,4 @@
-// The dialog for the token, open until it is right; says why a token was not accepted.
+// The dialog for the token, open until it is accepted; shows why a token was refused.
 
 import { byId, el, fill, say } from "./dom.js";
 import { t } from "./i18n.js";
@@ -9,7 +9,7 @@ export class TokenDialog {
     this.rest = rest;
     this.told = told;
     this.dialog = byId("token");
-    this.dialog.oncancel = (event) => event.preventDefault(); // there is nothing behind it
+    this.dialog.oncancel = (event) => event.preventDefault(); // the page is empty without a token
   }
 
   get open() {

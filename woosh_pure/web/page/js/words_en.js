@@ -1,4 +1,4 @@
-// Every sentence of the page in English. The same keys stand in words_zh.js, which a test checks.
+// All sentences of the page in English. words_zh.js has the same keys; a test checks this.
 
 import { marks } from "./words_en_marks.js";
 import { state } from "./words_en_state.js";
