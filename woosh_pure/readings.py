@@ -34,7 +34,7 @@ class Readings:
 
         Raises:
             KeyError: It is not in the table; the text lists similar names.
-            ValueError: It is no topic that the chassis publishes.
+            ValueError: It is not a topic that the chassis publishes.
         """
         found = interface.row(name) if name.startswith("/") else interface.find(name)
         if found.flow != "read":
@@ -142,13 +142,13 @@ class Readings:
     def faults(self) -> Faults:
         """The active faults, the worst first: a tuple of those heard since this was first read.
 
-        An empty tuple does not mean that there are none: `known` says whether the robot itself reports that
-        there is nothing else, and `sentence()` says all of it in words.
+        An empty tuple does not mean that there are none: `known` says whether the robot reports that there
+        are no others, and `sentence()` returns all of this as text.
         """
         return self._components.readiness_state.active_faults()
 
     def snapshot(self, timeout: float = 0.0) -> dict[str, Reading[Any] | None]:
-        """The newest reading of every feed on the vendor's page, None where nothing was heard.
+        """The newest reading of every feed on the vendor's page, None where nothing was received.
 
         Args:
             timeout: Seconds to wait for feeds that have been silent so far. Cameras are included only if they
@@ -168,11 +168,11 @@ class Readings:
         return {name: feed.reading for name, feed in feeds.items()}
 
 
-# -- scan and path where they belong: as points of the robot, or of the map ----------------------------------
+# -- scan and path in base_link or in the map ----------------------------------------------------------------
 
 
 def known_path(chassis: Readings) -> list[Pose2D]:
-    """The path being driven, as the navigation published it last; empty when nothing was heard."""
+    """The path being driven, as the navigation published it last; empty when none was received."""
     from woosh_pure.values.messages import pose_of
 
     message = chassis.feed("plan").latest
@@ -194,7 +194,7 @@ def scan_in_map(chassis: Readings, scan: LaserScan, pose: Pose2D | None) -> NDAr
 
 
 def scan_in_base(chassis: Readings, scan: LaserScan) -> NDArray[np.floating]:
-    """(N, 2) points of a scan, m in base_link by the fixed transforms; as they are where none is known."""
+    """(N, 2) points of a scan, m in base_link by the fixed transforms; unchanged where none is known."""
     import numpy as np
 
     flat = scan.points().astype(np.float64)
@@ -204,12 +204,12 @@ def scan_in_base(chassis: Readings, scan: LaserScan) -> NDArray[np.floating]:
 
 
 def in_base(chassis: Readings, points: NDArray[np.float64], frame: str) -> NDArray[np.float64]:
-    """(N, 3) points of a frame, m in base_link by the fixed transforms; as they are where none is known."""
+    """(N, 3) points of a frame, m in base_link by the fixed transforms; unchanged where none is known."""
     import numpy as np
 
     links = _fixed_links(chassis)
     frame = frame.lstrip("/")
-    for _ in range(20):  # a loop in the tree must not hold us
+    for _ in range(20):  # the tree may contain a loop
         if frame in ("base_link", "base_footprint") or frame not in links:
             break
         frame, transform = links[frame]
@@ -228,7 +228,7 @@ def _fixed_links(chassis: Readings) -> dict[str, tuple[str, Any]]:
 
 
 def _turned(points: NDArray[np.float64], q: Any) -> NDArray[np.float64]:
-    """Rotated by a unit quaternion; a lidar that hangs upside down is one of the reasons for all of it."""
+    """Rotate points by a unit quaternion; a lidar may be mounted upside down."""
     import numpy as np
 
     axis = np.array([q.x, q.y, q.z])

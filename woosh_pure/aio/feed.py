@@ -25,16 +25,16 @@ __all__ = ["Feed", "Readings"]
 
 T = TypeVar("T")
 logger = get_logger("woosh_pure.aio")
-_LOOK_AGAIN = 0.2  # seconds; the end of a feed comes without a call
-_KEPT = 1000  # values for who waits for a certain one
+_LOOK_AGAIN = 0.2  # seconds; the end of a feed has no callback
+_KEPT = 1000  # values kept for `wait_for`
 
 
 class Feed(Generic[T]):
     """One topic the chassis publishes; as `woosh_pure.feed.Feed`, awaited.
 
-    `await robot.battery` is the newest value, or the first one when none was heard yet.
-    `async for value in robot.pose` gives values as they come. Properties never wait: the first use of one
-    begins to subscribe, and "not heard yet" is None; `await feed.open()` before that waits for the links.
+    `await robot.battery` is the newest value, or the first one when none was received yet.
+    `async for value in robot.pose` yields values as they come. Properties never wait: the first use of one
+    starts the subscription, and before the first message it is None; `await feed.open()` waits for the links.
 
     Attributes:
         feed: The threaded one underneath.
@@ -87,7 +87,7 @@ class Feed(Generic[T]):
     def _subscribe(self) -> None:
         try:
             self.feed.open()
-        except RosError as error:  # whoever waits for a value gets the error
+        except RosError as error:  # raised by `wait` instead
             logger.debug("! %s: not subscribed: %s", self.topic, error)
 
     @property
@@ -139,8 +139,8 @@ class Feed(Generic[T]):
 
     @property
     def outdated(self) -> bool:
-        """True when the last value of a topic sent only on change may be out of date, because its link has
-        broken since, and a change in between was missed.
+        """True when the last value of a topic sent only on change may be out of date: its link has broken
+        since, so a change may have been missed.
         """
         return self.feed.outdated
 
@@ -176,7 +176,7 @@ class Feed(Generic[T]):
         return await self._first(lambda value: True, timeout, new=new)
 
     async def wait_for(self, accept: Callable[[T], bool], timeout: float | None = 5.0) -> T:
-        """The first value that `accept`, called in this loop, likes: the newest known one, or any after it.
+        """The first value for which `accept`, called in this loop, is true: the newest one, or a later one.
 
         Raises:
             RosTimeout: None came in time.
@@ -201,20 +201,20 @@ class Feed(Generic[T]):
         """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed, or its node.
 
         Raises:
-            ConnectionLost: It was closed before, and nothing was ever heard here; or there is no master.
+            ConnectionLost: It was closed before, and nothing was ever received here; or there is no master.
         """
         may_end = not self.feed.closed or self.feed.known is not None
         try:
             async with _Values(self.feed, self._calls, 1, known=True) as values:
                 while True:
                     yield await values.next(Deadline(None), None)
-        except ConnectionLost:  # also when it was closed between the first turn of the loop and subscribing
+        except ConnectionLost:  # also when it was closed before the subscription was complete
             if not may_end or not self.feed.closed:
                 raise
 
 
 class _Values(Generic[T]):
-    """Values of a feed from now on, in a mailbox of this loop; ends with its block."""
+    """Queue of a feed's values from now on, for this loop; ends with its block."""
 
     def __init__(self, feed: feed.Feed[T], calls: ThreadCalls, size: int, *, known: bool) -> None:
         self._feed = feed
@@ -235,7 +235,7 @@ class _Values(Generic[T]):
         self._box.close()
 
     async def next(self, deadline: Deadline, timeout: float | None) -> T:
-        """The next one, or the error that says why there is none."""
+        """Return the next value; raises when none comes."""
         while True:
             left = deadline.remaining()
             try:
@@ -260,11 +260,11 @@ class Readings:
     def feed(self, name: str) -> Feed[Any]:
         """A feed by its name in the interface table or by its topic; works for every topic of the chassis.
 
-        Topics without a property of their own give the messages themselves.
+        A topic without a property of its own yields the messages themselves.
 
         Raises:
-            KeyError: It is not in the table; the text lists near names.
-            ValueError: It is no topic that the chassis publishes.
+            KeyError: It is not in the table; the text lists similar names.
+            ValueError: It is not a topic that the chassis publishes.
         """
         return self._feed(self.chassis.feed(name))
 

@@ -1,4 +1,4 @@
-"""The connection to one chassis: its address, our node, and what is sent and called over it."""
+"""The connection to one chassis: its address, our node, its publishers and its clients."""
 
 from __future__ import annotations
 

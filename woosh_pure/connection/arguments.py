@@ -20,7 +20,7 @@ def master_uri_of(address: str | None) -> str:
         ValueError: None was given and $ROS_MASTER_URI is not set, or the text is no address.
     """
     uri = _as_uri(address)
-    from rosproto.transport import parse_uri  # with the first Chassis, not with this package
+    from rosproto.transport import parse_uri  # lazy: imported with the first Chassis
 
     parse_uri(uri)
     return uri
@@ -74,10 +74,10 @@ LONGEST = 864_000.0
 
 
 def require_timeout(timeout: float | None, name: str = "timeout") -> float | None:
-    """A time limit, checked, as a float: seconds of at least 0, or None for no limit.
+    """Return a checked time limit as a float: seconds of at least 0, or None for no limit.
 
     Raises:
-        ValueError: It is negative or NaN. (A NaN would never be over, a negative one over at once.)
+        ValueError: It is negative or NaN (a NaN would never expire).
     """
     seconds = as_float(timeout)
     if seconds is None or (seconds >= 0.0 and not math.isnan(seconds)):
@@ -92,8 +92,8 @@ def require_timeout(timeout: float | None, name: str = "timeout") -> float | Non
 
 
 def require_limit(timeout: float, name: str = "timeout") -> float:
-    """As `require_timeout`, where there is always a limit: at most 10 days, since the system's own waits take
-    no number as large as a float can be.
+    """As `require_timeout`, but a limit is required, of at most 10 days: the system's waits do not accept
+    every float.
 
     Raises:
         ValueError: It is negative, NaN or infinite.

@@ -25,7 +25,7 @@ class CallScope:
 
     Attributes:
         things: The goals and velocity blocks.
-        calling: Ends the service call that it waits for.
+        calling: Ends the service call that is waiting for its reply.
     """
 
     def __init__(self) -> None:
@@ -40,15 +40,15 @@ class CallScope:
         return bool(self._ends)
 
     def add(self, thing: object, what: str, end: Callable[[], object]) -> None:
-        """Note what is about to begin.
+        """Add a motion that is about to begin.
 
         Args:
             thing: The goal or the velocity block.
-            what: In words.
+            what: Its description.
             end: Ends it, in bounded time.
 
         Raises:
-            MotionRefused: Nobody wants it any more.
+            MotionRefused: The call was cancelled.
         """
         with self._lock:
             self._require_wanted(what)
@@ -56,10 +56,10 @@ class CallScope:
             self._ends.append((what, end))
 
     def require_wanted(self, what: str) -> None:
-        """Refuse to send something.
+        """Check that the call is still wanted.
 
         Raises:
-            MotionRefused: Nobody wants it any more.
+            MotionRefused: The call was cancelled.
         """
         with self._lock:
             self._require_wanted(what)
@@ -71,18 +71,18 @@ class CallScope:
             )
 
     def refuse(self) -> None:
-        """From now on nothing begins. Does not wait."""
+        """Prevent further motions from beginning. Does not wait."""
         with self._lock:
             self._unwanted = True
         self.calling.cancel()
 
     def end(self) -> None:
-        """Let nothing begin, and end what has begun. Failures are logged; `close` tries again."""
+        """Prevent further motions, and end those under way. Failures are logged; `close` tries again."""
         self.refuse()
         for what, end in self._ends:
             try:
                 end()
-            except Exception as error:  # nobody waits for it, and the others must end, too
+            except Exception as error:  # no caller receives it, and the others must end, too
                 logger.warning("! %s: its task was cancelled, and it may go on: %s", what, error)
 
 

@@ -27,7 +27,7 @@ class Clients:
     """Publishers, service clients and action clients of one chassis.
 
     Args:
-        connection: Where they are made; their node closes them.
+        connection: Its node makes and closes them.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -37,9 +37,9 @@ class Clients:
         self._actions: dict[str, rosproto.ActionClient] = {}
 
     def publisher(self, topic: str, type_: Any) -> rosproto.Publisher:
-        """A publisher of any topic and type, kept until close.
+        """Return a publisher of any topic and type, kept until close.
 
-        A name is that of a definition the API was made for; a user's own type of that name is given as class.
+        A type name means the bundled definition; a user's own type of that name is passed as a class.
         """
         type_ = message_type(type_) if isinstance(type_, str) else type_
         self._connection.require_open()
@@ -52,7 +52,7 @@ class Clients:
         """Wait until one of several publishers has a subscriber.
 
         Raises:
-            RosTimeout: None has.
+            RosTimeout: None has one in time.
         """
         deadline = Deadline(timeout)
         while not any(p.connections for p in publishers):
@@ -66,10 +66,10 @@ class Clients:
             time.sleep(0.01)
 
     def connect(self, topic: str, type_: Any) -> None:
-        """Wait until the chassis listens to a topic, without sending anything.
+        """Wait until the chassis subscribes to a topic, without sending anything.
 
         Raises:
-            RosTimeout: Nobody of the chassis subscribes.
+            RosTimeout: No node of the chassis subscribes.
         """
         self.require_connection(self.publisher(topic, type_), topic)
 
@@ -77,7 +77,7 @@ class Clients:
         """Publish once, after the chassis has connected.
 
         Raises:
-            RosTimeout: Nobody of the chassis subscribes.
+            RosTimeout: No node of the chassis subscribes.
         """
         publisher = self.publisher(topic, type(message))
         self.require_connection(publisher, topic, timeout)
@@ -90,10 +90,10 @@ class Clients:
     def require_connection(
         self, publisher: rosproto.Publisher, topic: str, timeout: float | None = None
     ) -> None:
-        """Wait until somebody listens.
+        """Wait until the publisher has a subscriber.
 
         Raises:
-            RosTimeout: Nobody came in time.
+            RosTimeout: It has none in time.
         """
         publisher.wait_for_connection(timeout=self._connection.timeout if timeout is None else timeout)
 
@@ -101,7 +101,7 @@ class Clients:
         """The client of a service of the interface."""
         self._connection.require_open()
         if made := self._services.get(name):
-            return made  # without the lock: a cancel must not wait for a verb that is connecting
+            return made  # no lock: a cancel must not wait for a verb that is connecting
         with self._connection.making:
             if name not in self._services:
                 client = self._connection.open_node().service_client(name, service_type(row(name).type))
@@ -116,7 +116,7 @@ class Clients:
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
         """
         client, seconds = self.service(name), self._connection.timeout if timeout is None else timeout
-        # What cancels a task must go out, whoever has gone.
+        # The cancel of a task is sent even if the call was cancelled.
         scope = None if name == "/exec_task" else current()
         try:
             if scope is not None:
@@ -127,10 +127,10 @@ class Clients:
             raise limit_error(name, error.theirs, error.fields, lack) from error
 
     def services_of_type(self, type_name: str) -> list[str]:
-        """Names of the services of a type, by asking the service with each name what it is; none is called.
+        """Return the names of the services of a type, from connection headers; none is called.
 
         Raises:
-            ConnectionLost, RosTimeout, MasterError: The master cannot be asked.
+            ConnectionLost, RosTimeout, MasterError: The master did not answer.
         """
         from woosh_pure.firmware.survey import survey
 
@@ -138,7 +138,7 @@ class Clients:
         return [answer.name for answer in answers if answer.type == type_name]
 
     def call_found(self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
-        """Call a service that is in no row of the interface under this name."""
+        """Call a service whose name is not in the interface table."""
         with self._connection.open_node().service_client(name, service_type(type_name)) as client:
             cancellation = Cancellation() if (scope := current()) is None else scope.calling
             seconds = self._connection.timeout if timeout is None else timeout
@@ -148,7 +148,7 @@ class Clients:
         """The client of an action of the interface, ready to send.
 
         Raises:
-            RosTimeout: The server is not there; the text says which part is missing.
+            RosTimeout: There is no server; the text says which part is missing.
         """
         self._connection.require_open()
         with self._connection.making:
@@ -162,7 +162,7 @@ class Clients:
         return client
 
     def prepared_exec_task(self, command: TaskCommand, task_id: int) -> PreparedCall:
-        """A call of /exec_task that is ready, on a connection of its own; the caller closes it."""
+        """Prepare a call of /exec_task on a connection of its own; the caller closes it."""
         client, seconds = self.service("/exec_task"), self._connection.timeout
         return client.prepare(timeout=seconds, task_exect=int(command), task_id=task_id)  # type: ignore[no-any-return]
 

@@ -16,23 +16,23 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import say
 from rosproto.watchdog import WatchedNode, watched_node_of
 
-_MAKING = 3.0  # seconds; what a signal handler has interrupted is made only afterwards
+_MAKING = 3.0  # seconds; work that a signal handler has interrupted continues only afterwards
 
 
 class Connection:
-    """Where the chassis is, and our node there.
+    """The address of the chassis, and our node at its master.
 
     Args:
-        master_uri: Where its master is.
+        master_uri: Its master.
         name: Prefix of our node's name.
         host: Our own address; None finds it.
-        timeout: Seconds for connecting and for services, where a call does not say otherwise.
+        timeout: Default time limit for connecting and for services, s.
         msg_path: Folders with further definitions.
         resolve: Host name -> address.
         before_close: Called with the reason before the node closes, while it still works.
 
     Attributes:
-        making: Held while something is made that stays until `close`: one thing at a time. It may take long.
+        making: Lock, held while something is made that lives until `close`. That may take long.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Connection:
         """
         made = self._node
         if made is not None and not self._closed:
-            return made  # without the lock: `stop` must not wait for a verb that is connecting
+            return made  # no lock: `stop` must not wait for a verb that is connecting
         with self.making:
             self.require_open()
             if self._node is None:
@@ -79,7 +79,7 @@ class Connection:
             return self._node
 
     def new_node(self) -> rosproto.Node:
-        """A node of ours, under a name that no other has."""
+        """Make a node with a unique name."""
         return rosproto.Node(
             self.name,
             master_uri=self.master_uri,
@@ -92,7 +92,7 @@ class Connection:
 
     @property
     def watched_node(self) -> WatchedNode:
-        """Where a watchdog stands beside our node."""
+        """Our node, as a watchdog needs it."""
         return watched_node_of(self.open_node(), self._msg_path)
 
     @property
@@ -103,7 +103,7 @@ class Connection:
         return "not connected yet" if self._node is None else "connected"
 
     def require_open(self) -> None:
-        """Refuse everything after `close`.
+        """Check that `close` was not called.
 
         Raises:
             ConnectionLost: This Chassis is closed.
@@ -112,7 +112,7 @@ class Connection:
             raise ConnectionLost(say("this Chassis is closed; open a new one for {uri}", uri=self.master_uri))
 
     def note_close(self) -> None:
-        """From now on no node is made; waits a moment for one that is being made, which is closed at once."""
+        """Prevent nodes from being made; wait briefly for one that is being made, and close it."""
         self._closed = True
         if self.making.acquire(timeout=_MAKING):
             self.making.release()
@@ -124,7 +124,7 @@ class Connection:
             self._node.close()
 
 
-_LISTEN = 2.0  # seconds for somebody to listen
+_LISTEN = 2.0  # seconds for a subscriber to connect
 _FLUSH = _ARRIVE = 0.5  # seconds
 
 
@@ -156,7 +156,7 @@ def say_elsewhere(connection: Connection, words: Iterable[FinalMessage]) -> list
     problems: list[str] = []
     try:
         with connection.new_node() as node:
-            # All of them first: they connect at the same time.
+            # Made first, so that all connect at the same time.
             said = [
                 (word, node.publisher(word.topic, type(word.message), queue_size=word.times, linger=False))
                 for word in words

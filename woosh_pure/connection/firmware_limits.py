@@ -1,8 +1,8 @@
 """Refuses values for which the connected firmware has no field, before anything is sent.
 
 Action servers and services name their definition by its md5sum. The conversion to an older definition drops
-values without a field silently, and a robot that misses "diagonally" drives somewhere else. So a given value
-without a field is an error.
+values without a field silently, and a robot that does not receive "diagonally" drives somewhere else. So a
+given value without a field is an error.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ def require_message(name: str, publisher: rosproto.Publisher, message: Any) -> N
     """Check that every subscriber has a field for each value given.
 
     Raises:
-        FirmwareLimit: One has not; nothing was sent.
+        FirmwareLimit: One lacks a field; nothing was sent.
     """
     _require(name, publisher.message_class, publisher.revisions.values(), message)
 
 
 def require_goal(client: rosproto.ActionClient, goal: Any) -> None:
-    """Every server of the action must have a field for each value of the goal, and know its kinds of step.
+    """Check that every server has a field for each value of the goal, and knows its kinds of step.
 
     Raises:
-        FirmwareLimit: One has not; nothing was sent.
+        FirmwareLimit: One lacks a field or a kind of step; nothing was sent.
     """
     servers, wanted = set(client.servers), client.revisions
     classes = [cls for caller, cls in wanted.items() if caller in servers]
@@ -46,10 +46,10 @@ def require_goal(client: rosproto.ActionClient, goal: Any) -> None:
 
 
 def require_steps(name: str, classes: Iterable[Any], goal: Any) -> None:
-    """The kinds of step in a StepControlGoal must be known to each definition.
+    """Check that each definition has the kinds of step in a StepControlGoal.
 
     Raises:
-        FirmwareLimit: One is not.
+        FirmwareLimit: One lacks a kind.
     """
     modes = {step.executeMode for step in getattr(goal, "stepControl", ())}
     for cls in classes:
@@ -75,7 +75,7 @@ def _require(name: str, ours: Any, theirs: Iterable[Any], message: Any) -> None:
 
 
 def limit_error(name: str, cls: Any, fields: list[str], lack: str) -> FirmwareLimit:
-    """The error that names the firmware's limit; `cls` is what the chassis has."""
+    """Return the error; `cls` is the chassis's definition."""
     label, note = revision_of(cls)
     which = say("the {label} revision", label=label) if label else say("a revision that is not bundled")
     text = say(

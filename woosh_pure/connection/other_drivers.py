@@ -34,11 +34,11 @@ class OtherDriver:
         node: Its name.
         topics: The velocity topics it publishes.
         uri: Its address.
-        on_robot: It runs on the robot's own computer (and we do not): most likely it belongs to the robot,
-            under a name that we do not know.
+        on_robot: It runs on the robot's own computer (and we do not): most likely it is a node of the robot
+            that is not in our list.
         answers: False when it is registered, but did not answer in time.
-        counters: What it has sent so far, by velocity topic and its own number of the connection: bytes and
-            messages in one sum. Empty when it does not tell.
+        counters: Sum of the bytes and messages sent so far, by velocity topic and connection number. Empty if
+            it does not report them.
     """
 
     node: str
@@ -49,16 +49,16 @@ class OtherDriver:
     counters: Mapping[tuple[str, int], int] = field(default_factory=dict, compare=False, repr=False)
 
     def has_sent_since(self, before: OtherDriver | None) -> bool:
-        """Whether it has sent something since an earlier look; False when that cannot be told."""
+        """Whether it has sent something since the earlier check; False if that is not known."""
         if before is None or (before.node, before.uri) != (self.node, self.uri):
             return False
         return any(sent > before.counters.get(link, sent) for link, sent in self.counters.items())
 
     def sentence(self, *, sends: bool = False) -> str:
-        """Who, where, and what to do about it.
+        """Describe the node, its address, and the remedy.
 
         Args:
-            sends: It was seen to send.
+            sends: Whether it was seen to send.
         """
         if sends:
             who = "{node} ({uri}) sends velocities, too, on {topics}"
@@ -74,18 +74,18 @@ class OtherDriver:
 
 
 def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDriver, ...]:
-    """Other nodes that can send velocities; the robot's own ones (`interface.ROBOT_NODES`) are left out.
+    """Return other nodes that can send velocities.
 
-    So are the watchdogs of programs (`rosproto.watchdog`), which send only when their program is gone.
-
-    A node whose process has died stays registered at the master, so each is asked, and dead ones left out.
+    The robot's own nodes (`interface.ROBOT_NODES`) are left out, and so are the watchdogs of programs
+    (`rosproto.watchdog`), which send only when their program is gone. A node whose process has died stays
+    registered at the master, so each is called, and dead ones are left out.
 
     Args:
-        node: In whose name to ask.
+        node: The calling node.
         timeout: Seconds for the master.
 
     Raises:
-        ConnectionLost, RosTimeout, MasterError: The master cannot be asked.
+        ConnectionLost, RosTimeout, MasterError: The master did not answer.
     """
     state = node.master.get_system_state(timeout=timeout)
     found: dict[str, list[str]] = {}
@@ -110,7 +110,7 @@ def is_refused(error: BaseException | None) -> bool:
 
 
 def _robot_host(node: rosproto.Node, state: SystemState) -> str | None:
-    """Where the robot's own nodes run; None when that is this computer, too, or when there are none."""
+    """The host of the robot's own nodes; None if that is this computer, or if there are none."""
     own = parse_uri(node.uri)[0]
     for name in state.nodes:
         if name in ROBOT_NODES:
@@ -123,7 +123,7 @@ def _robot_host(node: rosproto.Node, state: SystemState) -> str | None:
 
 
 def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | None) -> OtherDriver | None:
-    """What the node itself says; None when it is not there any more."""
+    """Query the node; None if it no longer exists."""
     try:
         uri = node.master.lookup_node(name, timeout=_ASK)
         if robot is not None and parse_uri(uri)[0] == robot:
@@ -135,7 +135,7 @@ def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | No
         return None  # it has unregistered meanwhile
     except ConnectionLost as error:
         if is_refused(error) and not node.hosts.is_guess(parse_uri(uri)[0]):
-            return None  # the computer answers, and nobody listens there: the process has ended
+            return None  # the computer refuses the connection: the process has ended
         return OtherDriver(name, names, uri, answers=False)
     except RosTimeout:
         return OtherDriver(name, names, uri, answers=False)
@@ -146,7 +146,7 @@ def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | No
 
 
 def _counters(slave: NodeClient, topics: Collection[str]) -> dict[tuple[str, int], int]:
-    """What a node says that it has sent; {} when it does not tell in a way known here.
+    """Return a node's send counters; {} if it does not report them in a known form.
 
     wiki.ros.org/ROS/Slave_API: publishStats is [[topic, messageDataSent, [[connectionId, bytesSent, numSent,
     connected], ...]], ...]. roscpp leaves messageDataSent out and has one cell more for each connection, so

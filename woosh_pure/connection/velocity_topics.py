@@ -1,7 +1,7 @@
 """Our publishers of the velocity topics; they are registered only while a drive or a stop uses them.
 
-Other programs take a registered publisher for one that can drive the base (`other_drivers`), so it is
-unregistered when its last user is done. After a lost link it stays until a zero was sent first.
+Other programs assume that a registered publisher can drive the base (`other_drivers`), so it is unregistered
+when its last user is done. After a lost link it stays until a zero was sent.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class VelocityTopics:
     """Publishers of the velocity topics, counted by use. Safe from any thread.
 
     Args:
-        connection: Where they are made.
-        heard_since: Whether the robot was heard after a moment of the monotonic clock.
-        unused: Called with a topic when nobody drives there any more, and no zero is due.
+        connection: Its node makes them.
+        heard_since: Return whether the robot was heard after a time of the monotonic clock.
+        unused: Called with a topic when no drive uses it any more and no zero is due.
     """
 
     def __init__(
@@ -45,9 +45,9 @@ class VelocityTopics:
     ) -> None:
         self._unused = unused
         self._heard_since = heard_since
-        self._asked: dict[str, float] = {}  # when a zero that is due was sent first
+        self._asked: dict[str, float] = {}  # topic -> time of the first zero that was due
         self._connection = connection
-        self._lock = threading.RLock()  # never held while the network is waited for
+        self._lock = threading.RLock()  # never held during network waits
         self._making = threading.RLock()
         self._publishers: dict[str, rosproto.Publisher] = {}
         self._users: Counter[str] = Counter()
@@ -55,13 +55,15 @@ class VelocityTopics:
         self._zero = b""
 
     def acquire(self, topic: str) -> rosproto.Publisher:
-        """The publisher of a topic, until `release`: a queue of one, never latched, and nothing delivered
-        after the program was killed, so that no old velocity can be sent.
+        """Return the publisher of a topic, until `release`.
+
+        It has a queue of one, is not latched, and delivers nothing after the program was killed, so that no
+        old velocity can be sent.
 
         Raises:
             RosError: It cannot be registered.
         """
-        made = self._take(topic)  # without waiting: `stop` must not wait for another verb that is connecting
+        made = self._take(topic)  # does not wait: `stop` must not wait for a verb that is connecting
         if made is not None:
             return made
         with self._making:
@@ -74,7 +76,7 @@ class VelocityTopics:
                 message_type(row(topic).type),
                 queue_size=1,
                 latch=False,
-                linger=False,  # nothing of a killed program may arrive later
+                linger=False,  # messages of a killed program must not arrive later
                 on_connect=lambda _: self._reconnected(topic),
             )
             with self._lock:
@@ -90,9 +92,9 @@ class VelocityTopics:
             return made
 
     def release(self, topic: str) -> None:
-        """Give a publisher back, after its last message; the last user takes it off the graph.
+        """Release a publisher after its last message; the last release unregisters it.
 
-        That is done in a thread, since the master may be slow. Never raises.
+        That is done in a thread, because the master may be slow. Never raises.
         """
         with self._lock:
             self._users[topic] = max(0, self._users[topic] - 1)
@@ -108,7 +110,7 @@ class VelocityTopics:
         self._unused(topic)
         try:
             threading.Thread(target=_close, args=(publisher,), name="woosh:release", daemon=True).start()
-        except RuntimeError:  # the interpreter ends: closing the node takes it back
+        except RuntimeError:  # the interpreter ends: closing the node unregisters it
             logger.debug("! %s: no thread any more to take it back", topic)
 
     def _reconnected(self, topic: str) -> None:
@@ -116,18 +118,18 @@ class VelocityTopics:
             self.zero(topic)  # `send_due_zeros` sees whether it arrives
 
     def zero_is_due(self, topic: str) -> None:
-        """Zero is sent until it is on the robot; a subscriber that connects again gets it first."""
+        """Send zero until it has arrived; a subscriber that reconnects receives it first."""
         with self._lock:
             self._zero_due.add(topic)
             self._asked.pop(topic, None)
 
     @property
     def zeros_due(self) -> bool:
-        """Whether a zero is due on some topic; waits for nothing."""
+        """Whether a zero is due on some topic; does not wait."""
         return bool(self._zero_due)
 
     def send_due_zeros(self) -> None:
-        """Send the zeros that are due, and take off those that have arrived."""
+        """Send the zeros that are due, and remove those that have arrived."""
         for topic in list(self._zero_due):
             publisher = self._publishers.get(topic)
             if publisher is not None and not publisher.closed:
@@ -142,7 +144,7 @@ class VelocityTopics:
         arrived = _flush(publisher)
         if arrived is not None:
             return arrived
-        # Where the system does not tell (Windows, macOS): when the robot is heard after one was sent.
+        # If the system does not report arrival (Windows, macOS): the robot is heard after one was sent.
         asked = self._asked.setdefault(publisher.topic, time.monotonic())
         return self._heard_since(asked)
 
@@ -153,7 +155,7 @@ class VelocityTopics:
         self._close_unused(topic)
 
     def begin(self, topic: str) -> None:
-        """A drive begins, and sends velocities from now on: zero first, where one is due."""
+        """Begin a drive; a zero that is due is sent first."""
         if topic in self._zero_due:
             self.zero(topic)
             self._zero_is_there(topic)
@@ -165,7 +167,7 @@ class VelocityTopics:
             publisher.publish(twist(velocity))
 
     def write_zero(self, topic: str) -> None:
-        """Send zero, for `stopping.line`: encoded before, and neither logged nor waited for.
+        """Send zero, for `stopping.immediate_stop`: already encoded, without logging or waiting.
 
         Raises:
             RosError: It cannot be sent.
@@ -175,7 +177,7 @@ class VelocityTopics:
             publisher.publish(self._zero)
 
     def zero(self, topic: str) -> None:
-        """Send zero; never raises, as it is the last resort when something else has failed."""
+        """Send zero; never raises: it is used when something else has failed."""
         try:
             self.write_zero(topic)
         except Exception as error:  # a closed node, an interpreter that is shutting down
@@ -189,8 +191,9 @@ class VelocityTopics:
         return [FinalMessage(topic, twist(Velocity()), _ZEROS) for topic in sorted(topics)]
 
     def end(self, topic: str) -> None:
-        """A drive has sent its zeros: wait a moment until they are on the robot, or have them sent until they
-        are. Never raises, as `zero`.
+        """End a drive that has sent its zeros: wait briefly until they arrive, else mark a zero as due.
+
+        Never raises.
         """
         publisher = self._publishers.get(topic)
         if publisher is not None and not publisher.closed and _flush(publisher) is False:
@@ -199,15 +202,15 @@ class VelocityTopics:
 
 
 def _flush(publisher: rosproto.Publisher) -> bool | None:
-    """Wait for what was sent to be on the robot; None where the system does not tell.
+    """Wait until sent messages have arrived on the robot; None where the system does not report that.
 
-    Before anybody tells the robot that we are gone: it then ends the link and reads no more, and zeros that a
-    lossy network repeats would be too late.
+    Called before the publisher is unregistered: the robot then ends the link and reads no more, and zeros
+    that a lossy network retransmits would be too late.
     """
     try:
         publisher.flush(_FLUSH)
         arrived = publisher.wait_arrived(_ARRIVE)
-        links = publisher.stats()  # a link that was given up meanwhile has delivered nothing
+        links = publisher.stats()  # a link that was closed meanwhile has delivered nothing
         return arrived if links and all(link.connected for link in links) else False
     except RosError as error:
         logger.debug("! %s: not flushed: %s", publisher.topic, error)

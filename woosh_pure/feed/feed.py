@@ -29,14 +29,14 @@ T = TypeVar("T")
 logger = get_logger("woosh_pure.feed")
 
 FIRST_USE = 1.0
-"""The most seconds that the first reading of a feed waits for its links; usually they are up much sooner."""
+"""Longest wait of a feed's first reading for its links, s; usually they are up much sooner."""
 _CLOSED = "{topic}: this feed is closed, because its Chassis is; open a new one"
 _LATCHED = 0.3  # seconds from the link until a latching publisher has sent its value
 PICTURES = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
 """Types whose messages are so large (a cloud has 5 MB) that only a few are kept."""
 _HISTORY, _HISTORY_OF_PICTURES = 100, 3
 _SLICE = 0.1  # waits are cut into slices: on Windows, Ctrl-C cannot interrupt a wait for a lock
-_QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # of what is sent on change only, none is dropped for a newer one
+_QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # messages sent on change only must not be dropped for newer ones
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Reading(Generic[T]):
 
     @property
     def age(self) -> float:
-        """Seconds since receipt, by our clock."""
+        """Return the seconds since receipt, by our clock."""
         return time.monotonic() - self.received
 
 
@@ -65,8 +65,8 @@ class Feed(Generic[T]):
     """Newest value, waiting, iterating and callbacks for one topic.
 
     The first use subscribes and waits until the publishers are connected (a few hundredths of a second, at
-    most `FIRST_USE`): from then on no message is missed, and a latched value is there. If nobody publishes
-    the topic, there is no wait. "Not heard yet" is a value: `latest`, `age` and `reading` are then None.
+    most `FIRST_USE`): from then on no message is missed, and a latched value has arrived. If the topic has no
+    publisher, there is no wait. Before the first message `latest`, `age` and `reading` are None.
     Messages of several publishers are merged in the order of arrival. Callbacks run in the receiving thread
     of the link: keep them short, and do not wait for the same topic in them. An exception in a callback is
     logged and does not affect the others.
@@ -81,10 +81,10 @@ class Feed(Generic[T]):
         self.row = row
         self._node = node
         # Reentrant, like every lock that `close` takes: a Ctrl-C at its end leaves it held by the thread that
-        # then closes. Nobody takes it to read: a signal handler's stop must see what comes while the frame
-        # that it interrupted waits here.
+        # then closes. Reading does not take it: a stop in a signal handler must see new values while the
+        # interrupted frame waits here.
         self._open_lock = threading.RLock()
-        self._receiving = threading.Lock()  # of the threads that receive, among themselves
+        self._receiving = threading.Lock()  # taken by receiving threads only
         self._history: deque[tuple[int, Reading[T]]] = deque(maxlen=history)  # numbered from 1
         self._waiting: list[queue.SimpleQueue[None]] = []
         self._broken = 0
@@ -108,11 +108,11 @@ class Feed(Generic[T]):
     def open(self) -> Feed[T]:
         """Subscribe now and return this feed at once; `wait_connected` waits for the links.
 
-        Every other member does both by itself. To use several feeds, open them all first, so that they
-        connect at the same time.
+        Every other member does both. To use several feeds, open them all first, so that they connect at the
+        same time.
 
         Raises:
-            ConnectionLost: The Chassis is closed, and nothing was ever heard here.
+            ConnectionLost: The Chassis is closed, and nothing was ever received here.
         """
         if self._subscriber is not None:
             return self
@@ -206,14 +206,14 @@ class Feed(Generic[T]):
             logger.exception("%s: a callback failed", self.row.name)
 
     def _wake(self) -> None:
-        """Wake who waits."""
+        """Wake all waiting threads."""
         for news in list(self._waiting):
             if news.empty():
                 news.put(None)
 
     @contextmanager
     def _news(self) -> Iterator[queue.SimpleQueue[None]]:
-        """What gets something when a value has come; also when the feed is closed."""
+        """A queue that receives an item for each new value, and when the feed is closed."""
         news: queue.SimpleQueue[None] = queue.SimpleQueue()
         self._waiting.append(news)
         try:
@@ -290,8 +290,9 @@ class Feed(Generic[T]):
 
     @property
     def links(self) -> frozenset[tuple[str, str, int]]:
-        """The links that are up now: (node, address, times it was made again). One that was made again is
-        another one: a change in between was missed, or the node was started again.
+        """The links that are up now: (node, address, number of reconnections).
+
+        A reconnected link counts as another one: a change in between was missed, or the node was restarted.
         """
         subscriber = self._subscriber
         stats = () if subscriber is None else subscriber.stats()
@@ -307,8 +308,8 @@ class Feed(Generic[T]):
 
     @property
     def outdated(self) -> bool:
-        """True when the last value of a topic sent only on change may be out of date, because its link has
-        broken since, and a change in between was missed.
+        """True when the last value of a topic sent only on change may be out of date: its link has broken
+        since, so a change may have been missed.
         """
         then = self._links_then
         return bool(self._history) and then is not None and self._links() != then
@@ -372,7 +373,7 @@ class Feed(Generic[T]):
         """
         if not new:
             return self.wait_for(lambda value: True, timeout)
-        # Counted before the topic is opened: a latched value comes with its link, and only then.
+        # Read before the topic is opened: a latched value comes only once, with its link.
         before = self.count
         deadline = self._begin_wait(timeout)
         with self._news() as news:
@@ -394,7 +395,7 @@ class Feed(Generic[T]):
             while True:
                 while self.count == seen:
                     self._pause(news, deadline, timeout)
-                # Every one of them, also one that was true for a moment only.
+                # Check every reading: the condition may have been true only for a moment.
                 for number, reading in self._history.copy():
                     if number > seen:
                         seen = number
@@ -402,7 +403,7 @@ class Feed(Generic[T]):
                             return reading.value
 
     def _begin_wait(self, timeout: float | None) -> Deadline:
-        """The deadline of a wait that may begin."""
+        """Check that a wait may begin, and return its deadline."""
         timeout = require_timeout(timeout)
         self.require_open()
         if self.in_callback:
@@ -417,7 +418,7 @@ class Feed(Generic[T]):
         return Deadline(timeout)
 
     def require_open(self) -> None:
-        """Refuse to wait for what cannot come.
+        """Check that values can still come.
 
         Raises:
             ConnectionLost: The Chassis is closed, or its node is.
@@ -436,14 +437,14 @@ class Feed(Generic[T]):
             )
 
     def _pause(self, news: queue.SimpleQueue[None], deadline: Deadline, timeout: float | None) -> None:
-        """Wait for a change; raises when there is nothing left to wait for."""
+        """Wait for a change; raises when no more can come."""
         self.require_open()
         if deadline.expired:
             raise self.silence(timeout)
         _wait_for(news, deadline.at_most(_SLICE).remaining() or 0.0)
 
     def silence(self, timeout: float | None) -> RosTimeout:
-        """The error of a wait that timed out."""
+        """Return the error of a wait that timed out."""
         subscriber = self._subscriber
         publishers = 0 if subscriber is None else subscriber.connections
         who = self.unreachable or say("{count} publishers are connected", count=publishers)

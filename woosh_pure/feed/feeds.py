@@ -37,7 +37,7 @@ class Feeds:
     def get(self, name: str) -> Feed[Any]:
         """The feed of that name, or of a topic that has no name; it subscribes on first reading."""
         if (made := self._feeds.get(name)) is not None:
-            return made  # without the lock: `stop` must not wait for a frame that it has interrupted
+            return made  # no lock: `stop` must not wait for a frame that it has interrupted
         with self._lock:
             if name not in self._feeds:
                 found = row(name) if name.startswith("/") else find(name)
@@ -65,7 +65,7 @@ class Feeds:
         """Wait until the topic that reports the end of a goal is connected.
 
         Raises:
-            StaleState: Nobody publishes it, so the end could not be seen, and nothing is started.
+            StaleState: It has no publisher, so the end of the goal could not be seen.
         """
         seconds = self._connection.timeout
         deadline = Deadline(seconds)
@@ -81,7 +81,7 @@ class Feeds:
         """Wait for a feed's first value.
 
         Raises:
-            StaleState: It stayed silent.
+            StaleState: None came in time.
         """
         feed = self.get(name)
         try:
@@ -122,7 +122,7 @@ class Feeds:
             feed: Feed[Velocity] = self.get("velocity").open()
         except RosError:
             return None
-        while True:  # looked at instead of waited for: nobody can hold this up
+        while True:  # polled: a wait could be blocked by another thread
             reading = feed.known
             fresh = reading is not None and reading.received >= began
             if fresh and reading is not None and reading.value.is_standing():

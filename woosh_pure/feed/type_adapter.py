@@ -1,7 +1,7 @@
 """Decodes a topic with our definition when the program has already subscribed to it with another definition.
 
 A node has one definition per topic. If the program subscribed first, with a type from its own folders, it
-gets messages of that type, and ours are decoded from the same bytes.
+receives messages of that type, and ours are decoded from the same bytes.
 """
 
 from __future__ import annotations

@@ -5,10 +5,10 @@ The chassis is never probed, because every possible probe has side effects:
 
 - `/exec_task` replies with the state of the robot, but each of its commands runs, pauses, resumes or ends a
   task, and what the chassis does with an unknown command or task id is not documented.
-- A goal of zero length on `/cmd_vel_control` or `/move_base` is no harmless question either. An action server
-  of this kind ends its current goal when a new one comes, so the probe would end a task of the robot itself
-  or of another client. It may make the robot leave the charger, and the reply to an empty list of steps is
-  not documented.
+- A goal of zero length on `/cmd_vel_control` or `/move_base` is not harmless either. An action server of this
+  kind ends its current goal when a new one comes, so the probe would end a task of the robot itself or of
+  another client. It may make the robot leave the charger, and the reply to an empty list of steps is not
+  documented.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class Refusals:
     """The newest refusal or failure of a motion, remembered until its cause is shown to be over.
 
     A cause from before we connected (a pressed emergency stop, a bumper that was hit) may never appear on a
-    topic. Its only trace is that a motion is refused. So the refusal is remembered, and readiness lists it as
-    a reason. Safe from any thread.
+    topic, but the chassis then refuses motions. So the refusal is remembered, and readiness lists it as a
+    reason. Safe from any thread.
     """
 
     def __init__(self) -> None:
@@ -53,9 +53,9 @@ class Refusals:
         """Remember that a motion was refused or has failed.
 
         Args:
-            text: Which motion, and the chassis's words for why.
+            text: Which motion, and the chassis's reason.
             at: When, by the monotonic clock.
-            state: The robot's state reported along with it; None when it was not.
+            state: The robot's state reported along with it; None if it was not.
         """
         severe = [code for code in _codes(text) if code.level is FaultLevel.SEVERE]
         blocking = bool(severe) or state in _STOPPED
@@ -76,7 +76,7 @@ class Refusals:
                 self._last = None
 
     def doubt(self) -> None:
-        """Its cause may be over: the robot may have been started again."""
+        """Mark the cause as possibly over: the robot may have been restarted."""
         with self._lock:
             if self._last is not None:
                 self._last = replace(self._last, reason=self._last.reason.doubted())
@@ -132,18 +132,18 @@ def assess(
     link_lost: bool = False,
     has_moved: bool = False,
 ) -> Readiness:
-    """Collect what is known to speak against moving, and what is not known; the cause comes first.
+    """Collect the known reasons against moving, and the unknown facts; the cause comes first.
 
     Args:
-        status: The last /robot_status; None when none was heard (it is published on change only).
+        status: The last /robot_status; None if none was received (it is published on change only).
         faults: Active faults.
-        charging: What /battery says; None when it was not heard.
+        charging: By /battery; None if none was received.
         own_tasks: Ids of the tasks that this client started.
         other_goals: Other clients with a running goal: (client, action).
-        faults_before: Faults heard over links that have broken since; they may be over.
+        faults_before: Faults received over links that have broken since; they may be over.
         keys: Numbers of the chassis's keys that /IO_input shows as triggered.
         refusals: Refusals and failures that are not known to be over.
-        link_lost: The link of /robot_status has broken since its last message: what it said blocks no longer.
+        link_lost: The link of /robot_status has broken since its last message, which then blocks no longer.
         has_moved: One of our motions has arrived, so nothing stopped the robot at that time, and every change
             since then was reported.
     """
@@ -151,7 +151,7 @@ def assess(
     reasons: list[Reason] = []
     if status is not None:
         told_by_status = _from_status(status, charging, own_tasks)
-        if any(reason.blocking for reason in from_faults):  # they say what the fault is
+        if any(reason.blocking for reason in from_faults):  # they name the fault
             told_by_status = [reason for reason in told_by_status if reason.key is not ReasonKey.FAULT]
         reasons += [reason.doubted() for reason in told_by_status] if link_lost else told_by_status
     elif not has_moved:
@@ -169,18 +169,18 @@ def assess(
     ]
     reasons += [Reason(ReasonKey.CHASSIS_KEY, say(KEY_TRIGGERED, number=key), False) for key in keys]
     told = {reason.key for reason in reasons if reason.blocking}
-    reasons += [reason for reason in refusals if not told]  # else the state says it better
+    reasons += [reason for reason in refusals if not told]  # otherwise the state is more exact
     return Readiness(tuple(sorted(reasons, key=_order)))
 
 
 def _order(reason: Reason) -> tuple[bool, bool, bool]:
-    """A pressed button comes first: it explains the rest. Then what blocks, then what is not known."""
+    """Sort key: a pressed button first (it explains the rest), then blocking reasons, then unknown facts."""
     pressed = reason.key in (ReasonKey.EMERGENCY_STOP, ReasonKey.BUMPER)
     return not pressed, not reason.blocking, not reason.doubt
 
 
 def status_shows_fitness(status: RobotStatus) -> bool:
-    """Whether the state shows that nothing stops the robot, so that whatever stopped it before is over."""
+    """Whether the state shows that nothing stops the robot, so that earlier causes are over."""
     automatic = status.robot_mode not in (RobotMode.MANUAL, RobotMode.MAINTENANCE)
     return automatic and status.robot_state in _FIT
 
@@ -235,7 +235,7 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
 
 
 def _task_unknown(status: RobotStatus | None, own_tasks: Collection[int]) -> bool:
-    """Whether nothing else tells which task the robot is carrying out."""
+    """Whether no other reason names the task that the robot is carrying out."""
     return status is None and not own_tasks
 
 

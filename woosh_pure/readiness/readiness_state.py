@@ -1,4 +1,4 @@
-"""Collects what is known for and against moving: faults, refusals, other clients' goals. Thread-safe."""
+"""Collects the facts for and against moving: faults, refusals, other clients' goals. Thread-safe."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class OtherGoals:
             opened, self._opened = self._opened, True
         if opened:
             return
-        from rosproto.transport import Deadline  # late: this module must be importable without sockets
+        from rosproto.transport import Deadline  # lazy: this module must be importable without sockets
 
         self._own_name = node.name
         status = message_type("actionlib_msgs/GoalStatusArray")
@@ -82,7 +82,7 @@ def _client_of(goal_id: str) -> str:
     return name if rest else goal_id
 
 
-_STALE = 30.0  # seconds: what /battery said before that may be over
+_STALE = 30.0  # seconds after which /battery may be out of date
 
 
 class ReadinessState:
@@ -91,12 +91,12 @@ class ReadinessState:
     Args:
         connection: Its node listens to the goals of other clients.
         feeds: The source of states and status codes.
-        own_tasks: Return the ids of our own tasks, which are no obstacle.
+        own_tasks: Return the ids of our own tasks, which do not speak against moving.
         require_not_over: Raise if no motion can begin any more.
 
     Attributes:
-        other_goals: Goals of other clients, as far as heard.
-        refusals: What the chassis has refused, until the cause is shown to be over.
+        other_goals: Known goals of other clients.
+        refusals: The last refusal of the chassis, until its cause is shown to be over.
     """
 
     def __init__(
@@ -121,7 +121,7 @@ class ReadinessState:
         self.refusals = Refusals()
 
     def watch_faults(self) -> None:
-        """Start to keep the set of active faults; once this returns, no code is missed."""
+        """Start tracking active faults; once this returns, no code is missed."""
         feed = self._feeds.get("status_code")
         with self._lock:
             watching, self._watching = self._watching, True
@@ -140,22 +140,22 @@ class ReadinessState:
         self.refusals.receive(code)
 
     def active_faults(self) -> Faults:
-        """The active faults, as far as heard since this Chassis began to listen, and whether that is all."""
+        """The active faults received since this Chassis began to listen, and whether there are no others."""
         self._listen("status", "status_code")
         status, outdated = self._status_known()
         faults, _ = self._known_faults(status, outdated)
         return Faults(faults, None if status is None or outdated else status.robot_state)
 
     def readiness(self) -> Readiness:
-        """What is known against moving; the first call waits until its links are connected."""
+        """The known reasons against moving; the first call waits until its links are connected."""
         if (scope := current()) is not None:
-            scope.require_wanted("readiness")  # `wait_until_ready` asks again and again
+            scope.require_wanted("readiness")  # `wait_until_ready` calls this repeatedly
         self._listen("battery", "status", "status_code", "inputs")
         self.other_goals.listen(self._connection.open_node())
         return self.known_readiness()
 
     def known_readiness(self) -> Readiness:
-        """As `readiness`, from what was heard so far. Never waits, so a drive may call it at any time."""
+        """As `readiness`, from the messages received so far. Never waits, so a drive may call it any time."""
         feed = self._feeds.used("battery")
         battery = None if feed is None else feed.known
         charging = None if battery is None or battery.age > _STALE else battery.value.charging
@@ -188,7 +188,7 @@ class ReadinessState:
         return reading.value, feed.outdated
 
     def _look_at_links(self, up: frozenset[object]) -> None:
-        """Forget what was learned by moving if a lost link shows that the robot may have restarted."""
+        """Discard facts learned by moving if a lost link shows that the robot may have restarted."""
         before, self._links = self._links, up or self._links
         if not before <= up:
             self._has_moved = False
@@ -197,7 +197,7 @@ class ReadinessState:
     def _known_faults(
         self, status: RobotStatus | None, outdated: bool
     ) -> tuple[tuple[StatusCode, ...], tuple[StatusCode, ...]]:
-        """Active faults, and those of which it is not known whether they are over; never waits."""
+        """Active faults, and faults that may be over; never waits."""
         feed = self._feeds.used("status_code")
         with self._fault_lock:
             if feed is not None:
@@ -230,7 +230,7 @@ class ReadinessState:
             )
 
     def _listen(self, *names: str) -> None:
-        feeds = [self._feeds.get(name).open() for name in names]  # all at once: they connect at the same time
+        feeds = [self._feeds.get(name).open() for name in names]  # so that they connect at the same time
         if "status_code" in names:
             self.watch_faults()
         for feed in feeds:
