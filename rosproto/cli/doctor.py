@@ -1,6 +1,6 @@
-"""`rosproto doctor`: why does the graph not work from here? Each check says what it found and what to do.
+"""`rosproto doctor`: checks the graph from this computer; each finding has advice.
 
-The chassis has a doctor of its own (`woosh doctor`), which begins with these checks.
+`woosh doctor` begins with these checks.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ class Finding(NamedTuple):
     """One check.
 
     Attributes:
-        check: What was looked at.
-        ok: True fine, False a problem, None worth knowing.
-        text: What was found.
-        advice: What to do; "" when there is nothing to.
+        check: Name of the check.
+        ok: True for success, False for a problem, None for information.
+        text: The result.
+        advice: What to do, or "".
     """
 
     check: str
@@ -42,12 +42,12 @@ class Finding(NamedTuple):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which master."""
+    """Add the options of the graph."""
     add_graph_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the findings; 1 when one of them is a problem."""
+    """Print the findings; return 1 if one is a problem."""
     findings = []
     for finding in _all(arguments):
         findings.append(finding)
@@ -67,7 +67,7 @@ def _all(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 
 def examine(uri: str, master: MasterClient, hosts: HostNames) -> Iterator[Finding]:
-    """All checks, each resting on the one before; ends early where the next would be pointless."""
+    """Yield all findings; each check needs the previous one, so a failure may end the checks."""
     from rosproto.transport.uri import parse_uri
 
     try:
@@ -125,7 +125,7 @@ def _master_advice(error: RosError, host: str) -> str:
 
 
 def _named(master: MasterClient, host: str) -> Iterator[Finding]:
-    """A master that calls itself by a name which we cannot resolve was started without ROS_IP."""
+    """Report a master with an unresolvable name: it was started without ROS_IP."""
     from rosproto.transport.name_lookup import resolve
     from rosproto.transport.uri import is_loopback, parse_uri
 
@@ -150,9 +150,9 @@ def _named(master: MasterClient, host: str) -> Iterator[Finding]:
 
 
 def _nodes(master: MasterClient, state: SystemState, hosts: HostNames) -> Iterator[Finding]:
-    """Every node must answer at the URI it registered; a shared cause is reported once, with its nodes."""
+    """Check that each node answers at its registered URI; a common cause is reported once with all nodes."""
     good = 0
-    unknown: dict[str, dict[str, str]] = {}  # host name -> node -> why the master's address does not do
+    unknown: dict[str, dict[str, str]] = {}  # host name -> node -> why the master's address fails
     for node in state.nodes:
         problem, advice, host = "", "", ""
         try:
@@ -184,7 +184,7 @@ def _host_of(uri: str) -> str:
 
 
 def _unresolved(host: str, found: dict[str, str], hosts: HostNames) -> Finding:
-    """Nodes that announce an unknown host name; `found`: why the master's address does not do for each."""
+    """Report nodes with an unknown host name; `found` maps each to why the master's address fails."""
     from rosproto.transport.robot_host_names import hosts_advice
 
     address = hosts.resolve(host)[0]

@@ -1,4 +1,4 @@
-"""`rosproto dynparam`: what can be reconfigured while nodes run; the words of dynamic_reconfigure's dynparam.
+"""`rosproto dynparam`: reconfigure running nodes; the verbs of dynamic_reconfigure's dynparam.
 
 Source: wiki.ros.org/dynamic_reconfigure: a node NAME latches NAME/parameter_descriptions and
 NAME/parameter_updates, and serves NAME/set_parameters.
@@ -31,7 +31,7 @@ TRUE, FALSE = ("true", "yes", "on", "1", "t"), ("false", "no", "off", "0", "f")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(
         parser,
         {
@@ -67,11 +67,11 @@ def _file_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=folder_exists, metavar="FILE")
 
 
-# -- what a node says ----------------------------------------------------------------------------------------
+# -- reading ------------------------------------------------------------------------------------------------
 
 
 def _known(arguments: argparse.Namespace) -> list[str]:
-    """Names of what can be reconfigured: a service, and descriptions that go with it."""
+    """Return the names of reconfigurable nodes: those with the service and the descriptions."""
     with master_client(arguments) as master:
         state = master.get_system_state()
     return sorted(
@@ -83,7 +83,7 @@ def _known(arguments: argparse.Namespace) -> list[str]:
 
 
 def _heard(arguments: argparse.Namespace, node: Any, topic: str, kind: str) -> Any:
-    """A latched message of it."""
+    """Receive a latched message of the node."""
     from rosproto.codec import message_class
 
     name = absolute(arguments.node)
@@ -98,7 +98,7 @@ def _heard(arguments: argparse.Namespace, node: Any, topic: str, kind: str) -> A
 
 
 def values_of(config: Any) -> dict[str, Any]:
-    """The values of a dynamic_reconfigure/Config, by name, sorted."""
+    """Return the values of a dynamic_reconfigure/Config by name, sorted."""
     found = {one.name: cast(one.value) for field, cast in LISTS.items() for one in getattr(config, field)}
     return dict(sorted(found.items()))
 
@@ -167,7 +167,7 @@ def _set(arguments: argparse.Namespace) -> int:
 
 
 def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
-    """Set them, and print what came of it: the node may bring values into their range."""
+    """Set the values and print the result: the node may limit values to their range."""
     from rosproto.codec import message_class, service_class
     from rosproto.codec.dicts import from_dict
 
@@ -191,7 +191,7 @@ def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
 
 
 def _config(changes: Mapping[str, Any], kinds: Mapping[str, str], node: str) -> dict[str, Any]:
-    """A dynamic_reconfigure/Config as a dict, every value of the type that the node says."""
+    """Return a dynamic_reconfigure/Config as a dict, with each value in the node's type."""
     config: dict[str, Any] = {field: [] for field in LISTS}
     for name, value in changes.items():
         if name not in kinds:
@@ -201,10 +201,10 @@ def _config(changes: Mapping[str, Any], kinds: Mapping[str, str], node: str) -> 
 
 
 def _cast(kind: str, value: Any, name: str) -> Any:
-    """A value as the parameter's type.
+    """Convert a value to the parameter's type.
 
     Raises:
-        CommandError: It is not one.
+        CommandError: The value has another type.
     """
     try:
         if kind == "bool":
@@ -234,5 +234,5 @@ def _load(arguments: argparse.Namespace) -> int:
         raise CommandError(
             f"{arguments.file}: expected name: value on each line, as `dynparam dump` writes it"
         )
-    values.pop("groups", None)  # dynamic_reconfigure's own dump has the states of groups there
+    values.pop("groups", None)  # group states in dumps of dynamic_reconfigure
     return _change(arguments, values)

@@ -1,4 +1,4 @@
-"""`rosproto topic echo`: messages as text, CSV, JSON or curves, also of types that are not installed."""
+"""`rosproto topic echo`: messages as text, CSV, JSON or curves, also of unknown types."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ Arrival = tuple[str, Any, Time]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print until interrupted, or until -n messages."""
+    """Print until interrupted, or -n messages."""
     if arguments.all and not arguments.bag:
         raise ValueError("--all is for --bag; on a graph a pattern such as '/*' names several topics")
     if arguments.plot and (arguments.json or arguments.csv):
@@ -71,7 +71,7 @@ def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:
     topic, path = split_topic(asked, list(types))
     topics = [topic]
     if topic not in types:
-        # A "[" alone is the begin of an index: /scan/ranges[0] of a scan that is still to come.
+        # A single "[" begins an index, not a pattern: /scan/ranges[0] of a future scan.
         topics = below(types, asked) if "*" in asked or "?" in asked else [topic]
         if not topics:
             raise CommandError(f"no topic matches {asked!r}; see: rosproto topic list")
@@ -87,13 +87,13 @@ def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:
 
 
 def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[Arrival]:
-    """Messages as they come, of all topics."""
+    """Yield the messages of all topics in order of arrival."""
     came: SimpleQueue[Arrival] = SimpleQueue()
     subscribers = [node.subscriber(topic, None, _put(came, topic), queue_size=1000) for topic in topics]
     began, told = time.monotonic(), False
     while True:
         try:
-            # In short steps, because Windows delivers no Ctrl-C to a thread in an endless wait.
+            # In short steps: Windows delivers no Ctrl-C during an endless wait.
             yield came.get(timeout=0.5 if timeout is None else min(timeout, 0.5))
             began, told = time.monotonic(), True
         except Empty:
@@ -142,7 +142,7 @@ def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
 
 
 class _Printer:
-    """Prints messages one after the other in the form that was asked for."""
+    """Prints messages in the selected form."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self.arguments = arguments
@@ -153,15 +153,15 @@ class _Printer:
         self.several = False
         self.topics: list[str] = []
         self.shown = 0
-        self.drawn: list[tuple[str, Any]] = []  # topic and what takes the number out of its messages
+        self.drawn: list[tuple[str, Any]] = []  # topic, and a getter of the number from its messages
         self.curves: PlotSamples | None = None
         self.due = 0.0
 
     def choose(self, topics: list[str], path: str) -> None:
-        """What will be shown.
+        """Select the topics and the field.
 
         Raises:
-            ValueError: The path is malformed, or the form is for one topic only.
+            ValueError: The path is malformed, or the form allows only one topic.
         """
         self.take = parse_field_path(path, f"{topics[0]}/{path}")
         self.topics = topics
@@ -170,7 +170,7 @@ class _Printer:
             raise ValueError(f"-p and --plot are for one topic, and these are {len(topics)}: name one")
 
     def choose_more(self, known: list[str]) -> list[str]:
-        """The topics of all curves of --plot, the first one's first; else those of `choose`."""
+        """Return the topics of all --plot curves, the first one's first; else those of `choose`."""
         if not self.arguments.plot:
             return self.topics
         self.drawn = [(self.topics[0], self.take)]
@@ -185,11 +185,11 @@ class _Printer:
 
     @property
     def done(self) -> bool:
-        """-n messages were shown."""
+        """Whether -n messages were shown."""
         return self.arguments.n is not None and self.shown >= self.arguments.n
 
     def show(self, topic: str, message: Any, received: Time) -> None:
-        """Print one message, unless the filter says no."""
+        """Print one message, if the filter accepts it."""
         if self.filter is not None and not self.filter(m=message, topic=topic):
             return
         self.shown += 1
@@ -251,7 +251,7 @@ class _Printer:
         picture = curves.picture(
             min(columns - 1, 100),
             height if live else 9,
-            # Dots of one colour cannot be told apart; signs can.
+            # Without colours, signs distinguish the curves.
             ascii_only=not shows_unicode(sys.stdout) or (len(titles) > 1 and not coloured),
             coloured=coloured and len(titles) > 1,
         )
@@ -270,8 +270,8 @@ class PlotSamples:
     """The newest samples of some numbers.
 
     Args:
-        names: Of the curves, in the order of the legend.
-        seconds: How far back the picture reaches; None shows all that is kept.
+        names: Names of the curves, in the order of the legend.
+        seconds: Time span of the picture; None shows all samples.
     """
 
     def __init__(self, names: Sequence[str], seconds: float | None = 30.0) -> None:
@@ -280,16 +280,16 @@ class PlotSamples:
         self._samples: list[deque[tuple[float, float]]] = [deque(maxlen=KEPT) for _ in names]
 
     def add(self, index: int, moment: float, value: float) -> None:
-        """A sample of one curve; moment in s."""
+        """Add a sample to a curve; `moment` in s."""
         samples = self._samples[index]
         if samples and moment < samples[-1][0]:
-            samples.clear()  # a bag or a clock that began again
+            samples.clear()  # a bag or clock restarted
         samples.append((moment, value))
         while self._seconds is not None and moment - samples[0][0] > self._seconds:
             samples.popleft()
 
     def legend(self, coloured: bool) -> list[str]:
-        """A line for each: its sign or colour, name and newest value."""
+        """Return a line per curve: its sign or colour, name and newest value."""
         lines = []
         for i, name in enumerate(self.names):
             value = f"{self._samples[i][-1][1]:.6g}" if self._samples[i] else "nothing yet"
@@ -298,13 +298,13 @@ class PlotSamples:
         return lines
 
     def picture(self, width: int, height: int, *, ascii_only: bool = False, coloured: bool = False) -> str:
-        """The curves, their range at the left, the time below.
+        """Draw the curves, with their range at the left and the time below.
 
         Args:
-            width: Columns of the whole.
-            height: Lines of the whole, with the axis.
+            width: Total columns.
+            height: Total lines, with the axis.
             ascii_only: Signs instead of Braille dots.
-            coloured: A colour for each curve; without, one look for all but the signs of ASCII.
+            coloured: A colour per curve; otherwise only ASCII signs differ.
         """
         finite = [(t, v) for samples in self._samples for t, v in samples if math.isfinite(v)]
         if not finite:
@@ -364,12 +364,12 @@ def _axis(seconds: float, columns: int) -> str:
 
 
 class ValueFilter:
-    """What --noarr, --nostr and --offset make of a value; the value itself is not changed.
+    """Converts a value as by --noarr, --nostr and --offset, without changing the original.
 
     Args:
         no_arrays: An array becomes `<array type: float32, length: 1080>`, as rostopic writes it.
         no_strings: A string becomes `<string length: 5>`.
-        since: Times become durations since this one; None leaves them.
+        since: Times become durations since this time; None keeps them.
     """
 
     def __init__(
@@ -380,7 +380,7 @@ class ValueFilter:
         self.since = since
 
     def __call__(self, value: Any) -> Any:
-        """The value to print."""
+        """Return the value to print."""
         if isinstance(value, Time) and self.since is not None:
             return value - self.since
         if not (self._no_arrays or self._no_strings or self.since) or not isinstance(value, Message):

@@ -1,4 +1,4 @@
-"""Entry of the `rosproto` command: its sub-commands, their examples, and the parser that knows them.
+"""Entry of the `rosproto` command: its sub-commands, their examples and their parser.
 
 A command module has
 
@@ -6,7 +6,7 @@ A command module has
     def run(arguments: argparse.Namespace) -> int: ...        # exit code
 
 and a line in `COMMANDS`. One with verbs passes them to `verbs.add_verbs` and has no `run`. Only the module of
-the command that is run gets imported, so `rosproto master` starts without what `rosproto topic` needs.
+the given command is imported.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ MEANT = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `rosproto` with these arguments (by default the process's own); the exit code."""
+    """Run `rosproto` with these arguments (default: `sys.argv`) and return the exit code."""
     words = behind_the_verb(words_of(argv))
     if words[:1] == ["run"] and words[1:2] not in (["-h"], ["--help"]):
-        # Not by way of all the sub-commands: a program's start should not wait for parsers it has no use for.
+        # Start quickly: do not build the parsers of all sub-commands.
         from rosproto.rospy.launch import main as run_program
 
         return run_program(words[1:], prog="rosproto run")
@@ -71,7 +71,7 @@ def _task(arguments: argparse.Namespace) -> Task:
     def run() -> int:
         _log_to_stderr(arguments.verbose)
         code: int = arguments.run(arguments)
-        # What was read from a damaged bag may not be all; see `bag_opening.opened`.
+        # Messages of a damaged bag may be missing; see `bag_opening.opened`.
         return code or (FAILED if getattr(arguments, "incomplete", False) else DONE)
 
     def failed(text: str, code: int) -> None:
@@ -83,7 +83,7 @@ def _task(arguments: argparse.Namespace) -> Task:
 
 
 def parser_for(words: Sequence[str]) -> Parser:
-    """A parser that knows all commands by name, and the asked one in full."""
+    """Return a parser with all commands by name, and the given one in full."""
     parser = Parser(
         prog="rosproto",
         description="ROS 1 without a ROS installation.",
@@ -105,7 +105,7 @@ def parser_for(words: Sequence[str]) -> Parser:
 
 
 def add_general_options(parser: argparse.ArgumentParser, count: object, debug: object) -> None:
-    """--debug and --verbose, before and after the command; `topic list -v` keeps rostopic's meaning."""
+    """Add --debug and --verbose, before and after the command; `topic list -v` keeps rostopic's meaning."""
     taken = options_of(parser)
     names = [name for name in ("-v", "--verbose") if name not in taken]
     if names:
@@ -129,9 +129,9 @@ class Command(NamedTuple):
     """One sub-command.
 
     Attributes:
-        module: Where its functions are.
+        module: The module of its functions.
         help: One line for `rosproto --help`.
-        arguments: Name of the function that adds its arguments.
+        arguments: The function that adds its arguments.
     """
 
     module: str
@@ -139,7 +139,7 @@ class Command(NamedTuple):
     arguments: str = "add_arguments"
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Import it and give the parser its arguments; parsing sets `run`, the function to call with them."""
+        """Import the module and add its arguments; parsing sets `run`, the function to call with them."""
         module = importlib.import_module(self.module)
         getattr(module, self.arguments)(parser)
         if hasattr(module, "run"):

@@ -1,8 +1,7 @@
-"""Clients of masters and nodes that escape names in replies, so that none can control the terminal.
+"""Clients of masters and nodes that escape names in replies, so that no name can control the terminal.
 
-A peer may register invalid names, with line feeds in them. The commands get them escaped; in later requests
-an escaped name is translated back. Values of parameters are not changed: they are data, and are printed as
-YAML.
+A peer may register invalid names, such as names with line feeds. Replies have them escaped; later requests
+translate them back. Parameter values are unchanged: they are printed as YAML.
 """
 
 from __future__ import annotations
@@ -25,11 +24,11 @@ class _EscapedCalls:
 
 
 class EscapedMasterClient(_EscapedCalls, MasterClient):
-    """A `MasterClient` whose names can be printed."""
+    """A `MasterClient` with printable names."""
 
 
 class EscapedNodeClient(_EscapedCalls, NodeClient):
-    """A `NodeClient` whose answers can be printed."""
+    """A `NodeClient` with printable answers."""
 
 
 def _shown(value: object, theirs: dict[str, str]) -> object:

@@ -29,13 +29,13 @@ EXIT_CODES = {
 
 
 class CommandError(RosError):
-    """A command cannot do what was asked; the text is the one sentence the user sees."""
+    """A command failed; the text is the only sentence for the user."""
 
 
 def explain(error: Exception) -> tuple[str, int]:
-    """One sentence and the exit code.
+    """Return one sentence and the exit code.
 
-    For a lost connection the sentence has the address and the reason, but not our node's name and the method.
+    For a lost connection the sentence has the address and the reason, but not the node's name and the method.
     """
     text = _one_line(sentence_of(error))
     if isinstance(error, ConnectionLost):
@@ -57,11 +57,11 @@ def explain(error: Exception) -> tuple[str, int]:
 
 def _one_line(text: str) -> str:
     plain = " ".join(text.split())
-    return text if text == plain else plain  # the same, and still a Sentence
+    return text if text == plain else plain  # equal, but a Sentence
 
 
 def cannot_listen(error: ConnectionLost, option: str) -> str:
-    """Why this computer does not let a command listen there, with the option to change."""
+    """Return the error of a listening socket, with the option to change."""
     from rosproto.transport.os_errors import address_is_not_ours, port_is_taken
 
     if port_is_taken(error.__cause__):
@@ -81,17 +81,17 @@ def cannot_listen(error: ConnectionLost, option: str) -> str:
 
 
 def say(text: str) -> None:
-    """Print a line on stderr, unless it is closed."""
+    """Print a line on stderr, if it is open."""
     try:
         print(printable(text), file=sys.stderr, flush=True)
     except (OSError, ValueError):
-        pass  # the terminal has gone: the exit code is all that is left to say
+        pass  # the terminal has gone: only the exit code remains
 
 
 def output_is_gone() -> None:
-    """The reader (head, less) has closed stdout: let buffered output raise no error at exit."""
+    """Suppress the error of buffered output at exit, after a reader (head, less) closed stdout."""
     if sys.stdout is not None:
         try:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         except (OSError, ValueError):
-            pass  # no descriptor stands behind it: nothing is flushed to anywhere
+            pass  # no descriptor: no flush

@@ -1,4 +1,4 @@
-"""`rosproto bag export BAG parquet`: a table a topic, for pandas, polars, DuckDB and everything else."""
+"""`rosproto bag export BAG parquet`: a table per topic, for pandas, polars, DuckDB and others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_BYTES = 64 << 20
 
 
 def write_parquet(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """A file for each topic; all of them, or none."""
+    """Write a file per topic; on an error none remains."""
     parquet = need("pyarrow.parquet", "pyarrow", "arrow")
     from rosproto.bag.arrow import TopicBatches, batches_of
 
@@ -64,10 +64,10 @@ def _paths(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> 
 def new_paths(
     bag: BagReader, topics: list[str], arguments: argparse.Namespace, ending: str
 ) -> dict[str, str]:
-    """What an export of these topics writes, in the directory of its own or of `--output`, which is made.
+    """Return the output path of each topic, and create the directory (the default one or `--output`).
 
     Raises:
-        CommandError: One of them exists already.
+        CommandError: A file exists already.
     """
     directory: str = arguments.output or next_to(arguments.bag)
     names = file_names(bag.topics)
@@ -81,8 +81,8 @@ class _File:
     """One topic's file.
 
     Attributes:
-        path: Its name.
-        size: Bytes that wait for their row group to be full.
+        path: The file.
+        size: Bytes in the incomplete row group.
     """
 
     def __init__(self, parquet: Any, path: str, schema: Any) -> None:
@@ -94,17 +94,17 @@ class _File:
         self.size = 0
 
     def take(self, batch: Any) -> None:
-        """A record batch; writes what makes a row group."""
+        """Add a record batch; write a complete row group."""
         self._group.append(batch)
         self.size += batch.nbytes
         if self.size >= GROUP_BYTES:
             self.write()
 
     def write(self) -> None:
-        """What waits, as a row group."""
+        """Write the pending batches as a row group."""
         with named(self.path):
             if self._writer is None:
-                # Numbers seldom repeat: a dictionary is tried, and given up, at the cost of a hash each.
+                # No dictionary for numbers: they seldom repeat, and a trial costs a hash each.
                 self._writer = self._parquet.ParquetWriter(
                     self.path, self._schema, compression="zstd", use_dictionary=_texts(self._schema)
                 )
@@ -120,7 +120,7 @@ class _File:
 
 
 def _texts(schema: Any) -> list[str]:
-    """The columns of texts, as Parquet names them."""
+    """Return the Parquet names of string columns."""
     return [path for field in schema for path in _texts_in(field, "")]
 
 
@@ -133,12 +133,11 @@ def _texts_in(field: Any, prefix: str) -> list[str]:
 
 
 # -- names of files -----------------------------------------------------------------------------------------
-# Names of files for topics: every topic its own, on every system.
+# Each topic has its own file name on every system.
 #
-# Windows and macOS do not tell `Scan` from `scan`, Windows has names that are devices, and what a file
-# name cannot hold becomes a dash: `/a/b` and `/a-b` would be one file. A topic that is not alone with its
-# name gets its own check sum behind it, so that the same topic has the same file whenever its bag is
-# exported.
+# Windows and macOS ignore case, Windows reserves device names, and invalid characters become a dash: `/a/b`
+# and `/a-b` would be one file. A topic with an ambiguous name gets its check sum appended, so that its name
+# is the same in each export of the bag.
 
 
 LONGEST = 150
@@ -146,7 +145,7 @@ _DEVICES = re.compile(r"(?:con|prn|aux|nul|conin\$|conout\$|(?:com|lpt)[0-9])", 
 
 
 def file_name(topic: str) -> str:
-    """A topic as a file name on every system: "/camera/image_raw" -> "camera-image_raw"."""
+    """Convert a topic to a file name for every system: "/camera/image_raw" -> "camera-image_raw"."""
     name = re.sub(r"[^A-Za-z0-9_]+", "-", topic).strip("-") or "topic"
     if len(name) > LONGEST:
         name = name[:LONGEST]
@@ -154,17 +153,17 @@ def file_name(topic: str) -> str:
 
 
 def file_names(topics: Iterable[str]) -> dict[str, str]:
-    """A name for each topic, no two of them alike on any system.
+    """Return a unique file name for each topic, on every system.
 
     Args:
-        topics: All topics of a bag, also those that are not exported: names do not depend on the choice.
+        topics: All topics of a bag, also unexported ones: names do not depend on the selection.
 
     Raises:
-        CommandError: Two topics would have one name all the same.
+        CommandError: Two topics get the same file name.
     """
     names: dict[str, str] = {}
     owners: dict[str, list[str]] = {}
-    # A legal name keeps the plain form; among several, the first.
+    # The first legal topic name keeps the plain form.
     for topic in sorted(topics, key=lambda topic: (not _is_plain(topic), topic)):
         owners.setdefault(file_name(topic).lower(), []).append(topic)
     for group in owners.values():
@@ -192,7 +191,7 @@ def need(module: str, package: str, extra: str) -> Any:
     """Import an optional package.
 
     Raises:
-        CommandError: It is not installed; names the extra.
+        CommandError: It is not installed; the text names the extra.
     """
     try:
         return importlib.import_module(module)

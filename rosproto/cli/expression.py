@@ -1,10 +1,9 @@
-"""Filter expressions typed by a person, evaluated by walking them: nothing is ever passed to eval.
+"""Filter expressions typed by a person, evaluated by walking the syntax tree, without eval.
 
-The language is the harmless part of Python's expressions: literals, field access, indexing and slices,
+The language is a safe subset of Python's expressions: literals, field access, indexing and slices,
 arithmetic, comparison, `and`/`or`/`not`, `in`, conditional expressions, generator expressions over arrays,
-and the functions of `FUNCTIONS`. `rostopic echo --filter` and `rosbag filter` take the same texts but
-evaluate them with eval; here a text from a script or a web form can do no more than compute a value, and no
-more of that than `expression_sandbox` allows.
+and the functions of `FUNCTIONS`. `rostopic echo --filter` and `rosbag filter` evaluate the same texts
+with eval; here an untrusted text can only compute a value, within the limits of `expression_sandbox`.
 """
 
 from __future__ import annotations
@@ -58,11 +57,11 @@ COMPARE: dict[type[ast.cmpop], Callable[..., object]] = {
 
 
 class ExpressionError(ValueError):
-    """An expression is not part of the language, or cannot be computed for this message.
+    """An expression is invalid, or cannot be computed for this message.
 
     Attributes:
         text: The expression.
-        column: Where, from 1; None when the whole text is meant.
+        column: Position, from 1; None for the whole text.
     """
 
     def __init__(self, message: str, text: str, column: int | None = None) -> None:
@@ -77,10 +76,10 @@ class Expression:
 
     Args:
         text: For example `"m.pose.pose.position.x > 1.5 and m.header.frame_id == 'map'"`.
-        names: Names the caller will supply ("m", "topic", "t").
+        names: Names the caller supplies ("m", "topic", "t").
 
     Raises:
-        ExpressionError: The text is not in the language; says where and what is allowed.
+        ExpressionError: The text is invalid; the error has the position and the allowed parts.
     """
 
     def __init__(self, text: str, names: Iterable[str] = ("m",)) -> None:
@@ -103,10 +102,10 @@ class Expression:
         self._check(nodes)
 
     def __call__(self, **values: object) -> object:
-        """The expression's value for these values of its names.
+        """Evaluate the expression for these values of its names.
 
         Raises:
-            ExpressionError: A field does not exist, types do not fit, or it computes too long.
+            ExpressionError: A field does not exist, types do not match, or a limit is exceeded.
         """
         try:
             return _Walk(self.text, values).value(self._root)
@@ -114,14 +113,14 @@ class Expression:
             raise
         except LimitExceeded as error:
             raise ExpressionError(str(error), self.text) from None
-        except Exception as error:  # whatever a value's own operator raises is the filter's error
+        except Exception as error:  # any error of a value's operator is an error of the filter
             raise ExpressionError(f"{type(error).__name__}: {error}", self.text) from error
 
     def __repr__(self) -> str:
         return f"Expression({self.text!r})"
 
     def _check(self, nodes: list[ast.AST]) -> None:
-        """Refuse what can never be evaluated when it is typed, not at the first message."""
+        """Refuse invalid expressions when they are parsed, not at the first message."""
         bound = set(self.names) | set(FUNCTIONS) | set(CONSTANTS)
         for node in nodes:
             if isinstance(node, ast.comprehension):
@@ -146,7 +145,7 @@ class Expression:
 
 
 class _Walk:
-    """One evaluation: the values, the names bound by comprehensions, and a bound on the work."""
+    """One evaluation: the values, the names bound by comprehensions, and the limits."""
 
     HANDLED = (
         ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.BinOp, ast.UnaryOp, ast.BoolOp,
@@ -214,7 +213,7 @@ class _Walk:
             right = self.value(right_node)
             result = self.bounds.compare(COMPARE[type(op)], left, right)
             if op is node.ops[-1] or not result:
-                break  # the last may be an array of truths, for any() and all()
+                break  # the last may be an array of bools, for any() and all()
             left = right
         return result
 
@@ -270,7 +269,7 @@ def _is_long(value: object) -> bool:
 
 
 def _depth(node: ast.AST) -> int:
-    """How many parts lie inside one another at most; counted without recursion."""
+    """Return the nesting depth, without recursion."""
     level, depth = [node], 0
     while level:
         depth += 1

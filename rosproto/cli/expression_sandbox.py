@@ -1,11 +1,11 @@
 """The operations of a filter expression; each is checked against limits before it begins.
 
-A text from a script or a web form may ask for `9**9**9`, `'a' * 10**12` or `round(1, -10**9)`. So operands
-have kinds, sizes are known beforehand, and every value that is looked at or made costs steps, of which one
-evaluation has so many. Nothing runs longer than its steps.
+An untrusted text may contain `9**9**9`, `'a' * 10**12` or `round(1, -10**9)`. So operand types and the
+size of the result are checked first, and each value read or made costs steps. An evaluation has a fixed
+number of steps.
 
-Arrays of numbers are numpy's. They meet numbers and arrays of one dimension only: whatever else numpy would
-stretch both to the product of their sizes.
+Arrays of numbers are numpy arrays. They combine only with numbers and one-dimensional arrays: numpy would
+broadcast others to the product of their sizes.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ _COST_NOTHING = ("len", "bool")
 
 
 class LimitExceeded(ValueError):
-    """An operation would take more than an expression may."""
+    """An operation exceeds the limits of an expression."""
 
 
 class Bounds:
-    """The steps of one evaluation, and the operations that spend them."""
+    """The remaining steps of one evaluation, and the operations that use them."""
 
     def __init__(self) -> None:
         self.left = MAX_STEPS
 
     def spend(self, steps: int) -> None:
-        """Take so many.
+        """Use `steps` steps.
 
         Raises:
-            LimitExceeded: There are not so many left.
+            LimitExceeded: Fewer steps remain.
         """
         self.left -= steps
         if self.left < 0:
             raise LimitExceeded("takes too many steps for one message")
 
     def weigh(self, value: object) -> None:
-        """Spend what looking at all of a value costs; what a list holds twice counts twice."""
+        """Use the steps for reading a whole value; repeated elements of a list count each time."""
         if isinstance(value, (str, bytes, bytearray)):
             self.spend(1 + len(value) // PER_STEP)
         elif isinstance(value, (list, tuple)):
@@ -72,10 +72,10 @@ class Bounds:
             self.spend(1)
 
     def kept(self, value: Any) -> Any:
-        """A value that goes on: integers have a length, and what was made is paid for.
+        """Check the length of an integer result, use the steps for a new value, and return the value.
 
         Raises:
-            LimitExceeded: It is too long.
+            LimitExceeded: The value is too long.
         """
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
             raise LimitExceeded(f"integers have {MAX_BITS} bits at most")
@@ -86,7 +86,7 @@ class Bounds:
         return value
 
     def element(self, value: Any) -> Any:
-        """As it is kept in a list: an array as a list, which numpy does not stretch."""
+        """Return a value as a list element: an array becomes a list, which numpy does not broadcast."""
         if _is_array(value):
             self.spend(value.size)
             return value.tolist()
@@ -95,7 +95,7 @@ class Bounds:
     # -- operations ------------------------------------------------------------------------------------------
 
     def binary(self, name: str, left: Any, right: Any) -> Any:
-        """`left name right`, with the name of Python's operator function."""
+        """Compute `left name right`; `name` is that of Python's operator function."""
         self._check_operands(name, left, right)
         if name == "pow":
             _check_power(left, right)
@@ -137,12 +137,12 @@ class Bounds:
         self.spend(length // PER_STEP)
 
     def unary(self, name: str, value: Any) -> Any:
-        """`-value`, `~value`, `not value`."""
+        """Compute `-value`, `~value` or `not value`."""
         self.weigh(value)
         return self.kept(getattr(operator, name)(value))
 
     def compare(self, test: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
-        """A comparison, or `in`."""
+        """Compute a comparison or `in`."""
         if _is_array(left) or _is_array(right):
             if test in (operator.is_, operator.is_not):
                 return test(left, right)
@@ -156,7 +156,7 @@ class Bounds:
         return test(left, right)
 
     def item(self, owner: Any, index: Any) -> Any:
-        """`owner[index]` for a whole number or a slice of such."""
+        """Return `owner[index]` for an integer or a slice."""
         parts = (index.start, index.stop, index.step) if isinstance(index, slice) else (index,)
         if any(_is_array(part) for part in parts):
             raise LimitExceeded("an index is a whole number or a slice, not an array")
@@ -165,7 +165,7 @@ class Bounds:
         return self.kept(owner[index])
 
     def call(self, name: str, arguments: list[Any]) -> Any:
-        """One of `FUNCTIONS`."""
+        """Call one of `FUNCTIONS`."""
         if name not in _COST_NOTHING:
             for value in arguments:
                 self.weigh(value)
@@ -182,7 +182,7 @@ class Bounds:
         return self.kept(FUNCTIONS[name](*arguments))
 
     def method(self, owner: str, name: str, arguments: list[Any]) -> Any:
-        """One of `STRING_METHODS`."""
+        """Call one of `STRING_METHODS`."""
         for value in (owner, *arguments):
             self.weigh(value)
         return self.kept(getattr(owner, name)(*arguments))
@@ -197,7 +197,7 @@ def _check_power(base: Any, exponent: Any) -> None:
 
 
 def _check_fixed_width(left: Any, right: Any) -> None:
-    """numpy computes with what fits into 64 bits; beyond, each element would become an object."""
+    """Refuse numbers beyond 64 bits: numpy would convert each element to an object."""
     if any(isinstance(value, int) and not _at_most(value, (1 << 63) - 1) for value in (left, right)):
         raise LimitExceeded("an array is combined with numbers of at most 63 bits")
 

@@ -1,4 +1,4 @@
-"""Fields of a message as people write them: paths (`/pose/pose/position/x`, `/ranges[0]`) and lines of CSV.
+"""Fields of a message as text: paths (`/pose/pose/position/x`, `/ranges[0]`) and lines of CSV.
 
 The CSV has the column names of `rostopic echo -p`.
 """
@@ -18,7 +18,7 @@ INDEX = re.compile(r"\[\s*(-?\d*)\s*(:?)\s*(-?\d*)\s*(?::\s*(-?\d+)\s*)?\]", re.
 
 
 class FieldPathError(ValueError):
-    """A path is malformed, or names what the message does not have.
+    """A path is malformed, or the message lacks its field.
 
     Attributes:
         path: The path as typed.
@@ -42,14 +42,14 @@ def split_topic(text: str, topics: list[str]) -> tuple[str, str]:
 
 
 def parse_field_path(path: str, shown: str | None = None) -> Callable[[object], object]:
-    """A function that takes the part of a message a path names; "" is the message itself.
+    """Return a function that gets the path's part of a message; "" is the whole message.
 
     Args:
         path: `pose/position/x`, `ranges[0]`.
-        shown: How errors call it: as typed, with the topic.
+        shown: The path in errors: as typed, with the topic.
 
     Raises:
-        FieldPathError: The path is malformed. The returned function raises it too, naming the fields.
+        FieldPathError: The path is malformed. The returned function raises it, too, with the known fields.
     """
     shown = shown or path
     steps = [_parse_step(part, shown) for part in path.strip("/").split("/")] if path.strip("/") else []
@@ -99,21 +99,21 @@ def _element(value: object, index: int | slice, path: str) -> object:
         raise FieldPathError(f"index {index} is outside, the array has {len(value)} elements", path) from None  # type: ignore[arg-type]
     except TypeError:
         raise FieldPathError(f"{type(value).__name__} is not an array", path) from None
-    # numpy's own numbers print and compare unlike Python's, and JSON does not know them.
+    # numpy numbers print and compare differently, and JSON does not support them.
     return found.item() if getattr(found, "ndim", None) == 0 else found
 
 
 def header(value: Any, prefix: str) -> str:
-    """Column names: `field.pose.position.x`, and `field.ranges0,field.ranges1` for arrays."""
+    """Return the column names: `field.pose.position.x`, and `field.ranges0,field.ranges1` for arrays."""
     return ",".join(_names(value, prefix))
 
 
 def row(value: Any, *, one_line: bool = False) -> str:
-    """The values, in the order of `header`; times in nanoseconds, bools 0 and 1.
+    """Return the values in the order of `header`; times in nanoseconds, bools 0 and 1.
 
     Args:
-        value: A message, or what a field of one holds.
-        one_line: Escape what a terminal would obey, and line ends; else a text is what it is, in quotes.
+        value: A message or the value of a field.
+        one_line: Escape control characters and line ends; otherwise texts are quoted unchanged.
     """
     cells = _cells(value)
     return ",".join(map(printable, cells) if one_line else cells)

@@ -1,6 +1,6 @@
 """`rosproto bridge` and `rosproto foxglove`: servers for programs without ROS, and their options.
 
-Where to listen, who may connect, what is open: `woosh foxglove` has these options, too.
+`woosh foxglove` shares the options for address, access and open names.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 TOKEN_VARIABLE = "ROSPROTO_TOKEN"
-STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
+STEP = 0.5  # s; Windows delivers no Ctrl-C during an endless wait
 WEB, DESKTOP = "https://app.foxglove.dev", "file://"
 """Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.
 
@@ -57,14 +57,14 @@ def add_bridge_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _bridge(arguments: argparse.Namespace) -> int:
-    """Serve until interrupted; where it serves is the only thing on stdout."""
+    """Serve until interrupted; stdout has only the address."""
     from rosproto.gateway import Rosbridge
     from rosproto.transport.os_errors import allow_open_files
 
     options = {**gateway_options(arguments), "authenticate": arguments.authenticate}
     allow_open_files(4096)
     interval = sys.getswitchinterval()
-    # A thread that waits for the interpreter gets it after 5 ms by default, and a message passes several.
+    # A message passes several threads; the default switch interval is 5 ms each.
     sys.setswitchinterval(0.0005)
     try:
         return _serve(arguments, "rosbridge", Rosbridge, options, _announced)
@@ -96,7 +96,7 @@ def _serve(
     options: dict[str, Any],
     announced: Callable[[Any, dict[str, Any]], list[str]],
 ) -> int:
-    """Serve at a node of our own until interrupted."""
+    """Serve with a new node until interrupted."""
     with (
         interrupt_on_signals(),
         gateway_watchdog(arguments, options["access"]) as watchdog,
@@ -108,23 +108,23 @@ def _serve(
         try:
             until_interrupted(node, arguments.seconds)
         except KeyboardInterrupt:
-            pass  # the orderly end of this command
+            pass  # the normal end of this command
     return 0
 
 
 @contextmanager
 def serving(kind: Callable[..., T], node: Any, options: dict[str, Any], **more: Any) -> Iterator[T]:
-    """A server at a node, with errors as a command tells them.
+    """Run a server at a node, and convert its errors to `CommandError`.
 
     Raises:
-        CommandError: The extra is not installed, or the address cannot be listened on.
+        CommandError: The extra is not installed, or the address cannot be bound.
     """
     try:
         server: Any = kind(node, **options, **more)
     except LocalProtocolError as problem:
         raise CommandError(str(problem)) from problem
     except ConnectionLost as problem:
-        # Nobody is out of reach: this computer does not let us listen there.
+        # A local error: the address cannot be bound.
         raise CommandError(cannot_listen(problem, "--bind")) from problem
     with server:
         yield server
@@ -136,7 +136,7 @@ def _url(server: Foxglove | Rosbridge, options: dict[str, Any]) -> str:
 
 
 def announced(server: Foxglove, options: dict[str, Any]) -> list[str]:
-    """What is said when it serves: the address, what is open, where to look."""
+    """Return the lines at the start: the address, the open names, the viewer."""
     url = _url(server, options)
     page = f"{WEB}/?ds=foxglove-websocket&ds.url={quote(url, safe='')}"
     if WEB in options["origins"] or "*" in options["origins"]:
@@ -151,7 +151,7 @@ def announced(server: Foxglove, options: dict[str, Any]) -> list[str]:
 
 
 def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> None:
-    """Address, token, TLS, origins, patterns."""
+    """Add the options for address, token, TLS, origins and patterns."""
     parser.add_argument(
         "--bind",
         type=host,
@@ -199,7 +199,7 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
 
 
 def add_server_options(parser: argparse.ArgumentParser) -> None:
-    """What this and `woosh foxglove` share."""
+    """Add the options that `woosh foxglove` shares."""
     add_gateway_options(parser, 8765)
     parser.add_argument(
         "--assets",
@@ -212,7 +212,7 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
 
 
 def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> dict[str, Any]:
-    """What a server is to be made with; off this computer with a token in any case.
+    """Return the arguments of a server; a token is always set beyond this computer.
 
     Args:
         arguments: Of the command line.
@@ -247,7 +247,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
 
 
 def server_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> dict[str, Any]:
-    """What `Foxglove` is to be made with.
+    """Return the arguments of `Foxglove`.
 
     Args:
         arguments: Of the command line.
@@ -274,7 +274,7 @@ def _limits(message_bytes: int) -> GatewayLimits:
 
 @contextmanager
 def gateway_watchdog(arguments: argparse.Namespace, access: Access) -> Iterator[Watchdog | None]:
-    """The process that sends zero when this one is gone; none where nobody may drive, or nobody wants it."""
+    """Start the process that stops the robot if this one dies; None if driving is not open or not watched."""
     if arguments.no_watchdog or not access.writes_anything:
         yield None
         return
@@ -300,17 +300,17 @@ def _tls(arguments: argparse.Namespace) -> ssl.SSLContext | None:
 
 
 def _opened(access: Access) -> str:
-    """What clients may write, in words."""
+    """Describe what clients may write."""
     if access.writes_anything:
         return f"writing: {', '.join(access.write)}"
     return "read only" if access.read_only else "read only: --allow-write PATTERN opens more"
 
 
 def until_interrupted(node: Node, limit: float | None) -> None:
-    """Wait for Ctrl-C, the end of the time given, or of the node.
+    """Wait for Ctrl-C, the time limit, or the end of the node.
 
     Raises:
-        CommandError: The node was ended by somebody else.
+        CommandError: The node was ended.
     """
     end = None if limit is None else time.monotonic() + limit
     while end is None or time.monotonic() < end:

@@ -1,6 +1,6 @@
-"""`rosproto graph`: who talks to whom, as text, Graphviz DOT, or a picture.
+"""`rosproto graph`: nodes and topics as text, Graphviz DOT or a picture.
 
-The picture has curves between three columns where that fits a screen, else a card a node.
+The picture has curves between three columns if that fits a screen, else a card per node.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ QUIET = frozenset(("/rosout", "/rosout_agg", "/clock", "/statistics"))
 
 
 class Edge(NamedTuple):
-    """A topic between two nodes; "" where nobody is on that side."""
+    """A topic between two nodes; "" for a missing side."""
 
     publisher: str
     topic: str
@@ -36,7 +36,7 @@ class Edge(NamedTuple):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Form, file, and what to leave out."""
+    """Add the options for format, file and omissions."""
     add_graph_options(parser)
     parser.add_argument(
         "--format", choices=("text", "dot", "svg", "png", "pdf"), help="default: text, or by the file's name"
@@ -82,7 +82,7 @@ def _edges(state: SystemState, everything: bool, node: str | None) -> list[Edge]
 
 
 def _shown(edges: list[Edge]) -> list[Edge]:
-    """With names as a terminal, an XML reader and Graphviz can take them: JSON alone has them as they are."""
+    """Escape names for a terminal, XML and Graphviz; JSON keeps them unchanged."""
     return [Edge(*map(printable, edge)) for edge in edges]
 
 
@@ -132,7 +132,7 @@ LETTER, ROW, GAP = 7, 17, 16
 
 
 def svg(edges: Sequence[Edge]) -> str:
-    """The picture."""
+    """Return the picture as SVG."""
     width, height, parts = _columns(edges)
     if height > max(TALLEST, 0) or height > max(width, 400):
         width, height, parts = _cards(edges)
@@ -140,7 +140,7 @@ def svg(edges: Sequence[Edge]) -> str:
 
 
 def _columns(edges: Sequence[Edge]) -> tuple[int, int, list[str]]:
-    """Publishers, topics, subscribers, with curves between them."""
+    """Draw publishers, topics and subscribers in columns, with curves between them."""
     columns = [
         sorted({edge.publisher for edge in edges if edge.publisher}),
         sorted({edge.topic for edge in edges}),
@@ -171,10 +171,10 @@ def _columns(edges: Sequence[Edge]) -> tuple[int, int, list[str]]:
 
 
 class _Card:
-    """A node that publishes, its topics, and who listens to each.
+    """A publishing node, its topics and their subscribers.
 
     Attributes:
-        lines: (text, how it is written) from the top.
+        lines: (text, style) from the top.
         width, height: Pixels.
     """
 
@@ -200,7 +200,7 @@ class _Card:
 
 
 def _alike(topics: dict[str, list[str]]) -> list[tuple[list[str], list[str]]]:
-    """Topics with the same listeners stand together, those nobody listens to last: (listeners, topics)."""
+    """Group topics by subscribers, those without any last: (subscribers, topics)."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for topic, subscribers in sorted(topics.items()):
         groups.setdefault(tuple(sorted(set(subscribers))), []).append(topic)
@@ -209,7 +209,7 @@ def _alike(topics: dict[str, list[str]]) -> list[tuple[list[str], list[str]]]:
 
 
 def _cards(edges: Sequence[Edge]) -> tuple[int, int, list[str]]:
-    """Cards in as many columns as give the shape of a screen; the highest first, each where most room is."""
+    """Arrange cards in columns of a screen shape; the highest first, each in the shortest column."""
     by_node: dict[str, list[Edge]] = {}
     for edge in edges:
         by_node.setdefault(edge.publisher, []).append(edge)
@@ -226,7 +226,7 @@ _Arranged = tuple[list[int], list[int], list[int], list[tuple[_Card, int, int]]]
 
 
 def _arranged(cards: Sequence[_Card], count: int) -> _Arranged:
-    """Left edges and widths of the columns, where each ends, and (card, column, top)."""
+    """Return left edges, widths and ends of the columns, and (card, column, top)."""
     tops, widths = [GAP] * count, [0] * count
     places = []
     for card in cards:

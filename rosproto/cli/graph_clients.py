@@ -11,7 +11,7 @@ from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
 
 from .graph_options import given_names, host_names, master_uri, msg_path
 
-if TYPE_CHECKING:  # imported when they are used: --help has no use for them
+if TYPE_CHECKING:  # imported late: --help does not need them
     from rosproto.node.graph.master_client import MasterClient
     from rosproto.node.graph.slave_client import NodeClient
 
@@ -21,10 +21,10 @@ TIMEOUT = 5.0
 
 @contextmanager
 def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
-    """Typed calls to the master, without being a node: nothing is registered.
+    """Open a client of the master, without registering a node.
 
     Raises:
-        ConnectionLost: It cannot be reached, does not answer, or is no master.
+        ConnectionLost: The address is unreachable, does not answer, or is no master.
     """
     from .escaped_api import EscapedMasterClient
 
@@ -37,14 +37,14 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
 
 
 def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
-    """Typed calls to a node's slave API. With `guess` the master's address is used for an unknown host."""
+    """Return a client of a node's slave API; `guess` uses the master's address for an unknown host."""
     from .escaped_api import EscapedNodeClient
 
     return EscapedNodeClient(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
 
 
 def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
-    """A node with a unique name, for commands that publish, subscribe or call.
+    """Open a node with a unique name, for commands that publish, subscribe or call.
 
     It follows ROS_IP, ROS_HOSTNAME and ROS_NAMESPACE.
     """

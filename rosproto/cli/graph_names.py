@@ -1,4 +1,4 @@
-"""Names of the graph as users type them: completed, matched against those that exist, or unknown."""
+"""Names of the graph as typed: make absolute, match, report unknown ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .parser import near
 
 
 def absolute(name: str) -> str:
-    """A name as typed, with the slash that people leave out, below $ROS_NAMESPACE."""
+    """Return a typed name as absolute, below $ROS_NAMESPACE."""
     if name.startswith("/"):
         return name
     space = os.environ.get("ROS_NAMESPACE", "").strip("/")
@@ -19,7 +19,7 @@ def absolute(name: str) -> str:
 
 
 def below(names: Iterable[str], asked: str) -> list[str]:
-    """The names in a namespace, or that match a pattern (`/move_base/*`); sorted."""
+    """Return the names in a namespace, or that match a pattern (`/move_base/*`), sorted."""
     if asked in ("", "/"):
         return sorted(names)
     if any(sign in asked for sign in "*?["):
@@ -31,11 +31,11 @@ def below(names: Iterable[str], asked: str) -> list[str]:
 
 
 def warn_if_none(found: Collection[object], what: str, asked: str, names: Iterable[str]) -> None:
-    """Warn if a name was given and nothing was found: it may be mistyped."""
+    """Warn if a name was given and not found: it may be mistyped."""
     if asked and asked != "/" and not found:
         warn(f"no {what} is called {absolute(asked)} or lies below it{near(absolute(asked), names)}")
 
 
 def unknown(what: str, name: str, names: Iterable[str], see: str) -> CommandError:
-    """The error for an unknown name, with near names and the command that lists them."""
+    """Return the error for an unknown name, with similar names and the command that lists them."""
     return CommandError(f"{what} {name!r}{near(name, names)}; see: rosproto {see}")

@@ -1,4 +1,4 @@
-"""The options --master, --msg-path, --no-learned and --resolve, and the values they stand for."""
+"""The options --master, --msg-path, --no-learned and --resolve, and their values."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 from .options import add_json
 
-if TYPE_CHECKING:  # imported when they are used: --help has no use for them
+if TYPE_CHECKING:  # imported late: --help does not need them
     from rosproto.msg import DefinitionLibrary
     from rosproto.transport.robot_host_names import HostNames
 
 
 def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) -> None:
-    """--master, --msg-path, --no-learned, --resolve, --json: understood by every verb."""
+    """Add --master, --msg-path, --no-learned, --resolve and --json to a verb."""
     parser.add_argument(
         "--master",
         metavar="URI",
@@ -40,14 +40,14 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
 
 
 def master_uri(arguments: argparse.Namespace) -> str:
-    """--master, else the environment, else this computer."""
+    """Return --master, else the environment's, else this computer's URI."""
     return arguments.master or os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
 
 
 def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostNames:
-    """Host names of --resolve, then of $ROSPROTO_RESOLVE; with `guess` the master's address for unknown ones.
+    """Return the host names of --resolve, then $ROSPROTO_RESOLVE; `guess` adds the master's for unknown ones.
 
-    One object for each command, so that a name is looked up once.
+    There is one object per command, so that each name is looked up once.
     """
     from rosproto.transport.robot_host_names import HostNames
     from rosproto.transport.uri import parse_uri
@@ -60,7 +60,7 @@ def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostName
 
 
 def given_names(arguments: argparse.Namespace) -> dict[str, str]:
-    """Host names of --resolve and of the environment; --resolve goes first."""
+    """Return the host names of --resolve and the environment; --resolve has priority."""
     from rosproto.node.options import host_names as of_environment
     from rosproto.transport.robot_host_names import parse_host_names
 
@@ -68,14 +68,14 @@ def given_names(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def msg_path(arguments: argparse.Namespace) -> list[Any]:
-    """The user's own folders (--msg-path, the environment), then what `woosh learn` has kept."""
+    """Return the user's folders (--msg-path, the environment), then that of `woosh learn`."""
     from rosproto.msg.user_folder import own_and_learned
 
     return own_and_learned(arguments.msg_path or (), learned=not arguments.no_learned)
 
 
 def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> DefinitionLibrary | None:
-    """The library with a type's definition, None for the bundled one. The user's folders go first."""
+    """Return the library that defines a type, None for the bundled one; the user's folders have priority."""
     from rosproto.msg.user_folder import library_of
 
     learned = not getattr(arguments, "no_learned", False)
