@@ -47,12 +47,12 @@ class GoalHandle(Generic[P]):
 
     @property
     def description(self) -> str:
-        """What was asked, in words."""
+        """The goal in words."""
         return self.handle.description
 
     @property
     def default_timeout(self) -> float | None:
-        """What `wait()` uses, s; None waits for ever."""
+        """Default time limit of `wait()`, s; None waits for ever."""
         return self.handle.default_timeout
 
     @property
@@ -77,12 +77,12 @@ class GoalHandle(Generic[P]):
 
     @property
     def outcome(self) -> Outcome | None:
-        """How it ended, None while it runs."""
+        """The outcome, None while it runs."""
         return self.handle.outcome
 
     @property
     def done(self) -> bool:
-        """True when it has ended, well or badly."""
+        """True when it has ended, with any outcome."""
         return self.handle.done
 
     @property
@@ -230,11 +230,11 @@ class StepHandle(ActionHandle):
 
     @property
     def percent(self) -> float:
-        """How much of the whole goal is done, each step weighing the same; continues across a pause."""
+        """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
         return self.handle.percent
 
     def remaining(self) -> tuple[Step, ...]:
-        """The steps that are left, by the last report."""
+        """The remaining steps, by the last report."""
         return self.handle.remaining()
 
     async def pause(self) -> None:

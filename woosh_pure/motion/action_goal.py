@@ -84,13 +84,13 @@ class ActionHandle(GoalHandle[Any]):
             motion.finish(OutcomeKind.CANCELLED, say("not sent: {error}", error=error))
             motions.forget_replacing(motion)
             raise
-        except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
-            let_go()  # before anything else: see `stop_executor`
+        except BaseException:  # Ctrl-C: the handle is not returned, so the goal must be ended here
+            let_go()  # must be first: see `stop_executor`
             motions.executor.hold(letting_go)
             raise
 
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
-        """What the goal will be called; the watchdog knows it before it is sent."""
+        """Make the goal's id and register it at the watchdog before the goal is sent."""
         goal_id = client.new_goal_id()
         self._components.watchdog_client.goal(self._motion, self._name, goal_id)
         return goal_id
@@ -103,7 +103,7 @@ class ActionHandle(GoalHandle[Any]):
         self._goal = client.send_goal(
             message, feedback=self._on_feedback, transition=self._on_transition, goal_id=goal_id
         )
-        if self._motion.asked:  # in the meantime, by a thread that could not see this goal yet
+        if self._motion.asked:  # meanwhile, by a thread that did not have this goal yet
             self._goal.cancel()
 
     @property
@@ -129,11 +129,11 @@ class ActionHandle(GoalHandle[Any]):
 
     def _write_cancel(self) -> None:
         goal = self._goal
-        if goal is not None:  # otherwise the thread that sends it looks at the mark
+        if goal is not None:  # otherwise the sending thread checks `asked`
             goal.cancel_at_once()
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        # A cancel is a message: having been sent does not mean that it arrived.
+        # A cancel is a message: it may be sent and not arrive.
         deadline = Deadline(timeout)
         while not self._has_ended():
             if deadline.expired:
@@ -148,7 +148,7 @@ class ActionHandle(GoalHandle[Any]):
         return FinalMessage(f"{self._name}/cancel", message_type("actionlib_msgs/GoalID")(id=goal.goal_id))
 
     def _has_ended(self) -> bool:
-        """Whether the server has reported the end, or was never asked."""
+        """Whether the server has reported the end, or the goal was never sent."""
         return self._goal is None or (self._goal.done and self._cannot_arrive())
 
     def _repeat_cancel(self) -> None:
@@ -158,7 +158,7 @@ class ActionHandle(GoalHandle[Any]):
             self._write_cancel()
 
     def _cannot_arrive(self) -> bool:
-        """Whether a goal we gave up can no longer reach the chassis; known once it is heard again."""
+        """Whether an abandoned goal can no longer reach the chassis; known once that is heard again."""
         beat = self._components.feeds.get("velocity").known
         return self._given_up is None or (beat is not None and beat.received > self._given_up)
 
@@ -203,10 +203,10 @@ class ActionHandle(GoalHandle[Any]):
 
 @dataclass(frozen=True, slots=True)
 class NavigationProgress:
-    """Where a navigation is.
+    """Progress of a navigation.
 
     Attributes:
-        pose: In the frame that the chassis names.
+        pose: In the frame given by the chassis.
         state: Its nav_state; the numbers are not documented.
     """
 
@@ -255,7 +255,7 @@ def start_navigation(
 def start_action(
     components: Components, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
 ) -> ActionHandle:
-    """Send a goal of any kind; one that moves the base is checked as the verbs for it are."""
+    """Send a goal of any kind; one that moves the base is checked like the motion verbs."""
     since = components.motions.stops
     described = say("goal of {action}", action=row.name)
     require_finite(goal, described)
@@ -271,11 +271,11 @@ def start_action(
 
 @dataclass(frozen=True, slots=True)
 class StepProgress:
-    """Where a step goal is.
+    """Progress of a step goal.
 
     Attributes:
         mode: Kind of the step under way.
-        percent: How much of that step is done.
+        percent: Done part of that step, %.
         index: Number of that step in the goal, from 0; derived from the order of the reports.
     """
 
@@ -290,7 +290,7 @@ class StepHandle(ActionHandle):
     def __init__(self, components: Components, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
         super().__init__(components, "/cmd_vel_control", _in_a_row(steps), timeout)
         self._steps = steps
-        self._first = 0  # index of the first of `_steps` in the goal that was asked for
+        self._first = 0  # index of the first of `_steps` in the original goal
         self._count = len(steps)
         self._avoid = avoid
         self._place = (
@@ -307,7 +307,7 @@ class StepHandle(ActionHandle):
 
     @property
     def percent(self) -> float:
-        """How much of the whole goal is done, each step weighing the same; continues across a pause."""
+        """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
         told = self._motion.told
         return 100.0 if told is not None and told.arrived else self._overall()
 
@@ -331,7 +331,7 @@ class StepHandle(ActionHandle):
         return StepProgress(mode, percent, self._first + self._place[0])
 
     def remaining(self) -> tuple[Step, ...]:
-        """The steps that are left, by the last report."""
+        """The remaining steps, by the last report."""
         index, percent = self._place
         return (self._steps[index].rest(percent), *self._steps[index + 1 :])
 
@@ -362,7 +362,7 @@ class StepHandle(ActionHandle):
             ) from error
 
     def _refine(self, result: Any) -> None:
-        """Use the chassis's own account of where it was paused, which is more exact than the last report.
+        """Use the position of the pause in the chassis's result, which is more exact than the last report.
 
         These numbers are not documented, so they are used only if they fit the step under way.
         """
@@ -375,7 +375,7 @@ class StepHandle(ActionHandle):
         if not self._paused:
             raise MotionRefused(say("{goal}: it is not paused", goal=self.description))
         self._components.motions.require_alone(self._motion)
-        # Nothing reports here: the goal has been preempted, and the next one is not sent yet.
+        # No reports come now: the goal has been preempted, and the next one is not sent yet.
         self._done_before = self._overall()
         self._first += self._place[0]
         self._steps = self.remaining()
@@ -387,8 +387,8 @@ class StepHandle(ActionHandle):
         self._paused = False
 
     def _check(self) -> None:
-        # The pause has preempted the first goal, which does not end this move. But
-        # with a chassis that has fallen silent there is nothing left to resume.
+        # The pause has preempted the first goal, which does not end this move,
+        # unless the chassis has fallen silent: then it cannot be resumed.
         if not self._paused:
             super()._check()
         elif not self._motion.over.is_set and (lost := self._components.feeds.lost("velocity")):

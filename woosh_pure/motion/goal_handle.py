@@ -25,11 +25,11 @@ P = TypeVar("P")
 logger = get_logger("woosh_pure.goal")
 
 _LOOK = 0.02  # seconds
-_TIME_OUT_SECONDS = 15.0  # for what Ctrl-C does not interrupt
+_TIME_OUT_SECONDS = 15.0  # for the steps that Ctrl-C does not interrupt
 
 
 class DefaultTimeout:
-    """Stands for "not given" where None means "for ever"."""
+    """Type of the default argument where None means "for ever"."""
 
     def __repr__(self) -> str:
         return "default_timeout"
@@ -43,8 +43,8 @@ class GoalHandle(Generic[P]):
     """A goal under way. Made by the verbs of `Chassis`.
 
     Attributes:
-        description: What was asked, in words.
-        default_timeout: What `wait()` uses, s; None waits for ever.
+        description: The goal in words.
+        default_timeout: Default time limit of `wait()`, s; None waits for ever.
     """
 
     def __init__(
@@ -151,12 +151,12 @@ class GoalHandle(Generic[P]):
 
     @property
     def outcome(self) -> Outcome | None:
-        """How it ended, None while it runs."""
+        """The outcome, None while it runs."""
         return self._motion.outcome
 
     @property
     def done(self) -> bool:
-        """True when it has ended, well or badly."""
+        """True when it has ended, with any outcome."""
         return self._motion.done
 
     @property
@@ -212,7 +212,7 @@ class GoalHandle(Generic[P]):
         Raises:
             GoalFailed: It did not arrive; `error.outcome` says how it ended.
             ValueError: `timeout` is negative or NaN.
-            LocalProtocolError: Called in a callback that must return before the end can be heard.
+            LocalProtocolError: Called in a callback that must return before the end can be received.
         """
         seconds = self.default_timeout if isinstance(timeout, DefaultTimeout) else require_timeout(timeout)
         if not self.done and self._in_own_callback():
@@ -231,7 +231,7 @@ class GoalHandle(Generic[P]):
                 executor.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
             outcome = self._motion.confirmed()
         except BaseException:
-            let_go()  # before anything else: see `stop_executor`
+            let_go()  # must be first: see `stop_executor`
             executor.hold(letting_go)
             raise
         if raises and not outcome.arrived:

@@ -96,9 +96,9 @@ class Motion:
         self._events: list[Event] = []
         self._untold: queue.SimpleQueue[None] = (
             queue.SimpleQueue()
-        )  # holds one thing, which the outcome takes
+        )  # holds one item; taking it permits reporting the outcome
         self._untold.put(None)
-        self._time_up = ""  # in words, that the limit of a wait has passed, which is then how it ended
+        self._time_up = ""  # text of the outcome when the limit of a wait has passed
         self._began = time.monotonic()
         self._written = -math.inf  # when its cancel was written last
         self._sending: threading.Thread | None = None
@@ -110,7 +110,7 @@ class Motion:
 
     @property
     def state(self) -> State:
-        """Where it is."""
+        """Its state."""
         return state_after(self._events)
 
     def _note(self, event: Event) -> None:
@@ -123,7 +123,7 @@ class Motion:
 
     @property
     def gone(self) -> bool:
-        """Whether it has ended on the robot or was never sent, so that nothing is left to stop."""
+        """Whether it has ended on the robot or was never sent, so that it need not be stopped."""
         return self.over.is_set and self.state is State.ENDED
 
     @property
@@ -138,14 +138,14 @@ class Motion:
 
     @property
     def outcome(self) -> Outcome | None:
-        """How it ended, None while it runs."""
+        """The outcome, None while it runs."""
         if self.told is None:
             self.kind.check()
         return self.told
 
     @property
     def done(self) -> bool:
-        """True when it has ended, well or badly."""
+        """True when it has ended, with any outcome."""
         return self.outcome is not None
 
     @property
@@ -161,18 +161,18 @@ class Motion:
         return self.state.end_due
 
     def ask_end(self, why: str) -> None:
-        """This client wants its end. The thread that sends it looks at this before and after it sends."""
+        """Mark that this client asks for its end; the sending thread checks this before and after sending."""
         self.why = self.why or why
         self._written = time.monotonic()
         self._note(Event.ASK)
 
     def end_now(self, why: str) -> None:
-        """Ask for its end and write the cancel, if there is a connection. Waits for nothing."""
+        """Ask for its end and write the cancel, if there is a connection. Does not wait."""
         self.ask_end(why)
         self.kind.write_cancel()
 
     def end_again(self) -> None:
-        """Write the cancel once more, when the last time was a while ago."""
+        """Write the cancel once more, unless it was written recently."""
         if time.monotonic() - self._written >= _AGAIN:
             self._written = time.monotonic()
             self.kind.repeat_cancel()
@@ -187,7 +187,7 @@ class Motion:
     def send(self, send: Callable[[], R]) -> R:
         """Run `send` so that Ctrl-C interrupts the wait for it, but never the sending itself.
 
-        Otherwise a goal could be under way that nobody knows about: sent, but without a handle to cancel it.
+        Otherwise a goal could be under way without a handle to cancel it.
         """
         result: list[R] = []
         error: list[BaseException] = []
@@ -208,7 +208,7 @@ class Motion:
 
     @property
     def being_sent(self) -> bool:
-        """Whether the thread that sends it is at work."""
+        """Whether the sending thread is running."""
         return self._sending is not None and self._sending.is_alive()
 
     def await_sent(self, timeout: float) -> None:
@@ -217,7 +217,7 @@ class Motion:
         if sending is not None and sending is not threading.current_thread():
             try:
                 sending.join(timeout)
-            except RuntimeError:  # not started yet: it sees that its end is wanted before it sends
+            except RuntimeError:  # not started yet: it checks `asked` before it sends
                 pass
 
     # -- its end ---------------------------------------------------------------------------------------------
@@ -239,10 +239,10 @@ class Motion:
             return
         if not may_go_on:
             self._note(Event.END)
-        else:  # then `stop` and `close` must still cancel it
+        else:  # `stop` and `close` must still cancel it
             self._note(Event.SILENT if kind is OutcomeKind.CONNECTION_LOST else Event.GIVE_UP)
         if self._time_up and kind is not OutcomeKind.ARRIVED:
-            # The cancel ended it as "cancelled"; what the caller needs to know is that its time was up.
+            # The cancel ended it as "cancelled", but the cause was the timeout.
             kind, text, code = OutcomeKind.TIMED_OUT, text if may_go_on else self._time_up, None
         elif self.replaced_by and kind in _REPLACEABLE:
             kind, self.why = OutcomeKind.REPLACED, say("replaced by {goal}", goal=self.replaced_by)
@@ -256,7 +256,7 @@ class Motion:
         )
 
     def see_end(self) -> None:
-        """The robot was seen to have ended it, after its outcome had to be told without that."""
+        """Mark that the robot has ended it, after the outcome was reported without that."""
         if not self.may_go_on:
             return
         self._note(Event.END)
@@ -276,7 +276,7 @@ class Motion:
         return True
 
     def time_out(self, seconds: float) -> None:
-        """The time of who waits is up: end it, and see whether the robot stands."""
+        """End it because a wait timed out, and check whether the robot stands still."""
         self._time_up = text = say("not finished within {seconds:.1f} s", seconds=seconds)
         sent = True
         try:
@@ -290,7 +290,7 @@ class Motion:
             text = both(text, NOT_CONFIRMED)
         self.finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
         if self.told is not None and self.told.kind is OutcomeKind.TIMED_OUT and self.told.stopped is None:
-            self.told = replace(self.told, stopped=standing)  # the end came from the robot, while we looked
+            self.told = replace(self.told, stopped=standing)  # the robot reported the end meanwhile
 
     def confirmed(self) -> Outcome:
         """The outcome; unless the robot arrived, it says whether the robot was seen to stand still."""
@@ -339,10 +339,10 @@ class Motion:
             self.told = replace(self.told, stopped=self._components.feeds.wait_standing(2.0))
 
     def letting_go(self, *, waited_for: bool = False) -> Job[None]:
-        """The executor's job for a goal that nobody waits for, or whose handle nobody has: cancel it.
+        """Make the executor's job that cancels a goal whose wait was interrupted or handle was lost.
 
         Args:
-            waited_for: Somebody has the handle, so `leave_running` leaves the goal running.
+            waited_for: The caller has the handle, so `leave_running` leaves the goal running.
         """
         return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
 
@@ -356,6 +356,6 @@ class Motion:
             logger.warning("! %s: interrupted, and not cancelled: %s", self.description, error)
 
     def abandon(self) -> None:
-        """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
+        """Cancel the goal of a cancelled asyncio task, without waiting for its end."""
         self.ask_end("its wait was interrupted")
         self._components.motions.executor.put(self.letting_go())

@@ -79,7 +79,7 @@ class Step:
 
     @property
     def expected_seconds(self) -> float:
-        """How long it takes without obstacles, roughly."""
+        """Approximate duration without obstacles, s."""
         return abs(self.data) / self.highest_speed + 2.0
 
     @property
@@ -96,7 +96,7 @@ class Step:
         return Velocity(sign * math.cos(angle), sign * math.sin(angle), 0.0)
 
     def rest(self, percent: float) -> Step:
-        """What remains of it when `percent` is done."""
+        """The rest of the step after `percent` of it."""
         return Step(
             self.mode, self.data * (1.0 - min(max(percent, 0.0), 100.0) / 100.0), self.speed, self.angle
         )
@@ -136,16 +136,16 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
 def locate_step(
     steps: Sequence[Step], index: int, percent: float, mode: StepMode, reported: float
 ) -> tuple[int, float]:
-    """Find the step that a report is about: it names the kind of step but not its number.
+    """Find the step of a report, which names the kind of step but not its number.
 
-    Steps are done in order. A report of the same kind is about the same step unless its percentage starts
-    again. In that case, or if the kind differs, it is about the next step of that kind (a step in between
+    Steps are done in order. A report of the same kind belongs to the same step unless its percentage starts
+    again. In that case, or if the kind differs, it belongs to the next step of that kind (a step in between
     may have been too short for a report).
 
     Args:
         steps: All steps of the goal.
-        index: Where the last report was.
-        percent: The percentage it gave.
+        index: Index by the last report.
+        percent: Percentage in the last report.
         mode: Kind of step in the new report.
         reported: Percentage in the new report.
 

@@ -48,7 +48,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         super().__init__(components, order.sentence(), timeout, task_id=tracker.task_id)
         self._order = order
         self._tracker = tracker
-        # Two threads tell it something: the one that sends, and the one that receives. No verb holds this.
+        # The sending thread and the receiving thread update the tracker. No verb holds this lock.
         self._telling = threading.Lock()
         self._prepared: PreparedCall | None = None
         self._asked_for = False  # whether the chassis may know of it
@@ -82,7 +82,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         letting_go = motion.letting_go()
         let_go = partial(motions.executor.put, letting_go)
         try:
-            # What would cancel it is ready, on a connection of its own, before it is sent.
+            # The cancel is prepared, on a connection of its own, before the task is sent.
             self._prepared = self._components.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
             self._components.watchdog_client.task(motion, self.task_id)
             motions.add_goal(motion, since, check=check, replace=replace)
@@ -90,8 +90,8 @@ class TaskHandle(GoalHandle[RobotStatus]):
         except Exception as error:
             self._note_not_sent(error)
             raise
-        except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
-            let_go()  # before anything else: see `stop_executor`
+        except BaseException:  # Ctrl-C: the handle is not returned, so the task must be ended here
+            let_go()  # must be first: see `stop_executor`
             motions.executor.hold(letting_go)
             raise
         if not reply.success:
@@ -114,12 +114,12 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def _note_not_sent(self, error: Exception) -> None:
         if self._asked_for and isinstance(error, (ConnectionLost, RosTimeout)):
-            # The chassis may have accepted it anyway: it is cancelled as soon as the chassis can be reached.
+            # The chassis may have accepted it: cancel it as soon as the chassis can be reached.
             self._motion.ask_end("its request was not answered")
             text = "no reply to the request; it is cancelled as soon as that is possible"
             self._motion.finish(OutcomeKind.CONNECTION_LOST, text)
             self._cancel_once_more()
-        else:  # whatever it was, nothing was started, so nothing has to be cancelled
+        else:  # nothing was started, so nothing has to be cancelled
             self._off()
             self._motion.finish(OutcomeKind.CANCELLED, "not sent")
             self._drop_prepared()
@@ -187,7 +187,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def _write_cancel(self) -> None:
         if self._prepared is None:
-            return  # nothing was sent yet: the thread that sends it looks at the mark
+            return  # nothing was sent yet: the sending thread checks `asked`
         if not self._prepared.send():
             raise ConnectionLost("the connection to /exec_task has ended")
 
@@ -197,7 +197,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._components.motions.executor.put(self._repeating)
 
     def _cancel_once_more(self) -> None:
-        """What was written may have been lost with the link: ask again, on a new one."""
+        """Cancel again on a new link: the first cancel may have been lost with the old one."""
         try:
             reply = self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
         except RosError as error:
@@ -205,11 +205,11 @@ class TaskHandle(GoalHandle[RobotStatus]):
             return
         if self._motion.may_go_on:
             ended = reply.success or not self._status_shows_it()
-        else:  # the status tells how it ended; unless that was said while the link was away
+        else:  # the status reports how it ended, unless the link was lost at that time
             ended = not reply.success and self._components.feeds.get("status").outdated
         if ended:
             self._off()
-            self._motion.finish(OutcomeKind.CONNECTION_LOST, _MISSED)  # if nothing has been told yet
+            self._motion.finish(OutcomeKind.CONNECTION_LOST, _MISSED)  # if no outcome was reported yet
             self._motion.see_end()
             self._drop_prepared()
 
@@ -233,14 +233,14 @@ class TaskHandle(GoalHandle[RobotStatus]):
         return self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)
 
     def _status_shows_it(self) -> bool:
-        """True when the last status says that it is under way, and no later one can have been missed."""
+        """True when the last status shows that it is under way, and no later one can have been missed."""
         feed = self._components.feeds.get("status")
         status = feed.latest
         shows = status is not None and status.task_id == self.task_id and not status.task_state.is_final
         return shows and not feed.outdated
 
     def _status_shows_end(self) -> bool:
-        """True when the last status says that this task is over."""
+        """True when the last status shows that this task is over."""
         status = self._components.feeds.get("status").latest
         return status is not None and status.task_id == self.task_id and status.task_state.is_final
 
@@ -265,7 +265,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._drop_prepared()
 
     def _drop_prepared(self) -> None:
-        """Nothing is to be cancelled any more."""
+        """Close the prepared cancel, which is no longer needed."""
         if self._prepared is not None:
             self._prepared.close()
 
@@ -280,11 +280,11 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def _check(self) -> None:
         lost = self._components.feeds.lost("status") or self._restarted()
-        if lost and not self._motion.over.is_set:  # listened to all the same: its end may be heard later
+        if lost and not self._motion.over.is_set:  # keep listening: its end may be reported later
             self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _restarted(self) -> str:
-        """In words, that another process now reports the state, which knows nothing of this task; else ""."""
+        """Return a text if another process now reports the state (it does not know this task); else ""."""
         feed = self._components.feeds.get("status")
         now = feed.sources
         if not now or not self._sources or now & self._sources:
@@ -308,7 +308,7 @@ class TaskOptions(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True)
 class TaskOrder:
-    """What a task is to do; for the meaning of the fields see `Chassis.task`."""
+    """The parameters of a task; for the meaning of the fields see `Chassis.task`."""
 
     task_type: TaskType
     mark: str
@@ -318,14 +318,14 @@ class TaskOrder:
     custom: int
 
     def sentence(self) -> str:
-        """What it is to do, in words."""
+        """Describe the task."""
         return say(_ASKED[self.task_type], where=self.mark or self.poses[-1])
 
     def check(self) -> None:
-        """Refuse what the interface cannot express.
+        """Check that the interface can express it.
 
         Raises:
-            ValueError: A number is out of range, or nothing says where to.
+            ValueError: A number is out of range, or there is no target.
         """
         if self.task_type not in _ASKED:
             raise ValueError(
@@ -372,7 +372,7 @@ class TaskOrder:
 def start_task(
     components: Components, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
 ) -> TaskHandle:
-    """Listen first, then call the service, so that nothing is missed in whatever order it comes."""
+    """Subscribe first, then call the service, so that no status is missed."""
     order.check()
     since = components.motions.stops
     components.readiness_state.require_ready("task", check)

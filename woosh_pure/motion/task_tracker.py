@@ -3,9 +3,9 @@
 Common mistakes of programs, and why they cannot happen here:
 
 * A stale status 7 of the previous task is taken for an arrival. Only messages with our own (random) task id
-count. * The completion comes before the service reply and is lost. The tracker listens before the call is
-made, and
-  a final state is final whichever comes first.
+  count.
+* The completion comes before the service reply and is lost. The tracker listens before the call is made, and
+  a final state is final, whichever comes first.
 * A program waits for ever because the state is 8, 9, negative or a fault. All of these end the task as
   failed, and a task that a fault has only held is cancelled, so that it does not go on unnoticed.
 * A restarted chassis knows nothing of the task. Once ours was seen, a status without any task ends it.
@@ -73,7 +73,7 @@ class TaskTracker:
         """Take in the reply of the service."""
         self.accepted = success
         if not success:
-            # A refusal outranks whatever a status said before: nothing was started for us.
+            # A refusal overrides an earlier status: nothing was started for us.
             self.ending = TaskEnd(OutcomeKind.REJECTED, code, message or "the chassis refused the task")
 
     def status(self, status: RobotStatus) -> None:

@@ -42,8 +42,8 @@ class MotionVerbs:
             MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
             StaleState: `/robot_status` has no publisher: the end could not be seen.
             ValueError: The mark is empty, or `timeout` is not a time.
-            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
-                cancelled again if possible.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; a task that it may have
+                begun was cancelled if possible.
         """
         return self.task(TaskType.PICK, mark, timeout=timeout, check=check, replace=replace)
 
@@ -78,9 +78,9 @@ class MotionVerbs:
             MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused;
                 `error.readiness` says why.
             StaleState: The end could not be seen.
-            ValueError: A number is not finite or out of range, or nothing says where to.
-            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
-                cancelled again if possible.
+            ValueError: A number is not finite or out of range, or there is no target.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; a task that it may have
+                begun was cancelled if possible.
         """
         return self._begin_task(
             task_type,
@@ -109,7 +109,7 @@ class MotionVerbs:
         Raises:
             MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
             StaleState: The end could not be seen.
-            ValueError: A number is not finite or out of range, or nothing says where to.
+            ValueError: A number is not finite or out of range, or there is no target.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
         return self._begin_task(TaskType.PARK, mark, Direction.UNDEFINED, **options)
@@ -129,7 +129,7 @@ class MotionVerbs:
         Raises:
             MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
             StaleState: The end could not be seen.
-            ValueError: A number is not finite or out of range, or nothing says where to.
+            ValueError: A number is not finite or out of range, or there is no target.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
         return self._begin_task(TaskType.CHARGE, mark, Direction.UNDEFINED, **options)
@@ -151,7 +151,7 @@ class MotionVerbs:
         Raises:
             MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
             StaleState: The end could not be seen.
-            ValueError: A number is not finite or out of range, or nothing says where to.
+            ValueError: A number is not finite or out of range, or there is no target.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
         return self._begin_task(TaskType.CARRY, mark, direction, **options)

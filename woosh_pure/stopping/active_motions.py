@@ -29,7 +29,7 @@ from woosh_pure.stopping.stop_executor import Job, StopExecutor, begin
 
 logger = get_logger("woosh_pure.components")
 _JUST = 5.0  # seconds
-_WRITTEN = 0.5  # seconds for the first round, before what takes time
+_WRITTEN = 0.5  # seconds for the first round, before the slow steps
 _EXIT_SECONDS, _CHORE_SECONDS, _CANCEL_SECONDS = 8.0, 3.0, 10.0
 _EXIT_CALLS = 32
 """How often `_at_exit` is registered: when an interrupt ends one call, the next one goes on waiting."""
@@ -248,7 +248,7 @@ class ActiveMotions:
         self._prepare()
         if goal.kind.drives():
             self._make_way(goal, self._others(goal), check=check, replace=replace)
-        ended = [other for other in self.goals if other.done]  # which may look at the network
+        ended = [other for other in self.goals if other.done]  # `done` may use the network
         with self._lock:
             self._require_no_stop(goal.description, since)
             if check and goal.kind.drives():
@@ -265,7 +265,7 @@ class ActiveMotions:
             except BaseException:
                 self._goals = before
                 raise
-        self._immediate_stop.start()  # it looks again every second from now on
+        self._immediate_stop.start()  # from now on it checks every second
 
     def _others(self, goal: OwnMotion) -> list[OwnMotion]:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
@@ -340,7 +340,7 @@ class ActiveMotions:
             ConnectionLost: The Chassis is being closed.
         """
         self._prepare()
-        under_way = [goal for goal in self.goals if not goal.done]  # `done` may look at the network
+        under_way = [goal for goal in self.goals if not goal.done]  # `done` may use the network
         with self._lock:
             self._require_no_stop("velocity", since)
             driving = [goal.description for goal in self.goals if goal in under_way and goal.kind.drives()]

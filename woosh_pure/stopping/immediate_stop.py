@@ -8,8 +8,7 @@ the system is out of resources. Steps that take time (replies, new connections, 
 stands) are in `stop`.
 
 Until the end of a motion is seen, its zero or cancel is written again every second while the Chassis is open:
-    a
-cancel that was lost with the network arrives when the network is back.
+a cancel that was lost with the network arrives when the network is back.
 """
 
 from __future__ import annotations
@@ -125,7 +124,7 @@ class ImmediateStop:
         for each in self._under_way(ending.goals):
             try:
                 each.end_now(ending.why)
-            except Exception as error:  # one that cannot be written must not hold up the others
+            except Exception as error:  # one failure must not delay the others
                 ending.problems.append(f"ending {each} at once ({error})")
         ending.written.set()
 

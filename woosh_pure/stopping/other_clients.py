@@ -267,7 +267,7 @@ class OtherPrograms:
         self._end = end
         self._left: dict[str, tuple[OtherDriver, bool]] = {}
         self._ended: list[str] = []
-        self._asked: set[tuple[str, str]] = set()  # name and address: one that was started anew has another
+        self._asked: set[tuple[str, str]] = set()  # name and address: a restarted one has another address
         self._problem = ""
         self._looking = _begin(self._look, deadline)
 
@@ -340,7 +340,7 @@ class OtherPrograms:
                     self._ask_to_end(driver)
             try:
                 left = self._others()
-            except RosTimeout:  # a busy master: there is time to ask it again
+            except RosTimeout:  # a busy master: it is asked again
                 if deadline.expired:
                     raise
             if left:
@@ -356,7 +356,7 @@ class OtherPrograms:
             with NodeClient(driver.uri, ours.name, timeout=1.0, hosts=HostNames(ours.hosts.given)) as node:
                 node.shutdown("woosh: the robot is to stop")
         except (RosError, ValueError):
-            pass  # that it is still there will be seen
+            pass  # the next look shows that it still runs
 
 
 _HOW = "end it (end_drivers=True, `woosh stop --end-drivers`)"

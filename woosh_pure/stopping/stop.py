@@ -53,7 +53,7 @@ def stop(components: StopParts, *, everything: bool, end_drivers: bool, timeout:
             seconds,
         )
     except RosTimeout:
-        # A signal handler has interrupted what this needs, or the network holds it up.
+        # A frame that a signal handler has interrupted holds a lock, or the network is slow.
         report.problems.append(
             say("looking after it (not done within {seconds:g} s, it goes on)", seconds=seconds)
         )
@@ -123,7 +123,7 @@ def _zeros(
 ) -> None:
     """Send zeros on both velocity topics, on each as soon as it has a subscriber."""
     waiting: dict[str, rosproto.Publisher] = {}
-    failed: dict[str, list[str]] = {}  # the same words for both topics are said once
+    failed: dict[str, list[str]] = {}  # error -> topics: the same error is reported once
     for topic in VELOCITY_TOPICS.values():
         try:
             waiting[topic] = components.velocity.acquire(topic)
@@ -157,7 +157,7 @@ def _send_zeros(
             elif publisher.connections:
                 continue
             elif sent.get(topic):
-                del waiting[topic]  # it took some, and has gone away
+                del waiting[topic]  # the subscriber received some and has disconnected
             elif registrations.lacks_subscriber(topic):
                 registrations.miss(topic)
                 del waiting[topic]

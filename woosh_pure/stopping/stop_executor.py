@@ -10,9 +10,8 @@ BaseException:`. CPython checks for signals between calls, but not before the fi
 second interrupt can prevent the stop from beginning.
 
 The threads are started before the first motion: CPython 3.12 starts none at the end of a program, and the
-    system
-may have no more threads by then. Each starts a new thread for a job if it can, and otherwise runs the job
-itself; there are two of them, so that one job can wait for another.
+system may have no more threads by then. Each starts a new thread for a job if it can, and otherwise runs the
+job itself; there are two of them, so that one job can wait for another.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ class Flag:
 
     `threading.Event.set` takes a lock. If a signal handler interrupts `Event.wait`, the interrupted frame
     holds that lock until the handler returns, and a stop that runs in another thread could not set the event.
-    `set`
-    here takes no such lock: waiters wait in a `SimpleQueue`, whose C methods are never interrupted halfway.
+    `set` here takes no such lock: waiters wait in a `SimpleQueue`, whose C methods are not interrupted.
 
     Attributes:
         is_set: Whether it is set.
@@ -62,7 +60,7 @@ class Flag:
                 self._woken.get(timeout=min(left, SLICE))
             except queue.Empty:
                 continue
-            self._woken.put(None)  # the next one's
+            self._woken.put(None)  # wakes the next waiter
         return self.is_set
 
 
@@ -84,7 +82,7 @@ class Job(Generic[R]):
     def __init__(self, work: Callable[[], R], seconds: float) -> None:
         self._work = work
         self._seconds = seconds
-        self._end: float | None = None  # of waiting for it, however often somebody does
+        self._end: float | None = None  # deadline of all waits for it
         self._once = threading.Lock()
         self._over = Flag()
         self._result: list[R] = []
@@ -196,7 +194,7 @@ class StopExecutor:
             else:
                 begin(job, "woosh:stop")
         except BaseException as error:
-            begin(job, "woosh:stop")  # one that has begun is not begun again
+            begin(job, "woosh:stop")  # does nothing if it has begun
             interrupt = error
         interrupt = job.join() or interrupt
         if interrupt is not None:

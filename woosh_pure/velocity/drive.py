@@ -5,10 +5,8 @@ exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. 
 are here; limits, ramp and lapse are in `shaper`, the reasons why a drive ends by itself in `end_conditions`.
 
 When this process is killed, the watchdog sends zero, if there is one (`stopping/watchdog_client.py`). Without
-it
-the behaviour of the chassis is not documented: assume that it continues with the last velocity until
-    something
-stops it. The simulated chassis does that (`Settings.on_silence`).
+it the behaviour of the chassis is not documented: assume that it continues with the last velocity until it is
+stopped. The simulated chassis does that (`Settings.on_silence`).
 """
 
 from __future__ import annotations
@@ -35,8 +33,8 @@ from woosh_pure.velocity.shaper import DriveLimits, Shaper
 logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0
 _ZEROS = 5
-_LOOK_AROUND = 2.0  # seconds between two checks of who else can drive
-_LOOK_AGAIN = 0.5  # seconds until somebody who can is checked again: two counts tell whether it sends
+_LOOK_AROUND = 2.0  # seconds between two checks for other drivers
+_LOOK_AGAIN = 0.5  # seconds until another driver is checked again: two counts show whether it sends
 
 
 class Drive:
@@ -75,7 +73,7 @@ class Drive:
         # also in a signal handler.
         self._over = Flag()
         self._sent_zeros = Flag()
-        self._held: list[str] = []  # the publisher, until it is given back
+        self._held: list[str] = []  # the publisher, until it is released
         self._entered = False
         self._others: tuple[OtherDriver, ...] = ()
         self._error: Exception | None = None
@@ -316,9 +314,9 @@ class Drive:
                     self._end(problem)
                     break
                 velocity = self._shaper.next(time.monotonic())
-                if not self._over.is_set:  # whatever was looked at may have taken its time
+                if not self._over.is_set:  # the checks above may have taken long
                     self._components.velocity.publish(self.topic, velocity)
-        except Exception as error:  # whatever went wrong, the drive must not end without a zero
+        except Exception as error:  # the drive must always end with a zero
             self._end(ConnectionLost(say("the drive is over: sending failed: {error}", error=error)))
         finally:
             self._send_zeros()
@@ -339,4 +337,4 @@ class Drive:
         try:
             self._components.velocity.release(self._held.pop())
         except IndexError:
-            pass  # it was given back
+            pass  # already released

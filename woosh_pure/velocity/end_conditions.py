@@ -110,10 +110,10 @@ class Heartbeat:
         try:
             client.get_pid(timeout=LATE)
         except (MasterError, RemoteProtocolError):
-            pass  # an odd answer, but one
+            pass  # an unexpected answer also counts
         except ConnectionLost as error:
             if not is_refused(error) or self._node.hosts.is_guess(parse_uri(client.uri)[0]):
-                raise  # refused: the robot's computer has answered; that the node is gone tells its link
+                raise  # refused: the robot's computer has answered; the link shows that the node is gone
         self._answered = asked
 
 
@@ -163,7 +163,7 @@ class EndConditions:
         return self._paused() or (self._blocked() if self._check else None) or self._lost(sent)
 
     def _paused(self) -> RosError | None:
-        """The process was stopped (SIGSTOP, a debugger, a closed laptop) and the robot continued to drive."""
+        """The process was suspended (SIGSTOP, a debugger, a closed laptop) while the robot was driving."""
         now = boot_seconds()
         pause, self._last = now - self._last, now
         if pause <= PAUSED:
@@ -216,7 +216,7 @@ class EndConditions:
         """The robot stands still although a velocity is sent.
 
         The chassis does not report an emergency stop that was pressed before we connected; without this, the
-        robot would start as soon as somebody releases the button.
+        robot would start as soon as the button is released.
         """
         now = boot_seconds()
         if sent.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR) or not measured.is_standing():

@@ -27,7 +27,7 @@ class DriveLimits:
     angular_acceleration: float = 1.5
 
     def check(self, velocity: Velocity) -> None:
-        """Refuse what is not finite or too fast.
+        """Check that a velocity is finite and within the limits.
 
         Raises:
             ValueError: Which value, and what is allowed. Nothing is clamped.
@@ -65,7 +65,7 @@ class Shaper:
     def __init__(self, limits: DriveLimits) -> None:
         self.limits = limits
         self.sent = Velocity()
-        self._command = (Velocity(), -math.inf)  # and until when: one value, so that no lock is needed
+        self._command = (Velocity(), -math.inf)  # with its expiry: one value, so that no lock is needed
         self._last: float | None = None
 
     def command(self, velocity: Velocity, now: float, valid_for: float) -> None:
