@@ -1,11 +1,11 @@
-"""A subscriber that gets a topic in datagrams (UDPROS), seen from the publisher.
+"""The publisher's side of a UDPROS connection: a subscriber that gets a topic in datagrams.
 
-Messages are sent in the publisher's own thread as long as the socket takes datagrams; then the monitor goes
-on, and the oldest message that waits is dropped, as over TCP. Nobody is told what arrived.
+Messages are sent in the publisher's own thread while the socket is writable; then the monitor continues, and
+the oldest queued message is dropped, as over TCP. Delivery is not reported.
 
-A datagram connection has no end that could be seen. A subscriber is gone when its computer says that nobody
-takes the datagrams (ICMP), when it asks for the topic again, or when the master does not have it among the
-topic's subscribers any more (the master monitor looks).
+A datagram connection has no visible end. A subscriber is considered gone when its computer rejects the
+datagrams (ICMP), when it requests the topic again, or when the master no longer lists it among the topic's
+subscribers (checked by the master monitor).
 
 Source: wiki.ros.org/ROS/UDPROS.
 """
@@ -30,7 +30,7 @@ from rosproto.transport.uri import format_address
 
 _log = get_logger("rosproto.node")
 
-ADDRESS_SECONDS = 2.0  # for looking up the subscriber's name, while it waits for our answer
+ADDRESS_SECONDS = 2.0  # for the lookup of the subscriber's host name, while it waits for our answer
 
 
 class DatagramLink(QueuedLink):
@@ -82,12 +82,12 @@ class DatagramLink(QueuedLink):
         self._number = 0
 
     def set_linger(self, linger: bool) -> None:
-        """Nothing is kept by the system, let alone repeated."""
+        """Ignored: the system does not retransmit datagrams."""
 
     # -- sending --------------------------------------------------------------------------------------------
 
     def send(self, frame: bytes) -> None:
-        """Send a message now, or as soon as the socket takes it; never waits."""
+        """Send a message now, or queue it until the socket is writable; never waits."""
         with self._lock:
             if self._closed:
                 return
@@ -106,7 +106,7 @@ class DatagramLink(QueuedLink):
         self.send(frame.owned())
 
     def _drain(self) -> OSError | None:
-        """Send until nothing waits or the socket is full; the error that ends the link."""
+        """Send until the queue is empty or the socket is full; return an error that ends the link."""
         self._sending = True
         try:
             while self._next_datagram():
@@ -129,7 +129,7 @@ class DatagramLink(QueuedLink):
         return None
 
     def _next_datagram(self) -> bool:
-        """Have one in `_datagram`; False when nothing is left."""
+        """Put the next one into `_datagram`; False when there is none."""
         while self._datagram is None:
             self._datagram = next(self._under_way, None)
             if self._datagram is None:
@@ -149,7 +149,7 @@ class DatagramLink(QueuedLink):
             self._give_up(error)
 
     def _give_up(self, error: Exception) -> None:
-        """The rest of a message: it is too long, or the network is away for the moment."""
+        """Drop the rest of a message that is too long, or during a network outage."""
         self._under_way = iter(())
         self._queue.dropped += 1
         if str(error) != self._error:
@@ -159,7 +159,7 @@ class DatagramLink(QueuedLink):
     # -- called by the monitor ------------------------------------------------------------------------------
 
     def on_readable(self) -> None:
-        """The subscriber's computer says that nobody is there. (Subscribers send nothing.)"""
+        """Handle an ICMP error from the subscriber's computer. (Subscribers send nothing.)"""
         try:
             self.sock.recv(1)
         except BlockingIOError:
@@ -178,16 +178,16 @@ class DatagramLink(QueuedLink):
 
 
 def accept(publication: Publication, request: DatagramRequest, *, links: int) -> list[object]:
-    """Answer a subscriber that asks for datagrams; from then on it gets messages.
+    """Accept a subscriber that requests datagrams; from then on it gets messages.
 
-    One that asks again has forgotten the connection it had.
+    A repeated request replaces the previous connection.
 
     Returns:
-        What requestTopic answers.
+        The reply of requestTopic.
 
     Raises:
         Md5sumMismatch, RemoteProtocolError: The header does not fit.
-        ConnectionLost, RosTimeout: There is no way to it, or it may not connect.
+        ConnectionLost, RosTimeout: It cannot be reached, or is not allowed to connect.
     """
     context, fields = publication.context, request.header
     address = format_address(request.host, request.port)

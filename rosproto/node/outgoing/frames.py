@@ -1,5 +1,4 @@
-"""From what a program publishes to the frames that go out, and what takes them: small messages as one
-`bytes`, large ones in parts that are not copied.
+"""Encode published messages to frames: small ones as one `bytes`, large ones in parts without a copy.
 
 A TCPROS message is its uint32 length and its body (wiki.ros.org/ROS/TCPROS).
 """
@@ -24,7 +23,7 @@ Part = bytes | memoryview
 
 
 def small_frame(body: bytes, seq: int | None = None) -> bytes:
-    """Length and body in one `bytes`; with `seq`, the first field (header.seq) is replaced by it."""
+    """Length and body in one `bytes`; `seq` replaces the first field (header.seq)."""
     if seq is None:
         return prefix(len(body)) + body
     return _prefix_and_seq(len(body), seq) + body[4:]
@@ -33,12 +32,11 @@ def small_frame(body: bytes, seq: int | None = None) -> bytes:
 class LargeFrame:
     """A message in parts, some of them the caller's own arrays.
 
-    Valid until `publish()` returns; what the sockets did not take by then is kept as a copy (`owned`), which
-    all links share.
+    Valid until `publish()` returns; unsent parts are kept in one copy (`owned`) that all links share.
 
     Attributes:
         views: Length, then the body, as byte views.
-        size: Bytes altogether, with the length.
+        size: Total bytes, including the length.
     """
 
     __slots__ = ("_owned", "size", "views")
@@ -50,14 +48,14 @@ class LargeFrame:
             raise CodecError(f"a message of {size} bytes: TCPROS lengths end at 4294967295")
         if seq is None:
             views.insert(0, memoryview(prefix(size)))
-        else:  # a Header is encoded in one part with whatever follows it, so seq is whole in the first one
+        else:  # a Header and the fields after it are one part, so the first part contains seq
             views[:1] = [memoryview(_prefix_and_seq(size, seq)), views[0][4:]]
         self.views = [view for view in views if view.nbytes]
         self.size = size + 4
         self._owned: bytes | None = None
 
     def owned(self) -> bytes:
-        """The whole frame in memory of its own (copied once)."""
+        """The whole frame as a copy (made once)."""
         if self._owned is None:
             self._owned = b"".join(self.views)
         return self._owned
@@ -66,13 +64,13 @@ class LargeFrame:
         return self.size
 
     def frozen(self) -> LargeFrame | bytes:
-        """What may be kept after `publish()` returns: this, when its memory cannot change, else a copy."""
+        """This frame if its memory is immutable, else a copy; valid after `publish()` returns."""
         if self._owned is None and all(map(_is_immutable, self.views)):
             return self
         return self.owned()
 
     def rest(self, sent: int) -> list[memoryview]:
-        """What follows the first `sent` bytes, in memory that nobody changes."""
+        """The bytes after the first `sent`, in immutable memory."""
         if self._owned is not None:
             return [memoryview(self._owned)[sent:]]
         rest = remaining(self.views, sent)
@@ -94,7 +92,7 @@ def remaining(views: Sequence[memoryview], sent: int) -> list[memoryview]:
 
 
 def _is_immutable(view: memoryview) -> bool:
-    """True when the memory behind is a `bytes`: a read-only array may still be somebody's writable one."""
+    """True if the memory belongs to a `bytes`: a read-only array may be a view of a writable one."""
     owner: Any = view.obj
     while owner is not None and not isinstance(owner, bytes):
         owner = owner.obj if isinstance(owner, memoryview) else getattr(owner, "base", None)
@@ -105,7 +103,7 @@ Frame = bytes | LargeFrame
 
 
 class OutgoingLink(Protocol):
-    """What a publication asks of the link to a subscriber, over TCP, in datagrams, or in this process."""
+    """Interface of a link to a subscriber: over TCP, in datagrams, or in this process."""
 
     id: int
     caller_id: str
@@ -125,7 +123,7 @@ class OutgoingLink(Protocol):
     def wait_empty(self, timeout: float) -> None: ...
 
     def has_arrived(self) -> bool | None:
-        """Whether the subscriber's computer has all that was sent; None where the system does not tell."""
+        """Whether the subscriber's computer has received all bytes; None if unknown."""
 
     def close(self, *, deliver: bool = True) -> None: ...
 
@@ -133,7 +131,7 @@ class OutgoingLink(Protocol):
 
 
 def send_frame(link: OutgoingLink, frame: Frame) -> None:
-    """Send now, whatever its size."""
+    """Send a small or large frame now."""
     if isinstance(frame, bytes):
         link.send(frame)
     else:
@@ -155,11 +153,11 @@ class FrameEncoder:
 
     @property
     def is_plain(self) -> bool:
-        """Neither header nor arrays, as most small messages: then encoding is one call."""
+        """Whether the type has neither header nor arrays, so that encoding is one call."""
         return not self._has_header and not self._type.may_be_large and not self._type.is_wildcard
 
     def prepare(self) -> None:
-        """Have the first message wait for no generated code."""
+        """Generate the encoder in advance, so that the first message does not wait."""
         prepare(self._type.message_class, parts=self._type.may_be_large)
 
     def frame(self, message: Any) -> Frame:
@@ -171,7 +169,7 @@ class FrameEncoder:
         type_ = self._type
         if type_.is_wildcard or type(message) is not type_.message_class:
             if isinstance(message, (bytes, bytearray, memoryview)):
-                return _raw_frame(message)  # a relay: nothing is rewritten, header.seq neither (pitfall 59)
+                return _raw_frame(message)  # a relay: the bytes stay unchanged (pitfall 59)
             if isinstance(message, AnyMsg):
                 return _raw_frame(message._buff)
             self.check_class(message)
@@ -185,10 +183,10 @@ class FrameEncoder:
         return frame if frame.size >= LARGE else frame.owned()
 
     def check_class(self, message: Any) -> None:
-        """Another class of the same type is as good (another value style, another copy of the definition).
+        """Accept any class of the same type (another value style, another copy of the definition).
 
         Raises:
-            CodecError: It is of another type.
+            CodecError: The message is of another type.
         """
         type_ = self._type
         if type(message) is type_.message_class or isinstance(message, RAW):

@@ -1,7 +1,7 @@
-"""One published topic of a node: its type, its subscribers, and the way of a message to all of them.
+"""One published topic of a node: its type, its subscribers, and sending to all of them.
 
-Several `Publisher` objects of a node may share one topic; they share this, each closes for itself, and the
-last one to close takes the topic off the master.
+All `Publisher` objects of a node for one topic share one `Publication`. Each is closed separately; the last
+one to close unregisters the topic.
 
 Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/roscpp/Overview/Publishers and Subscribers (latching); roscpp
 publication.cpp where they are silent.
@@ -44,14 +44,14 @@ from rosproto.transport.uri import format_address
 
 _log = get_logger("rosproto.node")
 
-# Seconds from one publish to the next that count as a burst. A loop takes one or two of a millionth; the next
-# ping, when both sides share a processor, five: it must not wait in a batch.
+# Seconds: longest gap between messages of a burst. A tight loop has gaps of 1 to 2 us. A ping between two
+# processes on one processor has 5 us and must not wait in a batch.
 BURST_GAP = 4e-6
-BURST_LENGTH = 8  # messages in a row before a burst is believed
+BURST_LENGTH = 8  # messages in a row that make a burst
 
 
 class PublisherHandle(Protocol):
-    """What a program holds to publish the topic, as the topic sees it (`publisher.Publisher`)."""
+    """Interface of the program's handle (`publisher.Publisher`) as the publication uses it."""
 
     latch: bool
     queue_size: int
@@ -61,7 +61,7 @@ class PublisherHandle(Protocol):
     header: Callable[[], Mapping[str, str]] | None
 
     def connected(self, caller_id: str) -> None:
-        """A subscriber came."""
+        """A subscriber has connected."""
 
     def end(self) -> None:
         """The node closes."""
@@ -76,8 +76,8 @@ class Publication:
     Attributes:
         name: Resolved topic.
         type: Its type; the wildcard for a relay that publishes AnyMsg.
-        links: The present subscribers that want our own definition; replaced, never changed, so it is read
-            without a lock. Those that want another revision are in `_revised`, by md5sum.
+        links: Subscribers of our own definition, as an immutable tuple that is replaced as a whole, so it is
+            read without a lock. Subscribers of other revisions are in `_revised`, by md5sum.
     """
 
     kind = "publisher"
@@ -101,7 +101,7 @@ class Publication:
         self._gone_bytes = 0
 
     def _encode_first(self, message: Any) -> bytes:
-        """The encoder takes up to 3 ms to be made, and no constructor waits for that: see `prepare`."""
+        """Generate the encoder on first use: it takes up to 3 ms, too long for a constructor (`prepare`)."""
         self._plain_encode = self.type.encode
         return self._plain_encode(message)
 
@@ -120,7 +120,7 @@ class Publication:
     # -- handles --------------------------------------------------------------------------------------------
 
     def add_handle(self, handle: PublisherHandle) -> None:
-        """One more `Publisher` of this topic; the longest queue asked for holds for every subscriber."""
+        """Add a `Publisher` of this topic; the longest requested queue applies to every subscriber."""
         with self._lock:
             self._handles.append(handle)
             size, linger = self.queue_size, self.linger
@@ -129,7 +129,7 @@ class Publication:
                 link.set_linger(linger)
 
     def remove_handle(self, handle: PublisherHandle) -> bool:
-        """True when that was the last one; its latched message goes with it."""
+        """Remove a publisher and its latched message; True if it was the last one."""
         with self._lock:
             if handle in self._handles:
                 self._handles.remove(handle)
@@ -138,12 +138,12 @@ class Publication:
 
     @property
     def queue_size(self) -> int:
-        """Most messages that wait for one subscriber."""
+        """Queue length per subscriber."""
         return max((handle.queue_size for handle in self._handles), default=1)
 
     @property
     def linger(self) -> bool:
-        """False when a publisher wants nothing delivered after the program was killed."""
+        """False if a publisher disabled delivery after the program is killed."""
         return all(handle.linger for handle in self._handles)
 
     @property
@@ -152,21 +152,21 @@ class Publication:
 
     @property
     def latching(self) -> bool:
-        """True when a late subscriber gets the last message."""
+        """True if later subscribers get the last message."""
         return any(handle.latch for handle in self._handles)
 
     # -- subscribers ----------------------------------------------------------------------------------------
 
     @property
     def all_links(self) -> tuple[OutgoingLink, ...]:
-        """Every present subscriber, whatever revision it wants."""
+        """Links of all revisions."""
         if not self._revised:
             return self.links
         return self.links + tuple(link for output in list(self._revised.values()) for link in output.links)
 
     @property
     def wanted(self) -> list[tuple[OutgoingLink, type[Message]]]:
-        """Each present subscriber with the class it decodes: our own, or its revision's."""
+        """Each link with the class that the subscriber decodes: our own, or its revision's."""
         own = self.type.message_class
         pairs = [(link, getattr(link, "wanted", None) or own) for link in self.links]
         for output in list(self._revised.values()):
@@ -182,9 +182,9 @@ class Publication:
         except RosError as error:
             self._replies.refused(sock, fields, address, error)
             return
-        self.prepare(output)  # before anybody sees the subscriber and publishes
-        # The header goes out when the link is among the others: one that has read it believes that it is
-        # connected, and a message published then must not pass it by.
+        self.prepare(output)  # before the subscriber is visible to publishers
+        # The header is sent after the link is added: once the subscriber has read it, it is connected and
+        # must get every message published from then on.
         link = SubscriberLink(
             sock,
             fields,
@@ -201,7 +201,7 @@ class Publication:
         self.attach(link, address, output)
 
     def prepare(self, output: ConvertedOutput | None = None) -> None:
-        """Generate the encoder, so that no `publish` waits for it; without a subscriber nobody needs it."""
+        """Generate the encoder when a subscriber connects, so that `publish` does not wait for it."""
         (output or self._encoder).prepare()
 
     def output_for(self, fields: dict[str, str], address: str) -> ConvertedOutput | None:
@@ -209,16 +209,16 @@ class Publication:
         return self._replies.output_for(fields, address)
 
     def header(self, output: ConvertedOutput | None = None) -> dict[str, str]:
-        """What we answer a subscriber."""
+        """Our connection header for a subscriber."""
         more = [handle.header for handle in self.handles if handle.header is not None]
         return self._replies.header(output, latching=self.latching, more=more)
 
     def attach(self, link: OutgoingLink, address: str, output: ConvertedOutput | None = None) -> None:
-        """Add a subscriber: first the latched messages, then everything published from now on."""
+        """Add a subscriber: it gets the latched messages, then everything published from now on."""
         with self._lock:
             closed = self._closed or not self._has_room(output)
             if not closed:
-                # Among the others first: a link that ends over its first message takes itself out again.
+                # Added before the latched messages: a link that fails on the first one removes itself.
                 if output is None:
                     self.links = (*self.links, link)
                 else:
@@ -240,11 +240,11 @@ class Publication:
             self._call(callback, link.caller_id)
 
     def _has_room(self, output: ConvertedOutput | None) -> bool:
-        """Asked again: several handshakes may have been let through at once."""
+        """Check again: several handshakes may have passed the first check at once."""
         return output is None or output.type.md5sum in self._revised or self._replies.has_room()
 
     def _present(self, output: ConvertedOutput) -> ConvertedOutput:
-        """The one output of that revision, from now until its last link goes (`detach`)."""
+        """The shared output of that revision; it lasts until its last link is detached (`detach`)."""
         self.publish = self._publish_revised  # type: ignore[method-assign]
         return self._revised.setdefault(output.type.md5sum, output)
 
@@ -252,7 +252,7 @@ class Publication:
         if output is not None:
             try:
                 frame = output.convert_frame(frame)
-            except CodecError as error:  # published before anybody wanted it so: this one goes without it
+            except CodecError as error:  # this subscriber does not get it
                 text = "! %s: %s does not get the latched message: %s"
                 self.context.peer_log.warning(self.name, text, self.name, link.caller_id, error)
                 return
@@ -267,7 +267,7 @@ class Publication:
             _log.exception("! %s: a callback for the subscriber %s raised", self.name, caller_id)
 
     def link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
-        """A link has ended; `error` says why, None when we ended it."""
+        """Handle the end of a link; `error` is the reason, None if we ended it."""
         self.detach(link)
         if isinstance(link, SubscriberLink) and link.cut is not None:
             self._bring_back(link, *link.cut)
@@ -279,7 +279,7 @@ class Publication:
             )
 
     def _bring_back(self, link: SubscriberLink, local: tuple[str, int], remote: tuple[str, int]) -> None:
-        """A subscriber was cut off, which it may not even hear of: have it connect again."""
+        """Make a subscriber connect again after a reset, which may not have reached it."""
 
         def is_back() -> bool:
             later = [other for other in self.all_links if other.id > link.id]
@@ -295,7 +295,7 @@ class Publication:
         ).start()
 
     def detach(self, link: OutgoingLink) -> None:
-        """Forget a subscriber that is gone; who asked to be told is told, but not of our own end."""
+        """Remove a subscriber that is gone and call `on_disconnect`, unless we are closing."""
         with self._lock:
             if link not in self.all_links:
                 return
@@ -314,7 +314,7 @@ class Publication:
                 self._call(callback, link.caller_id)
 
     def wait_for(self, count: int, timeout: float | None) -> bool:
-        """Wait until at least `count` subscribers are connected; False when they were not in time."""
+        """Wait until at least `count` subscribers are connected; False after `timeout` seconds."""
         with self._lock:
             return wait_for(self._lock, lambda: self._closed or len(self.all_links) >= count, timeout) and (
                 len(self.all_links) >= count
@@ -323,10 +323,10 @@ class Publication:
     # -- messages -------------------------------------------------------------------------------------------
 
     def publish(self, handle: PublisherHandle, message: Any) -> None:
-        """Encode and hand to every subscriber; see `Publisher.publish`.
+        """Encode a message and send it to every subscriber; see `Publisher.publish`.
 
-        While a subscriber wants another revision, `_publish_revised` takes this method's place: otherwise
-        nobody asks with every message whether there is one.
+        `_publish_revised` replaces this method while there are subscribers of other revisions. This saves a
+        check per message.
         """
         links = self.links
         if not links and not handle.latch:
@@ -346,7 +346,7 @@ class Publication:
                 waited = len(links) > 4
                 for link in links:
                     waited |= link.send_soon(frame, now)
-                if not waited:  # the clock need not be asked again
+                if not waited:  # saves reading the clock again
                     self._returned = now
                     return
             else:
@@ -359,7 +359,7 @@ class Publication:
         self._returned = perf_counter()
 
     def _publish_revised(self, handle: PublisherHandle, message: Any) -> None:
-        """With subscribers of other revisions: everybody is served before a value's misfit is told."""
+        """As `publish`, with subscribers of other revisions; conversion errors are raised after all sends."""
         self._encoder.check_class(message)
         Publication.publish(self, handle, message)
         problem: CodecError | None = None
@@ -373,7 +373,7 @@ class Publication:
             raise problem
 
     def _latch(self, handle: PublisherHandle, frame: Frame) -> tuple[OutgoingLink, ...]:
-        """Remember the frame; the links that are to get it now (those that come later get it as latched)."""
+        """Keep the frame as latched; return the links that get it now (later ones get it as latched)."""
         if isinstance(frame, LargeFrame):
             frame.owned()
         with self._lock:
@@ -381,7 +381,7 @@ class Publication:
             return self.links
 
     def send_to(self, caller_id: str, data: bytes) -> bool:
-        """Send one encoded message to the newest subscriber of that name; False when it is not there."""
+        """Send one encoded message to the newest subscriber of that name; False if there is none."""
         link = next((link for link in reversed(self.links) if link.caller_id == caller_id), None)
         if link is not None:
             link.send(small_frame(data))
@@ -394,7 +394,7 @@ class Publication:
             link.wait_empty(deadline.remaining() or 0.0)
 
     def wait_arrived(self, timeout: float) -> bool | None:
-        """Wait until every subscriber's computer has what was sent; None as soon as one cannot be known."""
+        """Wait until every subscriber's computer has received all bytes; None if unknown for one of them."""
         deadline = Deadline(timeout)
         for link in self.all_links:
             pause = 0.0005
@@ -410,7 +410,7 @@ class Publication:
     # -- end ------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End all links; what is in the operating system's hands is still delivered."""
+        """End all links; the operating system still delivers the bytes it has accepted."""
         with self._lock:
             self._closed = True
             links = self.all_links
@@ -419,19 +419,19 @@ class Publication:
             link.close()
 
     def drop_links(self) -> None:
-        """Our address changed: subscribers connect again at the new one.
+        """Drop all links after our address changed; subscribers connect again at the new one.
 
-        What was sent from the old one is thrown away: it would be late if that came back.
+        Bytes sent from the old address are discarded: they would arrive late if it came back.
         """
         for link in self.all_links:
             if link.transport == "TCPROS":
                 link.close(deliver=False)
 
     def stats(self) -> list[LinkStats]:
-        """One entry per present subscriber."""
+        """One entry per connected subscriber."""
         return [link.stats() for link in self.all_links]
 
     @property
     def bytes_sent(self) -> int:
-        """Bytes to all subscribers, those that left included."""
+        """Bytes sent to all subscribers, including disconnected ones."""
         return self._gone_bytes + sum(link.stats().bytes for link in self.all_links)

@@ -1,11 +1,11 @@
-"""What the links to subscribers share, over TCPROS and in datagrams: state, queue, counters, end.
+"""Base of the TCPROS and UDPROS links to subscribers: state, queue, counters, end.
 
-The two differ in how bytes are written: `SubscriberLink` writes a stream, and joins small messages of a
-burst; `DatagramLink` cuts each message into datagrams. Both send in the publisher's own thread as long as the
-socket takes it, then queue, oldest dropped, and have the monitor go on.
+`SubscriberLink` writes a stream and joins small messages of a burst; `DatagramLink` splits each message into
+datagrams. Both send in the publisher's own thread while the socket is writable. Then they queue, and the
+monitor continues.
 
-Drop policy: at most `size` whole messages wait; a new one pushes the oldest out. A message of which some
-bytes are on the wire already is always finished, else the stream would be out of step.
+Drop policy: at most `size` whole messages are queued; a new one displaces the oldest. A partly sent message
+is always completed, else the stream would lose its framing.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ NONE: deque[Frame] = deque()
 
 
 class FrameQueue:
-    """What one subscriber has not taken yet: a bounded queue of frames, oldest dropped.
+    """A bounded queue of frames for one subscriber; drops the oldest.
 
-    No I/O here: the link sends what `take` hands out and says with `sent` how far it came.
+    No I/O here: the link sends the frames from `take` and reports the bytes written with `sent`.
 
     Attributes:
-        size: Most whole frames that wait.
-        dropped: Frames given up so far.
+        size: Largest number of whole frames.
+        dropped: Frames dropped so far.
     """
 
     __slots__ = ("_begun", "_frames", "dropped", "size")
@@ -47,7 +47,7 @@ class FrameQueue:
         self._begun: list[memoryview] = []
 
     def put(self, frame: Frame) -> None:
-        """Add a frame; the oldest goes when there are too many."""
+        """Add a frame; drop the oldest if there are too many."""
         frames = self._frames
         if frames is NONE:
             frames = self._frames = deque()
@@ -57,12 +57,12 @@ class FrameQueue:
             self.dropped += 1
 
     def begin(self, rest: Iterable[memoryview]) -> None:
-        """Keep the rest of a frame whose start is on the wire; it goes before everything else."""
+        """Put the rest of a partly sent frame before all others."""
         assert not self._begun, "one frame is begun at a time"
         self._begun = [view for view in rest if view.nbytes]
 
     def take(self) -> list[bytes | memoryview]:
-        """What to send next: the frame begun, or some whole frames (about `BATCH` bytes); [] when empty."""
+        """Next data to send: the partly sent frame, or whole frames (about `BATCH` bytes); [] when empty."""
         if self._begun:
             return list(self._begun)
         batch: list[bytes | memoryview] = []
@@ -77,10 +77,10 @@ class FrameQueue:
         return batch
 
     def sent(self, count: int) -> int:
-        """Note that the first `count` bytes of the last `take` are on the wire.
+        """Record that the first `count` bytes of the last `take` were sent.
 
         Returns:
-            How many frames were completed.
+            Number of frames completed.
         """
         if self._begun:
             self._begun = remaining(self._begun, count)
@@ -97,14 +97,14 @@ class FrameQueue:
         return done
 
     def pop(self) -> bytes | None:
-        """The oldest frame, for who sends it in a way of its own; None when empty."""
+        """Remove and return the oldest frame; None when empty."""
         if not self._frames:
             return None
         frame = self._frames.popleft()
         return frame.owned() if isinstance(frame, LargeFrame) else frame
 
     def clear(self) -> int:
-        """Forget everything (the link is dead: nothing is replayed later); how many frames that were."""
+        """Drop all frames after the link has ended; return their number."""
         lost = len(self._frames) + bool(self._begun)
         self._frames = NONE
         self._begun = []
@@ -129,7 +129,7 @@ class QueuedLink:
         address: "host:port" of the subscriber.
         topic: Resolved topic.
         id: Number of the connection in getBusInfo.
-        queue_size: Most messages that wait for this subscriber; the oldest is dropped.
+        queue_size: Queue length; when full, the oldest message is dropped.
         monitor: The node's monitor.
         on_closed: Called once, from any thread and without a lock, when the link has ended.
     """
@@ -175,12 +175,12 @@ class QueuedLink:
         self.id = id
         self._monitor = monitor
         self._on_closed = on_closed
-        self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
-        self._sending = False  # under the lock: True is seen only by such a handler
-        self._empty: threading.Condition | None = None  # made by who waits for it
+        self._lock = threading.RLock()  # reentrant: a signal handler may publish while its thread holds it
+        self._sending = False  # guarded by the lock: only such a handler sees True
+        self._empty: threading.Condition | None = None  # created by the first waiter
         self._queue = FrameQueue(queue_size)
         self._state = OutgoingState.OPENING
-        self._blocked = False  # `_state.waits`, which is asked with every message
+        self._blocked = False  # copy of `_state.waits`, read for every message
         self._messages = 0
         self._bytes = 0
         self._error = ""
@@ -188,7 +188,7 @@ class QueuedLink:
         sock.setblocking(False)
 
     def _step(self, event: OutgoingEvent) -> None:
-        """Something happened (the lock is held): the next state, and what the monitor is to wait for."""
+        """Enter the next state and update the monitor's events; the lock is held."""
         before, state = self._state, next_state(self._state, event)
         self._state = state
         self._blocked = state.waits
@@ -202,7 +202,7 @@ class QueuedLink:
         return self._state is OutgoingState.CLOSED
 
     def start(self) -> None:
-        """Let the monitor watch the socket, and send what waits already."""
+        """Have the monitor watch the socket and send the queue."""
         with self._lock:
             if self._closed:
                 return
@@ -219,55 +219,55 @@ class QueuedLink:
     # -- what the two kinds do in their own way -------------------------------------------------------------
 
     def _drain(self) -> OSError | None:
-        """Send until nothing waits or the socket is full; the error that ends the link."""
+        """Send until the queue is empty or the socket is full; return an error that ends the link."""
         raise NotImplementedError
 
     @property
     def _queued(self) -> int:
-        """Messages that wait."""
+        """Number of queued messages."""
         return len(self._queue)
 
     def _fail(self, error: OSError) -> None:
-        """A write has found that the link is broken: the monitor ends it a moment later.
+        """Have the monitor end the link after a failed write.
 
-        An end takes the topic's lock, writes to the log and may start a thread. Whoever publishes waits for
-        none of that: it may be a stop.
+        Ending a link takes the topic's lock, writes to the log and may start a thread. `publish` must not
+        wait for that: its message may be a stop command.
         """
         self._failure = self._failure or error
         if not self._closed:
             self._monitor.flush_later(self)
 
     def _before_end(self, error: OSError | None, deliver: bool) -> None:
-        """The link ends in a moment; the lock is held."""
+        """Prepare the end of the link; the lock is held."""
 
     def _hang_up(self, deliver: bool) -> None:
-        """The link has ended: the monitor closes the socket.
+        """Have the monitor close the socket of an ended link.
 
-        It is not interrupted (`tcp.interrupt`): nobody waits in it but the monitor's select, which must not
+        The socket is not interrupted (`tcp.interrupt`): only the monitor's select waits for it and must not
         lose it.
         """
         self._monitor.remove(self)
 
     def _farewell(self, error: OSError | None) -> str:
-        """What became of the subscriber, when it was not us who ended it."""
+        """Reason of an end that we did not cause."""
         raise NotImplementedError
 
     # -- called by the monitor ------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Send what was left for a moment; end the link if a write has failed."""
+        """Send delayed messages; end the link if a write has failed."""
         if self._failure is not None:
             self._end(self._failure)
 
     def look(self, now: float, before: float) -> None:
-        """Look after what is on its way; see `MonitoredLink.look`."""
+        """Check the bytes under way; see `MonitoredLink.look`."""
 
     def on_readable(self) -> None:
-        """The socket has something to read, or an error to tell."""
+        """Handle data or an error of the socket."""
         raise NotImplementedError
 
     def on_writable(self) -> None:
-        """The socket takes more."""
+        """Continue sending: the socket is writable."""
         with self._lock:
             error = self._drain() if self._blocked else None
         if error is not None:
@@ -276,13 +276,13 @@ class QueuedLink:
     # -- waiting, end, counters -----------------------------------------------------------------------------
 
     def has_arrived(self) -> bool | None:
-        """Whether the subscriber's computer has all that was sent; None where the system does not tell."""
+        """Whether the subscriber's computer has received all bytes; None if unknown."""
         return None
 
     def wait_empty(self, timeout: float) -> None:
-        """Wait until everything is handed to the operating system.
+        """Wait until the operating system has accepted everything.
 
-        In a signal handler that interrupted the sending here nothing can be waited for, so it is not.
+        Returns at once in a signal handler that interrupted a send of this link.
 
         Raises:
             RosTimeout: The subscriber is too slow.
@@ -306,11 +306,11 @@ class QueuedLink:
                 )
 
     def close(self, *, deliver: bool = True) -> None:
-        """End the link; what waits is dropped.
+        """End the link and drop its queue.
 
         Args:
-            deliver: The operating system delivers what it has, and repeats it for a while where the network
-                is away. False has it thrown away.
+            deliver: The operating system still delivers accepted bytes, and retransmits for a while during a
+                network outage. False discards them.
         """
         self._end(None, told=False, deliver=deliver)
 
@@ -333,7 +333,7 @@ class QueuedLink:
 
     @property
     def queue_size(self) -> int:
-        """Most messages that wait."""
+        """Queue length."""
         return self._queue.size
 
     @queue_size.setter
@@ -342,7 +342,7 @@ class QueuedLink:
             self._queue.size = size
 
     def stats(self) -> LinkStats:
-        """Counters so far; what the other side made of it nobody knows."""
+        """Counters of this side of the link."""
         with self._lock:
             return LinkStats(
                 topic=self.topic,

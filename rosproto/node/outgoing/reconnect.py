@@ -1,14 +1,13 @@
-"""Bringing back a subscriber that was cut off: what was on its way to it had become too old.
+"""Make a subscriber connect again after its connection was reset because the backlog was too old.
 
-Two things keep a subscriber of another kind away. The reset may have been lost with everything else, and then
-its half of the connection waits for ever (rospy and roscpp: until their keep-alive after a minute). And rospy
-does not connect again to a publisher that ended the connection, as long as the master does not name it anew.
+Two problems keep subscribers of other libraries from reconnecting. The reset may have been lost, and then
+the subscriber keeps its half of the connection (rospy and roscpp: until the keep-alive after a minute). And
+rospy does not reconnect to a publisher that ended the connection until the master announces it again.
 
-So, once a second, we ask for a connection from the same address to the same address. A system that still has
-the other half answers with what it knows of it, ours resets that, and its program hears of the end: the
-recovery from half-open connections in RFC 9293, 3.5.1. One that has it no more refuses. From then on we
-register the topic at the master again, now and then, which has the master tell all subscribers who publishes
-it, until that one is back.
+So, once a second, we try to connect with the same local and remote address. A system that still has the other
+half acknowledges it, ours answers with a reset, and the subscriber sees the end: the recovery from half-open
+connections in RFC 9293, 3.5.1. A system without it refuses. Then we repeatedly register the topic, which
+makes the master send publisherUpdate to all subscribers, until the subscriber is back.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ from rosproto.transport.deadline import Deadline
 _log = get_logger("rosproto.node")
 
 GIVE_UP = 300.0  # seconds
-KNOCK = 1.0  # seconds between two
-SETTLE = 0.2  # seconds in which most come back by themselves
-MOST = 32  # threads at a time in this process; who is not among them comes back by its own keep-alive
+KNOCK = 1.0  # seconds between two attempts
+SETTLE = 0.2  # seconds in which most subscribers reconnect by themselves
+MOST = 32  # threads at a time in this process; further subscribers reconnect after their keep-alive
 
 _places = threading.BoundedSemaphore(MOST)
 
@@ -38,10 +37,10 @@ class SubscriberReconnect:
     Args:
         closing: Set when the node closes.
         caller_id: The subscriber's node name.
-        bind: Binds a socket to our end of the connection that was.
-        remote: Its end.
+        bind: Binds a socket to our address of the former connection.
+        remote: The subscriber's address of it.
         announce: Registers the topic again.
-        is_back: Whether nothing is left to do.
+        is_back: Whether the subscriber is connected again.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class SubscriberReconnect:
         self._is_back = is_back
 
     def start(self) -> None:
-        """Begin, in a thread of its own, when there are not too many."""
+        """Start the thread, unless there are too many."""
         if _places.acquire(blocking=False):
             threading.Thread(target=self._run, name=f"rosproto:lost {self._caller_id}", daemon=True).start()
 
@@ -73,7 +72,7 @@ class SubscriberReconnect:
             _places.release()
 
     def bring_back(self, deadline: Deadline) -> None:
-        """Knock and announce until it is back, the node closes, or the time is over."""
+        """Repeat `knock` and `announce` until the subscriber is back, the node closes, or time is up."""
         while not self._is_done(deadline) and not self.knock():
             pass
         self._closing.wait(SETTLE)
@@ -89,7 +88,7 @@ class SubscriberReconnect:
         return deadline.expired or self._closing.is_set() or self._is_back()
 
     def knock(self) -> bool:
-        """Ask once; True when the other half is known to be gone, or cannot be asked for."""
+        """Try to connect once; True if the other half is gone, or this cannot be tried."""
         with socket.socket(socket.AF_INET6 if ":" in self._remote[0] else socket.AF_INET) as sock:
             try:
                 self._bind(sock)
@@ -103,7 +102,7 @@ class SubscriberReconnect:
                 return True
             except TimeoutError:
                 return False
-            except OSError:  # no way there at present; or our own half is still being closed
+            except OSError:  # no route at present, or our own half is still being closed
                 self._closing.wait(KNOCK)
                 return False
             return True
