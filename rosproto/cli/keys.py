@@ -23,25 +23,25 @@ _ESCAPE_PATIENCE = 0.03
 
 
 class Keys(Protocol):
-    """Where keys come from."""
+    """A source of keys."""
 
     def read(self, timeout: float) -> list[str]:
-        """All keys that wait, oldest first; up to `timeout` s for the first, [] when none came."""
+        """Return all pending keys, oldest first; wait up to `timeout` s for the first."""
 
 
 class KeyDecoder:
-    """Bytes of a POSIX terminal to names of keys; sequences may be cut anywhere. Pure."""
+    """Converts bytes of a POSIX terminal to key names; sequences may be split. Pure."""
 
     def __init__(self) -> None:
         self._rest = b""
 
     @property
     def pending(self) -> bool:
-        """True when a sequence has begun and not ended."""
+        """Whether a sequence is incomplete."""
         return bool(self._rest)
 
     def feed(self, data: bytes) -> list[str]:
-        """The keys that are complete now."""
+        """Add bytes and return the complete keys."""
         self._rest += data
         keys: list[str] = []
         while self._rest:
@@ -53,12 +53,12 @@ class KeyDecoder:
         return keys
 
     def flush(self) -> list[str]:
-        """What has begun will not go on: a lone escape is the escape key."""
+        """End an incomplete sequence: a single escape is the escape key."""
         rest, self._rest = self._rest, b""
         return [] if not rest else ["escape" if rest == b"\x1b" else "other"]
 
     def _first(self) -> tuple[int, str]:
-        """Length and name of the first key, (0, "") when more bytes are needed."""
+        """Return length and name of the first key, (0, "") if incomplete."""
         data = self._rest
         if data[0] != 0x1B:
             return _character(data)
@@ -132,7 +132,7 @@ class WindowsKeys:
     def _key(self) -> str:
         character = self._console.getwch()
         if character == "\x03":
-            raise KeyboardInterrupt  # the console hands Ctrl-C over as a key while it is read
+            raise KeyboardInterrupt  # during a read, the console reports Ctrl-C as a key
         if character in ("\x00", "\xe0"):
             return _WINDOWS.get(self._console.getwch(), "other")
         if character == "\x1b":
@@ -145,8 +145,8 @@ def open_keys(*, driving: bool = True) -> Iterator[Keys]:
     """Single keys from standard input, without Enter and without echo; Ctrl-C still interrupts.
 
     Args:
-        driving: Ctrl-Z is an ordinary key meanwhile (a program that sleeps cannot stop a robot), and keys
-            pressed until the end do not reach the shell as commands.
+        driving: Ctrl-Z is an ordinary key (a suspended program cannot stop a robot), and unread keys are
+            discarded, so that the shell does not run them.
     """
     if sys.platform == "win32":
         import msvcrt
@@ -159,7 +159,7 @@ def open_keys(*, driving: bool = True) -> Iterator[Keys]:
     descriptor = sys.stdin.fileno()
     before = termios.tcgetattr(descriptor)
     try:
-        # Now, and not when all output is written: nobody may read it.
+        # Now, without waiting for the output: its reader may be gone.
         tty.setcbreak(descriptor, termios.TCSANOW)
         if driving:
             mode = termios.tcgetattr(descriptor)
@@ -176,12 +176,12 @@ def open_keys(*, driving: bool = True) -> Iterator[Keys]:
 
 
 class Keyboard:
-    """Characters typed since the last look; use it in a `with` block, which restores the terminal.
+    """Characters typed since the last call; use it in a `with` block, which restores the terminal.
 
     Without a terminal (a pipe, a service) there are none, and nothing fails.
 
     Attributes:
-        keys: Where they come from; None without a terminal, and outside of the block.
+        keys: The source; None without a terminal, and outside the block.
     """
 
     def __init__(self, keys: Keys | None = None) -> None:
@@ -190,7 +190,7 @@ class Keyboard:
 
     @property
     def available(self) -> bool:
-        """Whether keys can be had."""
+        """Whether keys can be read."""
         return self.keys is not None
 
     def __enter__(self) -> Keyboard:
@@ -203,5 +203,5 @@ class Keyboard:
         self._opened.close()
 
     def typed(self) -> str:
-        """What was typed, in lower case, "" when nothing; never waits."""
+        """Return the typed text in lower case, or ""; never waits."""
         return "".join(key for key in self.keys.read(0.0) if len(key) == 1) if self.keys else ""

@@ -1,4 +1,4 @@
-"""`rosproto log`: what nodes log, live, and how much they log (rosconsole; what rqt_console shows)."""
+"""`rosproto log`: live log messages of nodes, and their log levels (rosconsole, rqt_console)."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 COLOURS = {1: "2", 4: "33", 8: "31", 16: "31;1"}
 AGGREGATED, DIRECT = "/rosout_agg", "/rosout"
 _TAB = "\t"
-STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
+STEP = 0.5  # s; Windows delivers no Ctrl-C during an endless wait
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(
         parser,
         {
@@ -127,7 +127,7 @@ def _wanted(line: Any, arguments: argparse.Namespace) -> bool:
 
 
 def word_of(level: int) -> str:
-    """The name of a level: the highest that is not above it."""
+    """Return the name of the highest level not above this one."""
     return next((name for name, number in reversed(LEVELS.items()) if level >= number), "debug")
 
 

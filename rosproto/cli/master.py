@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Host, port, and who may connect."""
+    """Add the options for host, port and access."""
     parser.add_argument(
         "--host",
         type=host,
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve; the master's URI is the only thing on stdout."""
+    """Serve; stdout has only the master's URI."""
     from rosproto.master import Master
 
     if arguments.no_rosout and arguments.rosout_log:
@@ -71,11 +71,11 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with _listening(Master, arguments) as master, _rosout(master, arguments):
             print(master.uri, flush=True)
-            # In steps, because Windows delivers no Ctrl-C to a thread in an endless wait.
+            # In steps: Windows delivers no Ctrl-C during an endless wait.
             while not master.wait(0.5):
                 pass
     except KeyboardInterrupt:
-        pass  # the orderly end of this command
+        pass  # the normal end of this command
     return 0
 
 
@@ -83,12 +83,12 @@ def _listening(kind: type[Master], arguments: argparse.Namespace) -> Master:
     try:
         return kind(arguments.host, arguments.port, advertise=arguments.advertise, allow=arguments.allow)
     except ConnectionLost as error:
-        # Nobody is out of reach: this computer does not let us listen there.
+        # A local error: the address cannot be bound.
         raise CommandError(cannot_listen(error, "--host")) from error
 
 
 def _rosout(master: Master, arguments: argparse.Namespace) -> RosoutAggregator | nullcontext[None]:
-    """The node /rosout. A master is of use without it."""
+    """Start the node /rosout; the master also works without it."""
     if arguments.no_rosout:
         return nullcontext()
     from rosproto.rosout_aggregator import RosoutAggregator

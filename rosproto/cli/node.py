@@ -1,4 +1,4 @@
-"""`rosproto node`: list, info, ping, kill, cleanup, machine; the words and forms of rosnode."""
+"""`rosproto node`: list, info, ping, kill, cleanup, machine; output as of rosnode."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GONE = (ConnectionLost, RosTimeout)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(
         parser,
         {
@@ -122,7 +122,7 @@ def _of(table: dict[str, list[str]], name: str, types: dict[str, str]) -> dict[s
 
 
 def _connection(master: MasterClient, state: SystemState, row: BusConnection) -> dict[str, object]:
-    """A link. A subscriber knows publishers by URI (so does rospy); the master turns it into a name."""
+    """Return a link. Subscribers know publishers by URI (as in rospy); the master has the names."""
     peer = row.destination
     if peer.startswith("http"):
         name = next((n for n in state.nodes if _same(master, n, peer)), None)
@@ -184,7 +184,7 @@ def _ping_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _chosen(master: MasterClient, arguments: argparse.Namespace) -> list[str]:
-    """The nodes that are named, or with --all every one."""
+    """Return the named nodes, or all with --all."""
     names = master.get_system_state().nodes if arguments.all else [absolute(n) for n in arguments.node]
     if not names:
         raise ValueError("name a node, or give --all; see: rosproto node list")
@@ -290,7 +290,7 @@ def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> 
 
 
 def _is_elsewhere(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
-    """Whether its host name cannot be resolved here, so that its silence proves nothing."""
+    """Whether its host name cannot be resolved here; then a missing answer proves nothing."""
     from rosproto.transport.uri import parse_uri
 
     try:
@@ -300,7 +300,7 @@ def _is_elsewhere(master: MasterClient, name: str, arguments: argparse.Namespace
 
 
 def _unregister(master: MasterClient, name: str, state: SystemState) -> None:
-    """In the dead node's name, with its old URI: a node that came back meanwhile has another."""
+    """Unregister a dead node by its old URI: a restarted node has another."""
     uri = _uri(master, name)
     from rosproto.node.graph.master_client import MasterClient
 

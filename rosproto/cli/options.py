@@ -1,7 +1,7 @@
-"""Types of options, which refuse values out of range at once, and options of several commands.
+"""Argument types with range checks, and options of several commands.
 
-Numbers are plain decimals in ASCII. Python reads more: `1_0` and `1e1` are ten to it, and so are digits of
-other scripts, which an input method writes; a robot must not drive ten metres for a slip of the finger.
+Numbers are plain decimals in ASCII. Python also accepts `1_0`, `1e1` and digits of other scripts
+(from an input method); a typing error must not drive a robot ten metres.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _SHOWN = 40
 
 
 class NotANumber(ValueError):
-    """A text is no number as commands take them."""
+    """A text is not a valid number."""
 
 
 def finite(text: str) -> float:
-    """A number that is not infinite and not NaN."""
+    """Parse a finite number."""
     try:
         value = to_float(text)
     except ValueError as error:
@@ -36,7 +36,7 @@ def finite(text: str) -> float:
 
 
 def whole(text: str) -> int:
-    """A whole number, also below 0."""
+    """Parse an integer."""
     try:
         return to_int(text)
     except ValueError as error:
@@ -44,7 +44,7 @@ def whole(text: str) -> int:
 
 
 def to_float(text: str) -> float:
-    """A number as commands take it: `-1.5`, `.5`, `12`; no other writing.
+    """Convert a plain decimal: `-1.5`, `.5`, `12`.
 
     Raises:
         NotANumber: It is not one.
@@ -55,7 +55,7 @@ def to_float(text: str) -> float:
 
 
 def to_int(text: str) -> int:
-    """A whole number as commands take it.
+    """Convert a plain decimal integer.
 
     Raises:
         NotANumber: It is not one.
@@ -66,12 +66,12 @@ def to_int(text: str) -> int:
 
 
 def _shown(text: str) -> str:
-    """The text as typed, shortened if it is long."""
+    """Shorten a long text."""
     return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "...")
 
 
 def positive(text: str) -> float:
-    """A number above 0."""
+    """Parse a number above 0."""
     value = finite(text)
     if not value > 0.0:
         raise argparse.ArgumentTypeError(say("{text}: must be above 0", text=_shown(text)))
@@ -79,7 +79,7 @@ def positive(text: str) -> float:
 
 
 def seconds(text: str) -> float:
-    """A duration or a speed; 0 is one."""
+    """Parse a duration or a speed, 0 or more."""
     value = finite(text)
     if value < 0.0:
         raise argparse.ArgumentTypeError(say("{text}: must be 0 or more", text=_shown(text)))
@@ -87,12 +87,12 @@ def seconds(text: str) -> float:
 
 
 def natural(text: str) -> int:
-    """A whole number, 0 or more."""
+    """Parse an integer, 0 or more."""
     return _whole(text, 0)
 
 
 def count(text: str) -> int:
-    """A whole number, 1 or more."""
+    """Parse an integer, 1 or more."""
     return _whole(text, 1)
 
 
@@ -109,14 +109,14 @@ def _whole(text: str, least: int) -> int:
 
 
 def port(text: str) -> int:
-    """A TCP port; 0 lets the system choose."""
+    """Parse a TCP port; 0 lets the system choose."""
     if _WHOLE.fullmatch(text) and text.isdigit() and int(text) <= 65535:
         return int(text)
     raise argparse.ArgumentTypeError(say("{text} is no port (0 to 65535)", text=_shown(text)))
 
 
 def host(text: str) -> str:
-    """A host name or an address of this computer."""
+    """Parse a host name or an address of this computer."""
     from rosproto.transport.uri import plain_host
 
     try:
@@ -126,7 +126,7 @@ def host(text: str) -> str:
 
 
 def folder_exists(text: str) -> Path:
-    """The name of a file to write; a missing folder is refused at once, not after the work."""
+    """Parse the path of a new file; refuse a missing folder before the work."""
     path = Path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(say("{text} is a folder; give the name of a file", text=text))
@@ -142,7 +142,7 @@ AddArguments = Callable[[argparse.ArgumentParser], object]
 
 
 def argument(*names: str, **options: Any) -> AddArguments:
-    """For a verb that has a single argument: what `add_argument` takes."""
+    """Return the `add_arguments` of a verb with a single argument; parameters as `add_argument`."""
     return lambda parser: parser.add_argument(*names, **options)
 
 
@@ -166,7 +166,7 @@ def add_quiet(parser: argparse.ArgumentParser) -> None:
 
 
 def add_compression(parser: argparse.ArgumentParser, default: str = "none") -> None:
-    """--lz4 and --bz2: how a bag is written."""
+    """Add --lz4 and --bz2, the compression of a bag."""
     group = parser.add_mutually_exclusive_group()
     group.add_argument(
         "--lz4", action="store_const", const="lz4", dest="compression", default=default, help="compress, fast"

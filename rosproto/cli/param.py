@@ -1,4 +1,4 @@
-"""`rosproto param`: get, set, list, delete, dump, load, search; the words and forms of rosparam."""
+"""`rosproto param`: get, set, list, delete, dump, load, search; output as of rosparam."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .yaml_values import load_text, to_text, value_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(
         parser,
         {
@@ -77,7 +77,7 @@ def _get(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(plain(value, finite=True))
     elif arguments.pretty and isinstance(value, str):
-        print(value)  # a text of several lines, as it is: --pretty asks for that
+        print(value)  # --pretty: a text of several lines unchanged
     elif arguments.pretty and isinstance(value, dict):
         _print_pretty(value, "")
     else:
@@ -86,7 +86,7 @@ def _get(arguments: argparse.Namespace) -> int:
 
 
 def _print_pretty(value: dict[str, Any], indent: str) -> None:
-    """Keys in order; a text of several lines below its key, as it is."""
+    """Print sorted keys; a text of several lines goes below its key."""
     for key, item in sorted(value.items()):
         if isinstance(item, dict):
             print(f"{indent}{printable(key)}:")

@@ -14,10 +14,10 @@ WRONG_USE = 2
 
 
 class WrongUse(SystemExit):
-    """The arguments are not understood; it has been said on stderr. Exit code 2.
+    """The arguments are invalid; the error is already on stderr. Exit code 2.
 
     Attributes:
-        text: What was said, without the usage line.
+        text: The error without the usage line.
     """
 
     def __init__(self, text: str) -> None:
@@ -26,7 +26,7 @@ class WrongUse(SystemExit):
 
 
 class _Formatter(argparse.HelpFormatter):
-    """Leaves actions out."""
+    """A help formatter that omits actions."""
 
     def __init__(self, *args: Any, hidden: Sequence[argparse.Action] = (), **options: Any) -> None:
         super().__init__(*args, **options)
@@ -39,14 +39,14 @@ class _Formatter(argparse.HelpFormatter):
 
 
 class Parser(argparse.ArgumentParser):
-    """As argparse's; usage is one line, help ends in examples, an error shows what is near a mistyped word.
+    """An argparse parser with one-line usage, examples in the help, and similar words in errors.
 
     Args:
-        shared: A parser whose options it and its verbs have, too; the help of the whole command lists them.
+        shared: A parser with options for this one and its verbs; the help of the whole command lists them.
 
     Attributes:
         examples: Commands to copy.
-        meant: What is probably meant by a word that is none of the choices: a command to copy.
+        meant: Maps a word that is no choice to the probably intended command.
     """
 
     examples: Sequence[str] = ()
@@ -54,16 +54,16 @@ class Parser(argparse.ArgumentParser):
 
     @property
     def actions(self) -> Sequence[argparse.Action]:
-        """Its arguments, in the order in which they were added; argparse has no public list of them."""
+        """The arguments in the order of addition; argparse has no public list."""
         return self._actions
 
     @property
     def options(self) -> Mapping[str, argparse.Action]:
-        """Its options by each of their spellings."""
+        """The options by each of their names."""
         return {text: action for action in self.actions for text in action.option_strings}
 
     def format_help(self) -> str:
-        """Usage in one line: the options are listed below it anyway."""
+        """Return the help with usage in one line."""
         self.usage = synopsis(self.prog, self).replace("%", "%%")
         lines = "".join(f"  {line}\n" for line in self.examples)
         return super().format_help() + (f"\nexamples:\n{lines}" if lines else "")
@@ -76,7 +76,7 @@ class Parser(argparse.ArgumentParser):
         self._shared = shared
 
     def error(self, message: str) -> NoReturn:
-        """Say it on stderr and end with code 2."""
+        """Print the error on stderr and end with code 2."""
         text = both(self._with_verbs(message), say("see: {command}", command=f"{self.prog} --help"))
         usage = f"{self.spoken('usage')}: {synopsis(self.prog, self)}"
         with suppress(SystemExit):
@@ -84,14 +84,14 @@ class Parser(argparse.ArgumentParser):
         raise WrongUse(f"{self.prog}: {text}")
 
     def spoken(self, text: str) -> str:
-        """Text for stderr; a subclass that speaks another language translates it here."""
+        """Return the text for stderr; a subclass may translate it."""
         return text
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Nothing unknown is handed up: the innermost parser knows best what was meant.
+        """Parse, and report unknown words in the innermost parser.
 
-        argparse fills a positional argument from the first row of words only; `pub /cmd TYPE -r 1 -- 1 2` and
-        `play -r 2 a.bag /b` are as good to a person, so what is left goes into the argument that takes many.
+        argparse fills a positional only from one group of adjacent words. In `play -r 2 a.bag /b` and
+        `pub /cmd TYPE -r 1 -- 1 2` the remaining words are added to the argument that takes many.
         """
         try:
             found, rest = super().parse_known_args(args, namespace)
@@ -109,18 +109,18 @@ class Parser(argparse.ArgumentParser):
         return found, rest
 
     def add_subparsers(self, **options: Any) -> Any:
-        """As argparse's; the verbs understand the options of `shared`, too."""
+        """Like argparse's; the verbs also have the options of `shared`."""
         if self._shared is not None:
             verb = partial(type(self), shared=self._shared, epilog=self.epilog)
             options.setdefault("parser_class", verb)
         return super().add_subparsers(**options)
 
     def options_with_value(self) -> set[str]:
-        """Options that take the word behind them: `--chassis`."""
+        """Return the options with a value: `--chassis`."""
         return {text for text, action in self.options.items() if action.nargs != 0}
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """A choice: argparse lists all of them; here what is near comes first."""
+        """Check a choice; similar choices come first in the error."""
         if action.choices is None or value in action.choices:
             return
         shown = [str(choice) for choice in action.choices if not str(choice).startswith("_")]
@@ -132,7 +132,7 @@ class Parser(argparse.ArgumentParser):
         )
 
     def _with_verbs(self, message: str) -> str:
-        """A missing verb is named with those there are."""
+        """Complete the error of a missing verb with the list of verbs."""
         for action in self.actions:
             verbs = verbs_of(action)
             if verbs and message.endswith(f": {action.metavar}"):
@@ -150,7 +150,7 @@ _OF_ARGPARSE = (
 
 
 def _own_words(message: str) -> str:
-    """A text of argparse, which offers nothing else, as a sentence; ours are sentences already."""
+    """Convert argparse's error text to a sentence; ours are sentences already."""
     if isinstance(message, Sentence):
         return message
     for template in _OF_ARGPARSE:
@@ -162,24 +162,24 @@ def _own_words(message: str) -> str:
 
 
 def actions_of(parser: argparse.ArgumentParser) -> Sequence[argparse.Action]:
-    """`Parser.actions`: commands know their parser as one of argparse, which does not tell them."""
+    """Return `Parser.actions` of a parser with argparse's static type."""
     assert isinstance(parser, Parser), f"{parser!r} is no Parser"
     return parser.actions
 
 
 def options_of(parser: argparse.ArgumentParser) -> Mapping[str, argparse.Action]:
-    """`Parser.options`, likewise."""
+    """Return `Parser.options`, likewise."""
     assert isinstance(parser, Parser), f"{parser!r} is no Parser"
     return parser.options
 
 
 def verbs_of(action: argparse.Action) -> Mapping[str, Parser]:
-    """The parsers between which an argument chooses, by the word that does; empty for any other argument."""
+    """Return the sub-parsers of an argument by word; empty for other arguments."""
     return cast("Mapping[str, Parser]", action.choices) if action.nargs == argparse.PARSER else {}
 
 
 def _plain_words(rest: Sequence[str]) -> tuple[list[str], list[str]]:
-    """The words that are values, with all behind `--`; and the options."""
+    """Split into values, with all after `--`, and options."""
     before, after = list(rest), []
     if "--" in before:
         at = before.index("--")
@@ -227,7 +227,7 @@ def _shown(action: argparse.Action) -> bool:
 
 
 def value_names(action: argparse.Action) -> str:
-    """How its values are written, the same on every version of Python."""
+    """Return the metavars, the same on every version of Python."""
     if action.nargs == argparse.PARSER:
         return str(action.metavar or "COMMAND")
     if isinstance(action.metavar, tuple):
@@ -243,19 +243,19 @@ def value_names(action: argparse.Action) -> str:
 
 
 def sub_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """The verbs of a command, or the commands: (name, parser)."""
+    """Yield (name, parser) of the verbs or commands."""
     for action in actions_of(parser):
         yield from verbs_of(action).items()
 
 
 def give_examples(parser: argparse.ArgumentParser, examples: Mapping[str, Sequence[str]]) -> None:
-    """Give a command and its verbs their examples; keys are command lines without the program's name."""
+    """Set the examples of a command and its verbs; keys are command lines without the program's name."""
     for one in {id(p): p for p in (parser, *leaves(parser))}.values():
         if isinstance(one, Parser):
             one.examples = examples.get(one.prog.partition(" ")[2], ())
 
 
 def leaves(parser: argparse.ArgumentParser) -> Sequence[argparse.ArgumentParser]:
-    """The parsers that have no verbs below them: those of whole command lines."""
+    """Return the parsers without verbs."""
     below = [leaf for _, sub in sub_parsers(parser) for leaf in leaves(sub)]
     return below or [parser]

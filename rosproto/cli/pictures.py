@@ -1,4 +1,4 @@
-"""Drawings of graphs as files: DOT and SVG are written here, PNG and PDF by Graphviz where that is."""
+"""Drawings of graphs as files: DOT and SVG directly, PNG and PDF by Graphviz."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _PATIENCE = 60.0
 
 
 def form_of(file: Path | None, asked: str | None) -> str:
-    """What to write: as asked, else by the file's name; text without a file.
+    """Return the format: as given, else by the file's ending; text without a file.
 
     Raises:
-        CommandError: The ending says nothing, or something else than what is asked for.
+        CommandError: The ending is unknown or contradicts the given format.
     """
     ending = FORMS.get(file.suffix.lower()) if file else None
     if asked and ending in (None, asked):
@@ -38,15 +38,15 @@ def form_of(file: Path | None, asked: str | None) -> str:
 
 
 def write_picture(file: Path | None, form: str, writers: Mapping[str, Callable[[], str]]) -> str:
-    """Write it; what is for standard output is returned.
+    """Write the picture to the file, or return it for standard output.
 
     Args:
-        file: Where to.
+        file: Output; None for standard output.
         form: One of the values of `FORMS`.
-        writers: For text, dot and svg: what gives the text.
+        writers: Functions that return text, dot and svg.
 
     Raises:
-        CommandError: It needs Graphviz, which is not installed or failed.
+        CommandError: Graphviz is needed, and is missing or failed.
     """
     if form in _BY_GRAPHVIZ:
         if file is None:
@@ -80,7 +80,7 @@ def _by_graphviz(dot: str, form: str) -> bytes:
 
 
 def svg_page(width: int, height: float, style: str, parts: Iterable[str]) -> str:
-    """An SVG document of this size, on white."""
+    """Return an SVG document of this size on white."""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
         f'viewBox="0 0 {width} {height}">\n<style>{style}.page{{fill:#fff;stroke:none}}</style>\n'
@@ -89,5 +89,5 @@ def svg_page(width: int, height: float, style: str, parts: Iterable[str]) -> str
 
 
 def quoted(text: str) -> str:
-    """A name in DOT."""
+    """Quote a name for DOT."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

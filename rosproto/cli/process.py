@@ -15,12 +15,12 @@ from .signals import Terminated, linger_when_closed, signals_unwind
 
 
 class Task(NamedTuple):
-    """A command line that is understood.
+    """A parsed command line.
 
     Attributes:
-        run: Does it; gives the exit code.
-        failed: Says why it ended, given the sentence and the exit code.
-        debug: Whether errors are raised instead of told.
+        run: Runs the command and returns the exit code.
+        failed: Reports an error, given the sentence and the exit code.
+        debug: Whether errors are raised instead of reported.
     """
 
     run: Callable[[], int]
@@ -29,7 +29,7 @@ class Task(NamedTuple):
 
 
 def words_of(argv: Sequence[str] | None) -> list[str]:
-    """The words of a command line, by default the process's own; from now on everything can be printed."""
+    """Return the words of a command line (default: `sys.argv`), and make all text printable."""
     escape_what_cannot_be_printed()
     return as_typed(sys.argv[1:] if argv is None else argv)
 
@@ -41,13 +41,13 @@ def run_command(
     *,
     until_exit: bool,
 ) -> int:
-    """Parse the words and do what they say.
+    """Parse and run a command line.
 
     Args:
         words: The command line.
-        parser_for: Gives its parser, whose `command` is the name of the sub-command.
-        task_of: What to do, by the parsed arguments.
-        until_exit: The process is the command's own, and ends with it.
+        parser_for: Returns its parser, whose `command` is the name of the sub-command.
+        task_of: Returns the task for the parsed arguments.
+        until_exit: Whether the process ends with the command.
 
     Returns:
         The exit code.
@@ -88,6 +88,6 @@ def _ended(task: Task) -> int:
 
 
 def exit_codes_line(meanings: Mapping[int, str]) -> str:
-    """What the codes mean, for the end of a help."""
+    """Return the meanings of the exit codes, for the end of a help."""
     brief = (f"{code} {text.partition(';')[0].partition(':')[0]}" for code, text in meanings.items())
     return f"Exit codes: {'; '.join(brief)}."

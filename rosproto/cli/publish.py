@@ -24,7 +24,7 @@ from .graph_options import library_for
 from .yaml_values import load_documents, value_of
 
 LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that are still connecting
-FILE_RATE = 10.0  # messages a second of a file or of standard input, as rostopic publishes them
+FILE_RATE = 10.0  # messages per second from a file or standard input, as in rostopic
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise ValueError(f"no values: write '{{{fields}}}', or the fields in order, or -f FILE")
     messages = [] if piped else _messages(arguments)
     for value in messages:
-        from_dict(cls, value, now=Time(1, 0))  # wrong values are refused before anything is announced
+        from_dict(cls, value, now=Time(1, 0))  # refuse wrong values before advertising
     _warn_of_another_type(arguments)
     hurry()
     latch = arguments.latch or not (arguments.rate or arguments.n or piped or arguments.file)
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _messages(arguments: argparse.Namespace) -> list[Any]:
-    """Values of each message."""
+    """Return the values of each message."""
     if arguments.file is None:
         values = [value_of(word) for word in arguments.values]
         return [values[0] if len(values) == 1 else values or None]
@@ -93,18 +93,18 @@ def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments:
 
 
 def _at_rate(publisher: Any, cls: type[Message], messages: list[Any], arguments: argparse.Namespace) -> int:
-    """Again and again."""
+    """Publish the messages repeatedly at the rate."""
     endless = itertools.cycle(messages)
     some = endless if arguments.n is None else itertools.islice(endless, arguments.n)
     return _in_turn(publisher, cls, some, arguments)
 
 
 def _in_turn(publisher: Any, cls: type[Message], values: Iterable[Any], arguments: argparse.Namespace) -> int:
-    """Each message once, at the rate."""
+    """Publish each message once, at the rate."""
     try:
-        publisher.wait_for_connection(timeout=1.0)  # else the first messages go to nobody
+        publisher.wait_for_connection(timeout=1.0)  # otherwise the first messages are lost
     except RosTimeout:
-        pass  # nobody listens yet: publish all the same, as rostopic does
+        pass  # no subscriber: publish anyway, as rostopic does
     period = 1.0 / (arguments.rate or FILE_RATE)
     due = time.monotonic()
     sent = 0

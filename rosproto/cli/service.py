@@ -1,4 +1,4 @@
-"""`rosproto service`: list, info, node, type, find, uri, args, call; the words and forms of rosservice."""
+"""`rosproto service`: list, info, node, type, find, uri, args, call; output as of rosservice."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(
         parser,
         {
@@ -70,7 +70,7 @@ def _look_up(master: MasterClient, name: str) -> str:
 
 
 def type_of(arguments: argparse.Namespace, name: str) -> str:
-    """Services carry no type at the master: their provider is asked (a probe)."""
+    """Return the type from the provider (a probe): the master does not know it."""
     from rosproto.node.services.link import ServiceLink
     from rosproto.protocol.handshake import service_client_header
     from rosproto.protocol.wire_limits import Limits
@@ -165,7 +165,7 @@ def _safe_type(arguments: argparse.Namespace, name: str) -> str:
     try:
         return type_of(arguments, name)
     except RosError:
-        return ""  # a provider that is gone does not hide the others
+        return ""  # skip a provider that has gone
 
 
 def _uri(arguments: argparse.Namespace) -> int:
@@ -215,11 +215,10 @@ def _wait(node: Any, name: str, timeout: float) -> None:
 
 
 def _requests(arguments: argparse.Namespace, cls: Any) -> list[Any]:
-    """One of the command line, or those of standard input.
+    """Return the request of the command line, or those of standard input.
 
     Raises:
-        ValueError: The request has fields, and nothing says what is in them: nobody asks for a service to be
-            called with zeros by leaving them out.
+        ValueError: The request has fields, but no values are given.
     """
     if not cls.__slots__:
         return [_request_values(arguments.values, cls)]
@@ -235,7 +234,7 @@ def _requests(arguments: argparse.Namespace, cls: Any) -> list[Any]:
 
 
 def _ask_for_fields(service: str, cls: Any) -> str:
-    """What is missing, with a line to copy; it can be pasted in every shell, also Windows'."""
+    """Return the error of missing fields, with an example line for any shell."""
     from rosproto.codec.dicts import to_dict
 
     fields = ", ".join(f"{name} ({kind})" for name, kind in zip(cls.__slots__, cls._slot_types, strict=True))
@@ -247,7 +246,7 @@ def _ask_for_fields(service: str, cls: Any) -> str:
 
 
 def _request_values(words: list[str], cls: Any) -> Any:
-    """One dict, or the fields in order; None when nothing was given."""
+    """Return a dict, or the fields in order; None without words."""
     values = [value_of(word) for word in words]
     if not values:
         return None

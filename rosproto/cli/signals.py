@@ -31,17 +31,17 @@ class Terminated(BaseException):
 def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
     """Within the block the signals that end a process raise `Terminated` in the main thread.
 
-    Signals sometimes come in pairs: `timeout` sends its one to the command and then to the whole group.
-    What follows within `ONE_SIGNAL` seconds is the same one: raised again, it would end the orderly end
-    halfway, and leave a node registered. Later ones count: who presses Ctrl-C again means it.
+    A signal may arrive twice: `timeout` sends it to the command and to the group. Signals within `ONE_SIGNAL`
+    seconds count as one: a second exception would interrupt the cleanup and leave a node registered. Later
+    ones count, such as a second Ctrl-C.
 
     Args:
         until_exit: The process ends with the block: the handlers stay, for the end of the interpreter.
     """
-    # What is ignored stays so: nohup means it.
+    # Ignored signals stay ignored (nohup).
     handlers = {name: _once(raise_terminated) for name in _THAT_END if not _ignored(name)}
     interrupt = signal.getsignal(signal.SIGINT)
-    # A shell ignores it in what a script starts with `&`: who sends it there means it, as to rospy.
+    # A shell ignores it in background jobs of a script; an explicit SIGINT counts, as in rospy.
     if interrupt is signal.default_int_handler or (until_exit and interrupt is signal.SIG_IGN):
         handlers["SIGINT"] = _once(signal.default_int_handler)
     with _handled(handlers, until_exit=until_exit):
@@ -50,10 +50,10 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
 
 @contextmanager
 def interrupt_on_signals() -> Iterator[None]:
-    """Within the block they raise KeyboardInterrupt: a recording or a replay is ended by them as by Ctrl-C.
+    """Within the block they raise KeyboardInterrupt: they end a recording or replay like Ctrl-C.
 
     A SIGHUP that is ignored stays ignored: a recording under nohup outlives its terminal. An ignored SIGINT
-    does not: a shell ignores it in whatever a script starts with `&`, and who sends it there means it.
+    does not: a shell ignores it in background jobs of a script.
     """
     names = [name for name in ("SIGINT", *_THAT_END) if name != "SIGHUP" or not _ignored(name)]
     with _handled(dict.fromkeys(names, _interrupt)):
@@ -62,14 +62,14 @@ def interrupt_on_signals() -> Iterator[None]:
 
 @contextmanager
 def signals_ignored() -> Iterator[None]:
-    """Within the block they do nothing; for what must come to its end, and does so soon."""
+    """Ignore them within the block, for short work that must be completed."""
     with _handled(dict.fromkeys(("SIGINT", *_THAT_END), signal.SIG_IGN)):
         yield
 
 
 @contextmanager
 def _handled(handlers: Mapping[str, Any], *, until_exit: bool = False) -> Iterator[None]:
-    """Within the block, or until the process ends, these signals, as far as there are such, have handlers."""
+    """Set handlers of the available signals within the block, or until the process ends."""
     before: dict[int, Any] = {}
     for name, handler in handlers.items():
         number = getattr(signal, name, None)
@@ -77,7 +77,7 @@ def _handled(handlers: Mapping[str, Any], *, until_exit: bool = False) -> Iterat
             try:
                 before[number] = signal.signal(number, handler)
             except ValueError:
-                break  # not in the main thread: the program that called us owns the signals
+                break  # not in the main thread: the calling program owns the signals
     try:
         yield
     finally:
@@ -91,7 +91,7 @@ def _ignored(name: str) -> bool:
 
 
 def _once(handler: Callable[[int, FrameType | None], Any]) -> Callable[[int, FrameType | None], None]:
-    """The handler, called for the first signal of several that come at once."""
+    """Call the handler for the first of several simultaneous signals."""
     last = -math.inf
 
     def handle(number: int, frame: FrameType | None) -> None:
@@ -132,7 +132,7 @@ def linger_when_closed() -> Iterator[None]:
 
 
 def close_handler(done: threading.Event) -> Callable[[int], bool]:
-    """What Windows calls in a thread of its own: True says that the event was dealt with.
+    """Return the handler that Windows calls in its own thread; True means handled.
 
     The command's own handler of SIGBREAK (`signals_unwind`) ends it. While a motion is being stopped that
     signal is ignored: then it is only waited for.

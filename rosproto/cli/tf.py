@@ -1,6 +1,6 @@
-"""`rosproto tf`: the tree of frames, as text and as a picture, who sends it, and transforms in it.
+"""`rosproto tf`: the tree of frames as text and picture, its senders and its transforms.
 
-`frames` draws what tf's view_frames shows, without a PDF reader; `monitor` tells what tf's tf_monitor does.
+`frames` corresponds to tf's view_frames, `monitor` to tf_monitor.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .verbs import add_verbs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(
         parser,
         {
@@ -166,7 +166,7 @@ STYLE = (
 
 
 def draw(arguments: argparse.Namespace) -> int:
-    """Listen, and write the picture."""
+    """Receive transforms, and write the picture."""
     from rosproto.tf import TransformListener
 
     file, asked = arguments.output, arguments.format
@@ -192,7 +192,7 @@ def draw(arguments: argparse.Namespace) -> int:
 
 
 def shown_frames(frames: Frames) -> Frames:
-    """With names as a terminal, an XML reader and Graphviz can take them: who sends frames names them."""
+    """Escape names for a terminal, XML and Graphviz."""
     return {
         printable(child): facts
         | {name: printable(str(facts[name])) for name in ("parent", "authority") if facts[name]}
@@ -201,7 +201,7 @@ def shown_frames(frames: Frames) -> Frames:
 
 
 def facts_of(facts: dict[str, Any], now: float) -> str:
-    """Who sends a frame, how often, how old the newest is; "fixed" for one that holds for ever."""
+    """Return sender, rate and age of a frame; "fixed" for a static one."""
     sender = facts["authority"] or "an unknown node"
     if facts["static"]:
         return f"{sender}, fixed"
@@ -216,11 +216,11 @@ def _children(frames: Frames) -> tuple[list[str], dict[str, list[str]]]:
     for child, facts in sorted(frames.items()):
         children.setdefault(str(facts["parent"]), []).append(child)
     roots = sorted(parent for parent in children if parent not in frames)
-    return roots or sorted(children)[:1], children  # a loop has no root: begin anywhere
+    return roots or sorted(children)[:1], children  # a loop has no root: begin with any frame
 
 
 def text_of(frames: Frames, now: float) -> str:
-    """A line for each frame."""
+    """Return a line for each frame."""
     lines = [
         f"{child}: in {facts['parent']}; {facts_of(facts, now)}\n" for child, facts in sorted(frames.items())
     ]
@@ -228,7 +228,7 @@ def text_of(frames: Frames, now: float) -> str:
 
 
 def dot_of(frames: Frames, now: float) -> str:
-    """For Graphviz, with the labels of view_frames."""
+    """Return DOT with the labels of view_frames."""
     lines = ["digraph G {"]
     for child, facts in sorted(frames.items()):
         label = quoted(facts_of(facts, now)).replace(", ", "\\n")
@@ -237,7 +237,7 @@ def dot_of(frames: Frames, now: float) -> str:
 
 
 def svg_of(frames: Frames, now: float) -> str:
-    """The tree from left to right: a generation a column, a frame a box, fixed ones with a dashed line."""
+    """Draw the tree from left to right: a column per level, a box per frame, dashed lines for static ones."""
     roots, children = _children(frames)
     rows: dict[str, float] = {}
     depths: dict[str, int] = {}
@@ -298,7 +298,7 @@ class _Frame:
 
 
 class Arrivals:
-    """What has come of each frame. Any thread adds; delays are kept for the last `keep` transforms."""
+    """Statistics of the transforms of each frame. Thread-safe; keeps delays of the last `keep` transforms."""
 
     def __init__(self, keep: int = 1000) -> None:
         self._keep = keep
@@ -306,7 +306,7 @@ class Arrivals:
         self._frames: dict[str, _Frame] = {}
 
     def add(self, message: Any, received: float, *, static: bool) -> None:
-        """Take a tf2_msgs/TFMessage that came at this time, s since 1970 (or simulated)."""
+        """Add a tf2_msgs/TFMessage received at this time, s since 1970 (or simulated)."""
         sender = (message._connection_header or {}).get("callerid", "")
         with self._lock:
             for transform in message.transforms:
@@ -319,10 +319,10 @@ class Arrivals:
                 del one.delays[: -self._keep]
 
     def facts(self, asked: list[str]) -> list[dict[str, Any]]:
-        """A row for each frame, sorted; of two frames that were asked for, those on the way between them.
+        """Return a row per frame, sorted; for two given frames, those between them.
 
         Raises:
-            CommandError: A frame is not known.
+            CommandError: A frame is unknown.
         """
         with self._lock:
             frames = dict(self._frames)
@@ -361,7 +361,7 @@ class Arrivals:
 
 
 def monitor(arguments: argparse.Namespace) -> int:
-    """A report every second until interrupted, or -n of them."""
+    """Print a report every second until interrupted, or -n reports."""
     from rosproto.codec import message_class
 
     arrivals = Arrivals()
@@ -395,7 +395,7 @@ def monitor(arguments: argparse.Namespace) -> int:
 
 
 def report(facts: list[dict[str, Any]]) -> str:
-    """A table of the frames, and one of the nodes that send them."""
+    """Return a table of the frames and one of their sending nodes."""
     rows: list[tuple[str, ...]] = [("frame", "parent", "sent by", "rate", "average delay", "max delay")]
     for one in facts:
         rate = "fixed" if one["static"] else "once" if one["rate"] is None else f"{one['rate']:.2f} Hz"

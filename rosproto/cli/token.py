@@ -13,7 +13,7 @@ from rosproto.sentence import say
 
 
 def add_token(parser: argparse.ArgumentParser, variable: str, meaning: str) -> None:
-    """--token and --token-file.
+    """Add --token and --token-file.
 
     Args:
         parser: Of the command.
@@ -31,10 +31,10 @@ def add_token(parser: argparse.ArgumentParser, variable: str, meaning: str) -> N
 
 
 def token_of(arguments: argparse.Namespace, variable: str) -> str | None:
-    """The token that was given; None if none was.
+    """Return the given token, or None.
 
     Raises:
-        ValueError: Others may read the file, or there is no token in it.
+        ValueError: Other users can read the file, or it has no token.
         OSError: The file cannot be read.
     """
     path: Path | None = arguments.token_file

@@ -1,6 +1,6 @@
-"""`rosproto topic`: list, info, type, find, echo, hz, bw, delay, pub; the words and forms of rostopic.
+"""`rosproto topic`: list, info, type, find, echo, hz, bw, delay, pub; output as of rostopic.
 
-The options of all verbs are here; `echo`, `publish` and `topic_rates` do what takes more than the master.
+The options of all verbs are here; `echo`, `publish` and `topic_rates` have the verbs that need nodes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One verb each."""
+    """Add the verbs."""
     add_verbs(
         parser,
         {
@@ -83,7 +83,7 @@ def _uri(master: MasterClient, node: str) -> str:
     try:
         return master.lookup_node(node)
     except MasterError:
-        return "unknown address"  # it left between two calls
+        return "unknown address"  # it has gone since the previous call
 
 
 def _type(arguments: argparse.Namespace) -> int:
@@ -100,7 +100,7 @@ def _type(arguments: argparse.Namespace) -> int:
 
 
 def _field_type(arguments: argparse.Namespace, kind: str, path: str) -> str:
-    """Type of a field inside a message type, array marks of elements taken off."""
+    """Return the type of a field of a message type, without array marks for elements."""
     from rosproto.codec import message_class
 
     library = library_for(arguments, kind)
@@ -172,13 +172,13 @@ def _list(arguments: argparse.Namespace) -> int:
 
 
 def _only(side: Side, asked: str) -> Side:
-    """Those below a namespace or of a pattern, in the master's order, in which -v shows them."""
+    """Select by namespace or pattern, in the master's order (for -v)."""
     wanted = set(below(side, asked))
     return {name: nodes for name, nodes in side.items() if name in wanted}
 
 
 def _row(name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:
-    """Facts of one topic, for --json."""
+    """Return a topic's data for --json."""
     return {
         "name": name,
         "type": types.get(name, "*"),
@@ -211,7 +211,7 @@ def _print_side(what: str, side: Side, types: dict[str, str], indent: str) -> No
 
 
 def _by_host(master: MasterClient, published: Side, subscribed: Side) -> dict[str, tuple[Side, Side]]:
-    """Each host's part of both sides; a node that leaves meanwhile is left out."""
+    """Group both sides by host, without nodes that leave meanwhile."""
     from rosproto.transport.uri import parse_uri
 
     host_of: dict[str, str] = {}
@@ -229,7 +229,7 @@ def _by_host(master: MasterClient, published: Side, subscribed: Side) -> dict[st
 
 
 def _stamps(bag: BagReader, names: list[str]) -> list[float]:
-    """When each message came, s."""
+    """Return the receive time of each message, s."""
     from .bag_progress import Progress
 
     found = []
@@ -241,7 +241,7 @@ def _stamps(bag: BagReader, names: list[str]) -> list[float]:
 
 
 def _of_bag(arguments: argparse.Namespace) -> int:
-    """Topics, or with a namespace how many messages it has, from when to when: as rostopic list -b."""
+    """Print topics, or the message count and times of a namespace, as rostopic list -b."""
     from .bag_opening import opened
 
     with opened(arguments.bag, arguments) as bag:
@@ -291,7 +291,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def echo(arguments: argparse.Namespace) -> int:
-    """Print until interrupted, or until -n messages."""
+    """Print until interrupted, or -n messages."""
     from .echo import run  # late: `topic list` needs no codec
 
     return run(arguments)

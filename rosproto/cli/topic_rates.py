@@ -1,4 +1,4 @@
-"""`rosproto topic hz|delay|bw`: how often, how late and how much, over a window of messages."""
+"""`rosproto topic hz|delay|bw`: rate, delay and bandwidth over a window of messages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .parser import near
 
 
 def add_hz_arguments(parser: argparse.ArgumentParser) -> None:
-    """Topics, window, filter."""
+    """Add topics, window and filter."""
     _common(parser, 50_000)
     parser.add_argument("--filter", metavar="EXPRESSION", help="only messages for which it is true")
     parser.add_argument(
@@ -29,7 +29,7 @@ def add_hz_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_bw_arguments(parser: argparse.ArgumentParser) -> None:
-    """Topics and window."""
+    """Add topics and window."""
     _common(parser, 100)
 
 
@@ -45,7 +45,7 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
 
 
 def run_hz(arguments: argparse.Namespace) -> int:
-    """Intervals between arrivals, a report a second."""
+    """Print the intervals between arrivals every second."""
     wanted = _filter(arguments)
     windows = _windows(arguments)
 
@@ -64,7 +64,7 @@ def run_hz(arguments: argparse.Namespace) -> int:
 
 
 def _windows(arguments: argparse.Namespace) -> dict[str, Window]:
-    """One for each topic; a single message has neither an interval nor a delay that counts."""
+    """Return a window per topic; a single message gives no interval or delay."""
     return {topic: Window(max(2, arguments.window)) for topic in _topics(arguments)}
 
 
@@ -79,7 +79,7 @@ def _figures(found: Statistics | None, what: str) -> dict[str, float] | None:
 
 
 def run_delay(arguments: argparse.Namespace) -> int:
-    """Arrival minus header stamp; both clocks must agree for it to mean anything."""
+    """Print arrival time minus header stamp; the clocks must be synchronized."""
     wanted = _filter(arguments)
     windows = _windows(arguments)
     headless: list[str] = []
@@ -105,7 +105,7 @@ def run_delay(arguments: argparse.Namespace) -> int:
 
 
 def run_bw(arguments: argparse.Namespace) -> int:
-    """Bytes a second, a report a second."""
+    """Print the bytes per second, every second."""
     bandwidths = {topic: Bandwidth(max(2, arguments.window)) for topic in _topics(arguments)}
 
     def arrived(topic: str, message: Any, now: float) -> None:
@@ -127,12 +127,12 @@ def run_bw(arguments: argparse.Namespace) -> int:
 
 
 def _filter(arguments: argparse.Namespace) -> Expression | None:
-    """What a message must fulfil."""
+    """Return the filter of messages."""
     return Expression(arguments.filter) if arguments.filter else None
 
 
 def _topics(arguments: argparse.Namespace) -> list[str]:
-    """Global names of what was asked for, patterns resolved; told when nobody publishes one."""
+    """Return the global names with patterns resolved; warn about topics without publishers."""
     with master_client(arguments) as master:
         published = list(master.get_system_state().publishers)
     found: list[str] = []
@@ -167,7 +167,7 @@ def _watch(
             try:
                 with lock:
                     arrived(topic, message, now)
-            except ValueError as error:  # a filter that does not fit the message: told by the main thread
+            except ValueError as error:  # the filter does not match the message: the main thread reports it
                 problems.append(error)
 
         return callback

@@ -22,7 +22,7 @@ PLAIN = re.compile(r"[A-Za-z_/][\w/. -]*\w|[A-Za-z_/]", re.ASCII)
 
 
 def to_text(value: Any) -> str:
-    """Block YAML as rosparam prints it: keys sorted, strings plain where they can be."""
+    """Return block YAML as of rosparam: sorted keys, unquoted strings where possible."""
     if isinstance(value, (dict, list, bytes, bytearray)) and value:
         return "\n".join(_block(value)) + "\n"
     return _scalar(value)
@@ -88,7 +88,7 @@ def _float(value: float) -> str:
 
 
 def _string(text: str) -> str:
-    """Plain only when it would be read back as the same string."""
+    """Quote a string unless it reads back unchanged."""
     if PLAIN.fullmatch(text) and ": " not in text and " #" not in text and parse_value(text) == text:
         return text
     if "\n" not in text and text.isprintable() and text.isascii():
@@ -99,10 +99,10 @@ def _string(text: str) -> str:
 
 
 def value_of(word: str) -> Any:
-    """A value on the command line: scalars and flow collections always, any YAML where PyYAML is.
+    """Parse a value of the command line: scalars and flow collections, or any YAML with PyYAML.
 
     Raises:
-        ValueError, CommandError: It is not one; the text says where.
+        ValueError, CommandError: Invalid value; the text has the position.
     """
     if "\n" in word.strip():
         return load_text(word, "the value")
@@ -122,7 +122,7 @@ def value_of(word: str) -> Any:
 
 
 def load_documents(lines: Iterable[str], origin: str) -> Iterator[Any]:
-    """The values of a text with `---` between two, each as soon as it is complete; no empty ones."""
+    """Yield the non-empty values of a text with `---` separators, each once complete."""
     part: list[str] = []
     for line in itertools.chain(lines, ("---",)):
         if line.rstrip() != "---":
@@ -134,7 +134,7 @@ def load_documents(lines: Iterable[str], origin: str) -> Iterator[Any]:
 
 
 def load_text(text: str, origin: str) -> Any:
-    """The value of a YAML or JSON text.
+    """Parse a YAML or JSON text.
 
     Raises:
         CommandError: It is neither, or it is block YAML and PyYAML is missing (then it names the extra).
@@ -163,10 +163,10 @@ def _load_with_library(text: str, origin: str) -> Any:
 
 
 def _loader(yaml: Any) -> Any:
-    """PyYAML's safe loader, with the angles that rosparam knows: deg(90), rad(pi/2), !degrees 90."""
+    """Return PyYAML's safe loader with rosparam's angles: deg(90), rad(pi/2), !degrees 90."""
 
     class Loader(yaml.SafeLoader):  # type: ignore[misc]
-        """A class of its own: the one that PyYAML shares with everybody is not changed."""
+        """A subclass: PyYAML's shared class stays unchanged."""
 
     for unit, factor in (("degrees", math.pi / 180.0), ("radians", 1.0)):
         pattern = re.compile(rf"^{unit[:3]}\([^)]*\)$")
@@ -176,7 +176,7 @@ def _loader(yaml: Any) -> Any:
 
 
 def _angle(yaml: Any, node: Any) -> float:
-    """Of `deg(90)`, `rad(pi/2)` or what stands behind !degrees: a sum or product of numbers and pi."""
+    """Evaluate `deg(90)`, `rad(pi/2)` or the value of !degrees: a sum or product of numbers and pi."""
     from .expression import Expression, ExpressionError
 
     text = node.value.strip()
