@@ -1,8 +1,8 @@
 """A wire between two computers, in user space, that delays, loses, limits and filters packets.
 
 Two TUN devices, one in the network namespace of each computer (hosts.py), are joined by a thread that reads
-packets from one and writes them to the other. So nothing of the kernel's traffic control is needed, and a test
-says in a line what the network does to it: `air.towards_robot.open = False`.
+packets from one and writes them to the other. This needs no traffic control of the kernel, and a test sets the
+network's behaviour in one line: `air.there.open = False`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def open_tun(name: str) -> int:
     Raises:
         OSError: There is no /dev/net/tun, or no permission.
     """
-    import fcntl  # late: elsewhere the tests that would need it are collected, and skip
+    import fcntl  # imported here: on other systems, the tests are collected and skipped
 
     fd = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
     try:
@@ -43,7 +43,7 @@ def open_tun(name: str) -> int:
 
 
 def is_tcp_opening(packet: bytes) -> bool:
-    """Is this the first packet of a TCP connection (SYN without ACK)? Firewalls judge by it."""
+    """Whether this is the first packet of a TCP connection (SYN without ACK), which firewalls filter."""
     version = packet[0] >> 4
     protocol, head = (packet[9], 4 * (packet[0] & 15)) if version == 4 else (packet[6], 40)
     return protocol == 6 and len(packet) > head + 13 and packet[head + 13] & 0x12 == 0x02
@@ -54,9 +54,9 @@ class Way:
     """One direction of the wire.
 
     Attributes:
-        open: False loses everything, without a word to anybody.
+        open: False drops all packets silently.
         delay: Seconds each packet is under way.
-        loss: Part of the packets that is lost, 0 to 1.
+        loss: Fraction of lost packets, 0 to 1.
         rate: Bytes per second; 0 for no limit.
         queue: Bytes that wait at a limited rate before packets are dropped.
         passes: A firewall: packets for which it is False are lost.
@@ -116,7 +116,7 @@ class Air:
         self._thread.start()
 
     def silence(self) -> None:
-        """From now on everything is lost, both ways, what is under way too."""
+        """Drop all packets, in both directions, also those in transit."""
         self.there.open = self.back.open = False
 
     def clear(self) -> None:
@@ -162,7 +162,7 @@ class Air:
                 try:
                     os.write(to, packet)
                 except OSError:
-                    pass  # that device is down, or the packet is none: lost, as on any network
+                    pass  # the device is down, or the packet is invalid: lost, as on any network
 
     def _way_to(self, fd: int) -> Way:
         return next(way for to, way in self._ends.values() if to == fd)

@@ -30,7 +30,7 @@ SETBOOL_MD5 = "09fb03525b03e7ea1fd3992bafd87e16"
 
 
 def connect(address: tuple[str, int], data: bytes = b"", source: str = "") -> socket.socket:
-    """A connection with a time-out on everything, `data` sent; `source` is our own address."""
+    """Connect with a time-out, and send `data`; `source` is the local address."""
     sock = socket.create_connection(address, 60, source_address=(source, 0) if source else None)
     if data:
         sock.sendall(data)
@@ -45,7 +45,7 @@ def reset(sock: socket.socket) -> None:
 
 @contextmanager
 def many(address: tuple[str, int], count: int, data: bytes = b"") -> Iterator[list[socket.socket]]:
-    """So many connections at once; those the peer refuses count too."""
+    """Open `count` connections at once; refused ones count, too."""
     sockets: list[socket.socket] = []
     try:
         for _ in range(count):
@@ -60,7 +60,7 @@ def many(address: tuple[str, int], count: int, data: bytes = b"") -> Iterator[li
 
 
 def ended_by_peer(sock: socket.socket, within: float) -> bool:
-    """Whether the other side ends the connection in time, whatever it says before; a busy computer has more time."""
+    """Whether the peer ends the connection in time, after any data; a busy computer has more time."""
     end = time.monotonic() + within * crowd()
     while (left := end - time.monotonic()) > 0:
         sock.settimeout(left)

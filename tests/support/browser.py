@@ -1,6 +1,6 @@
-"""Headless Chromium as a person at the page: Debian's `chromium`, driven by Playwright's Python package.
+"""Headless Chromium for tests of the page: Debian's `chromium`, driven by Playwright's Python package.
 
-Looked for: the program in $WOOSH_CHROMIUM, else `chromium`, `chromium-browser` or `google-chrome` in PATH (Debian:
+The program is that of $WOOSH_CHROMIUM, else `chromium`, `chromium-browser` or `google-chrome` in PATH (Debian:
 `apt-get install chromium`); `pip install playwright` for the driver. Playwright's own browsers are not needed.
 """
 
@@ -37,7 +37,7 @@ each_appearance = pytest.mark.parametrize(
 
 
 def chromium() -> str:
-    """The program; the running test is skipped with the reason where it, or its driver, is absent."""
+    """Return the program; skip the running test if it, or its driver, is not installed."""
     require(find_spec("playwright") is not None, "playwright is not installed (pip install playwright)")
     names = ("chromium", "chromium-browser", "google-chrome")
     found = os.environ.get("WOOSH_CHROMIUM") or next(filter(None, map(shutil.which, names)), None)
@@ -72,8 +72,8 @@ def person(
     ready: str = ".markrow",
     context_options: Any = None,
 ) -> Iterator[Page]:
-    """Somebody who opens the page, and has seen what says that it is `ready`. At the end it must have reported no
-    error, and asked nobody outside.
+    """Open the page and wait for its element `ready`. At the end, check that the page reported no error and sent
+    no request to other servers.
     """
     problems: list[str] = []
     context = browser.new_context(
@@ -107,7 +107,7 @@ def _own(asked: str, url: str, problems: list[str]) -> None:
 
 
 def _told(line: Any, problems: list[str]) -> None:
-    # What the network or the server refuses is told by the browser itself, and is tested by what the page says.
+    # The browser reports refused requests itself; tests check the page's message about them.
     if (
         line.type == "error"
         and "Failed to load resource" not in line.text

@@ -1,4 +1,4 @@
-"""Holds a call in front of its method until the test lets it go on, so that the order of events is fixed."""
+"""Blocks calls of a method until the test releases them, so that the order of events is fixed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["held", "in_thread"]
 def held(
     patch: pytest.MonkeyPatch, owner: object, name: str
 ) -> Iterator[tuple[threading.Event, threading.Event]]:
-    """Let the calls of a method wait in front of its door; gives (one has come, they may go on)."""
+    """Block the calls of a method; yields two events (a call has begun, calls may continue)."""
     came, go_on = threading.Event(), threading.Event()
     original = getattr(owner, name)
 
@@ -33,7 +33,7 @@ def held(
 
 
 def in_thread(call: Callable[[], object]) -> tuple[threading.Thread, list[BaseException]]:
-    """Call it in a thread of its own; the thread, and where its error will be."""
+    """Call it in a new thread; return the thread, and a list for its error."""
     errors: list[BaseException] = []
 
     def run() -> None:

@@ -1,4 +1,4 @@
-"""Each command and program that drives the robot with a watchdog beside it, in a process of its own that can be killed.
+"""Each command and program that drives the robot with a watchdog, in a separate process that can be killed.
 
 with driving("woosh web", sim, folder) as pid:      # the robot moves now
     os.kill(pid, signal.SIGKILL)
@@ -86,7 +86,7 @@ def _line(process: subprocess.Popen[str], pattern: str) -> str:
 
 
 def _again(stack: ExitStack, work: Callable[[], object]) -> None:
-    """Ten times a second until the end, in a thread; whatever it raises ends it."""
+    """Repeat a call ten times a second in a thread, until the end or an exception."""
     over = threading.Event()
 
     def run() -> None:
@@ -189,7 +189,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
 
 @contextmanager
 def driving(command: str, sim: SimulatedChassis, folder: Path, *options: str) -> Iterator[int]:
-    """Start it and have it drive; the number of its process, once the robot moves."""
+    """Start the command and let it drive; yields its process id once the robot moves."""
     with ExitStack() as stack:
         pid = COMMANDS[command](stack, sim, folder, *options)
         _until(lambda: moving(sim), what=f"{command} drives")

@@ -1,8 +1,8 @@
-"""Firefox and WebKitGTK (the engine family of Safari) as a person at the page, each by its own remote control.
+"""Firefox and WebKitGTK (the engine family of Safari) for tests of the page, each by its remote protocol.
 
-Debian has both: `apt-get install firefox-esr`, and `apt-get install webkit2gtk-driver xvfb`. No driver of others is
-needed: Firefox itself speaks WebDriver BiDi over a WebSocket, WebKit's driver speaks WebDriver over HTTP. What is
-shared here is one person's view: evaluate, point, press keys, take a picture, close the window.
+Debian has both: `apt-get install firefox-esr`, and `apt-get install webkit2gtk-driver xvfb`. No further driver is
+needed: Firefox itself speaks WebDriver BiDi over a WebSocket, WebKit's driver speaks WebDriver over HTTP. Both have
+one interface: evaluate, point, press keys, take a picture, close the window.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ START_SECONDS = 60.0
 
 
 class Window(ABC):
-    """One window of a browser, as somebody sits before it."""
+    """One window of a browser."""
 
     @abstractmethod
     def evaluate(self, expression: str) -> Any:
-        """What a JavaScript expression gives, as far as JSON can say it."""
+        """Return the value of a JavaScript expression, as JSON."""
 
     @abstractmethod
     def perform(self, *sources: dict[str, Any]) -> None:
@@ -49,18 +49,18 @@ class Window(ABC):
 
     @abstractmethod
     def resize(self, width: int, height: int) -> None:
-        """So that the page itself has this size."""
+        """Set the size of the page."""
 
     @abstractmethod
     def picture(self) -> bytes:
-        """What is seen, as PNG."""
+        """Return a screenshot as PNG."""
 
     @abstractmethod
     def close(self) -> None:
         """As by the cross of its tab."""
 
     def until(self, expression: str, seconds: float = 20.0) -> Any:
-        """Waits until it is true; says what it waited for."""
+        """Wait until it is true; a failure names the condition."""
         deadline = time.monotonic() + seconds
         while not (found := self.evaluate(expression)):
             assert time.monotonic() < deadline, f"not true within {seconds} s: {expression}"
@@ -68,7 +68,7 @@ class Window(ABC):
         return found
 
     def shows(self, selector: str, text: str = "", seconds: float = 20.0) -> None:
-        """Waits until something that fits can be seen."""
+        """Wait until a matching element is visible."""
         self.until(
             f"[...document.querySelectorAll({json.dumps(selector)})].some((one) => "
             f"one.getClientRects().length && one.innerText.includes({json.dumps(text)}))",
@@ -76,7 +76,7 @@ class Window(ABC):
         )
 
     def point(self, selector: str, text: str = "") -> tuple[int, int]:
-        """The middle of the first one that fits, scrolled into view."""
+        """Return the middle of the first matching element, scrolled into view."""
         self.shows(selector, text)
         x, y = self.evaluate(
             f"(() => {{ const one = [...document.querySelectorAll({json.dumps(selector)})].find((one) => "
@@ -128,7 +128,7 @@ class Engine(ABC):
 
     @abstractmethod
     def errors(self) -> list[str]:
-        """What pages wrote to the console as an error, and what they threw, since it was asked last."""
+        """Return the console errors and exceptions of pages since the last call."""
 
 
 # -- Firefox: WebDriver BiDi over a WebSocket -----------------------------------------------------------------------
@@ -159,7 +159,7 @@ class _Bidi(Engine):
         return _BidiWindow(self, context)
 
     def errors(self) -> list[str]:
-        self.call("session.status")  # what was told before its answer has come by then
+        self.call("session.status")  # earlier events arrive before its answer
         errors, self._errors = self._errors, []
         return errors
 
@@ -196,7 +196,7 @@ class _BidiWindow(Window):
 
 @contextmanager
 def firefox(folder: Path) -> Iterator[Engine]:
-    """Firefox without a window, in a profile of its own; skipped with the reason where it is absent."""
+    """Run headless Firefox in a new profile; skip the test if it is not installed."""
     found = os.environ.get("WOOSH_FIREFOX") or shutil.which("firefox-esr") or shutil.which("firefox")
     if found is None:
         pytest.skip("no Firefox: neither $WOOSH_FIREFOX nor firefox-esr or firefox in PATH")
@@ -230,7 +230,7 @@ def firefox(folder: Path) -> Iterator[Engine]:
 class _Classic(Engine):
     def __init__(self, port: int, browser: str, console: list[str]) -> None:
         self._root, self._console = f"http://127.0.0.1:{port}", console
-        self.frame = [0, 0]  # by what a window is larger than its page
+        self.frame = [0, 0]  # size of a window minus that of its page
         self._opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         options = {
             "binary": browser,
@@ -302,7 +302,7 @@ class _ClassicWindow(Window):
 
 @contextmanager
 def webkit(folder: Path) -> Iterator[Engine]:
-    """WebKitGTK's small browser on a screen of its own; skipped with the reason where it, or Xvfb, is absent."""
+    """Run WebKitGTK's MiniBrowser on a virtual screen; skip the test if it, or Xvfb, is not installed."""
     driver, screen = shutil.which("WebKitWebDriver"), shutil.which("Xvfb")
     browsers = glob("/usr/lib*/*/webkit2gtk-4.*/MiniBrowser") + glob("/usr/lib*/webkit2gtk-4.*/MiniBrowser")
     if driver is None or not browsers:
@@ -338,7 +338,7 @@ ENGINES = {"firefox": firefox, "webkit": webkit}
 
 
 class _Lines:
-    """What a program writes, line by line."""
+    """The output of a program, line by line."""
 
     def __init__(self) -> None:
         self.seen: list[str] = []
@@ -371,7 +371,7 @@ def _listening(port: int) -> None:
 
 @contextmanager
 def _running(command: list[str], home: Path, **environment: str) -> Iterator[_Lines]:
-    """A program with a home of its own; ended at the end, by force if it must be."""
+    """Run a program with a temporary home; end it at the end, by force if necessary."""
     inherited = {name: value for name, value in os.environ.items() if "proxy" not in name.lower()}
     folders = {"HOME": home, "XDG_CONFIG_HOME": home / ".config", "XDG_RUNTIME_DIR": home}
     own = {name: str(folder) for name, folder in folders.items()} | {"MOZ_CRASHREPORTER_DISABLE": "1"}

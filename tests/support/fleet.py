@@ -115,12 +115,12 @@ def instant(*actions: dict[str, Any]) -> dict[str, Any]:
 
 
 class MemoryFile:
-    """What a vehicle keeps on disk, without a disk.
+    """A vehicle's file, in memory.
 
     Attributes:
-        kept: What was saved last.
-        full: It takes nothing more.
-        saves: How often something was saved.
+        kept: The last saved content.
+        full: Whether saving fails.
+        saves: Number of saves.
     """
 
     def __init__(self, kept: dict[str, Any] | None = None) -> None:
@@ -142,22 +142,22 @@ class MemoryFile:
 
 
 class PureVehicle:
-    """An order machine with its disk, and what was asked of it; nothing ends by itself.
+    """An order machine with its disk and a record of its effects; nothing ends by itself.
 
     Args:
-        limits: What it can do.
-        x: Where it stands.
-        kept: What is on its disk.
-        obeys: It stands at once when it is told to stop, and is measured standing after each end.
+        limits: The vehicle's abilities.
+        x: Its position, m.
+        kept: The content of its disk.
+        obeys: Whether it stands at once after a stop, and is measured standing after each end.
 
     Attributes:
-        drives: Ids of the nodes it was told to drive to.
-        begun: Ids of the actions it was told to begin.
-        ended: Ids of those it was told to end.
+        drives: Ids of the target nodes of its drives.
+        begun: Ids of the begun actions.
+        ended: Ids of the ended actions.
         visited: Ids of the nodes it has traversed.
-        told: How often it was to tell its state.
-        stops: How often it was told to stop whatever it does.
-        disk: What is on its disk.
+        told: Number of requests to publish its state.
+        stops: Number of requests to stop.
+        disk: Its disk.
     """
 
     def __init__(
@@ -193,7 +193,7 @@ class PureVehicle:
         return self.order_machine.state
 
     def apply(self, event: Event) -> None:
-        """An event, and what it asks for; the vehicle does as it is told only after all of it was noted."""
+        """Apply an event; record all of its effects before carrying them out."""
         effects = []
         for effect in self.order_machine.apply(event):
             self.take(effect)
@@ -214,7 +214,7 @@ class PureVehicle:
             self.visited.append(last)
 
     def take(self, effect: Effect) -> None:
-        """Note what was asked."""
+        """Record the effects."""
         if isinstance(effect, PublishState):
             self.told += 1
         elif isinstance(effect, Drive):
@@ -234,12 +234,12 @@ class PureVehicle:
             self.stops += 1
 
     def rest(self) -> None:
-        """It is measured standing, if nothing moves it."""
+        """Report standstill, if nothing moves the vehicle."""
         if self.obeys and self.drive is None:
             self.apply(StandingMeasured(True))
 
     def stopped(self, standing: bool) -> None:
-        """What it was told to stop by has ended."""
+        """Report the end of a stop."""
         self.apply(StopEnded(standing))
         self.rest()
 
@@ -280,12 +280,12 @@ class PureVehicle:
         self.rest()
 
     def status(self, action_id: str) -> str:
-        """How an action stands; "" when it is not known."""
+        """Return the status of an action; "" if unknown."""
         return next((r.status.value for r in self.state.action_states if r.action.id == action_id), "")
 
     @property
     def problems(self) -> list[str]:
-        """Types of what is told."""
+        """Return the types of the reported errors."""
         return [problem.kind for problem in self.state.problems]
 
     @property

@@ -4,9 +4,10 @@
         print(hall.trial("process"))
 
 A trial sends an order of three nodes with an action on each, the last node as horizon; releases it by an update at
-a moment by chance; kills; starts again after a while by chance; and looks at what the manager hears then. What was
-acknowledged (an order, an update, the end of an action: a state told it) must be there; what was not is sent once
-more, as a manager does, and an order that our process holds after its restart is told to go on. In the end the order must be done, no node skipped, no action begun twice.
+a random moment; kills; restarts after a random time; and checks the messages that the manager receives. An order, an
+update or the end of an action that a state acknowledged must be kept; others are sent again, as by a manager, and an
+order that our process holds after its restart is resumed. In the end the order must be done, no node skipped, no
+action begun twice.
 """
 
 from __future__ import annotations
@@ -56,12 +57,12 @@ time.sleep(0.2)
 
 @dataclass
 class Trial:
-    """What was seen.
+    """The result of a trial.
 
     Attributes:
-        true_after: Seconds from the return until a state came that was true.
-        online_after: Seconds from the return until ONLINE, or until the broker listened to us again.
-        wrong: What must not be; empty when all is well.
+        true_after: Seconds from the restart until a correct state came.
+        online_after: Seconds from the restart until ONLINE, or until the broker accepted our connection.
+        wrong: Violations; empty if there are none.
     """
 
     victim: str
@@ -120,7 +121,7 @@ class Hall:
         assert self.robot.stdout.readline() == "ready\n"
 
     def start_process(self) -> None:
-        """With its bytecode kept, as an installed package has it: compiling takes longer than all the rest."""
+        """Start our process with cached bytecode, as of an installed package: compiling takes longest."""
         command = [sys.executable, "-m", "woosh_pure", "vda5050", "--config", str(self.config)]
         env = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
         env["PYTHONPYCACHEPREFIX"] = str(self.folder / "bytecode")
@@ -134,7 +135,7 @@ class Hall:
             )
 
     def start_broker(self) -> None:
-        """With a manager that is there at once: what is measured is the vehicle's return, not the manager's."""
+        """Start the broker with a connected manager, so that only the vehicle's return is measured."""
         self.master.__exit__(None, None, None)
         self.broker.start()
         self.master = Master(self.broker.port).__enter__()
@@ -199,7 +200,7 @@ class Hall:
         ]()
 
     def look_for_silence(self, gone: float, wrong: list[str]) -> None:
-        """That nothing is heard of the robot is told."""
+        """Check that the loss of the robot is reported."""
         try:
             self.master.until(lambda s: "robotLost" in errors(s), 10.0)
         except AssertionError:
@@ -215,7 +216,7 @@ class Hall:
     def watch(
         self, began: float, name: str, acknowledged: int, ended: dict[str, str], wrong: list[str]
     ) -> tuple[float, float]:
-        """When a true state came. One that was sent may be late; one that denies what was acknowledged is wrong."""
+        """Note the time of the first correct state. Old states may come late; one that denies an acknowledgement is wrong."""
         seen, online = 0, math.inf
         deadline = began + 60.0
         while time.monotonic() < deadline:

@@ -1,4 +1,4 @@
-"""A small fleet manager of our own for tests: sends what it is told to, keeps what it hears."""
+"""A small fleet manager for tests: sends given messages, and keeps received ones."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Master:
     def until(
         self, accept: Callable[[dict[str, Any]], bool], seconds: float = 20.0, *, topic: str = "state", after: float = 0.0
     ) -> dict[str, Any]:  # fmt: skip
-        """The newest message of a topic, as soon as it is as wanted."""
+        """Return the newest message of a topic, as soon as it fulfils the condition."""
         deadline = time.monotonic() + seconds
         with self._changed:
             while True:
@@ -114,7 +114,7 @@ class Master:
 
 
 def came_back(master: Master) -> bool:
-    """Whether the broker has told the loss of the vehicle's line, and the vehicle its return."""
+    """Whether the broker has reported the vehicle's lost connection, and the vehicle its return."""
     told = [message["connectionState"] for message in master.all("connection")]
     return told[-2:] == ["CONNECTIONBROKEN", "ONLINE"]
 

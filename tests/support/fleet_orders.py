@@ -18,6 +18,6 @@ def kinds(vehicle: PureVehicle) -> list[str]:
 
 
 def restart(vehicle: PureVehicle, limits: Capabilities = LIMITS) -> PureVehicle:
-    """As after kill -9: what was put on disk last is all that is left."""
+    """Restart as after kill -9, with only the last content of the disk."""
     place = vehicle.state.position
     return PureVehicle(limits, kept=vehicle.disk.kept, x=0.0 if place is None else place.x)

@@ -62,10 +62,10 @@ def install() -> Path:
 
 
 class Manager:
-    """A program that drives a vehicle, and says what it saw as lines of JSON.
+    """A program that drives a vehicle, and prints its observations as lines of JSON.
 
     Attributes:
-        said: The lines, read.
+        said: The parsed lines.
     """
 
     def __init__(self, command: list[str], env: dict[str, str]) -> None:
@@ -76,7 +76,7 @@ class Manager:
         )
 
     def run(self, seconds: float) -> list[dict[str, Any]]:
-        """Let it end; what it said."""
+        """Wait for its end; return its lines."""
         timer = threading.Timer(seconds, self.process.kill)
         timer.start()
         assert self.process.stdout is not None
@@ -114,7 +114,7 @@ def python(script: Path, **given: str) -> Manager:
 def vehicle(
     broker: str, folder: Path, *options: str, speed: float = 3.0, config: Path | None = None
 ) -> Iterator[subprocess.Popen[str]]:
-    """`woosh vda5050` on a simulated chassis of its own, or by a fleet.toml; it is told to end as a service is."""
+    """Run `woosh vda5050` on a new simulated chassis, or by a fleet.toml; end it as a service manager does."""
     before, given = (
         ["--sim", "--sim-speed", str(speed)],
         ["--broker", broker, "--serial", "A-17", "--map-id", "hall"],

@@ -1,7 +1,7 @@
-"""A rosbridge gateway in a process of its own, and crowds of clients that send it more than it can read.
+"""A rosbridge gateway in a separate process, and many clients that send more than it can read.
 
-The clients write prepared WebSocket frames to their sockets, in processes of their own: nothing but the gateway
-limits how fast they are.
+The clients write prepared WebSocket frames to their sockets, in separate processes, so that only the gateway limits
+their rate.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class GatewayProcess(_Child):
         return f"ws://127.0.0.1:{self.port}"
 
     def peak(self) -> int:
-        """The most resident bytes so far; 0 where the system does not tell."""
+        """The peak of resident bytes; 0 if the system does not report it."""
         try:
             for line in Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
                 if line.startswith("VmHWM:"):

@@ -1,4 +1,4 @@
-"""A master, its nodes, a publisher and a service whose every text is made for the terminal that shows it."""
+"""A master, its nodes, a publisher and a service that send terminal control sequences in every text."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RAW = "\x1b]0;owned\x07\x1b[2J\x1b[31m\x9b31m\x08" + EVIL
 
 
 def wrongs_of(text: str) -> list[str]:
-    """What is wrong with the output of a command that had a hostile peer; an indented line of a text is a text's."""
+    """Return the errors in a command's output with a hostile peer; indented lines belong to a text."""
     bad = sorted({f"U+{ord(c):04X}" for c in text if c not in "\n\t" and not _harmless(c)})
     return [*bad, *(line for line in text.split("\n") if line.startswith("FORGED"))]
 
@@ -33,7 +33,7 @@ def _harmless(character: str) -> bool:
 
 
 class HostilePeer:
-    """Answers what a master and a node are asked, and TCPROS, with hostile texts; counts nothing, ends with `close`.
+    """Answers calls to a master and a node, and TCPROS, with hostile texts, until `close`.
 
     Attributes:
         uri: Of the master, and of every node it names.

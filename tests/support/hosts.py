@@ -1,12 +1,11 @@
-"""Two computers with a bad network between them, on one: network namespaces, joined by the wire of air.py.
+"""Two simulated computers with a bad network between them: network namespaces, joined by the wire of air.py.
 
     with two_hosts() as (robot, laptop, air):
         robot.python.do("from rosproto import Master; master = Master(host='10.77.0.1', port=11311)")
         air.silence()
 
 Needs Linux and the right to make network namespaces and devices (root, or CAP_NET_ADMIN and CAP_SYS_ADMIN); tests
-are skipped with the reason where that is missing. Everything vanishes with the processes: nothing has a name that
-could be left over.
+are skipped without it. All namespaces and devices end with the processes.
 """
 
 from __future__ import annotations
@@ -105,7 +104,7 @@ def _ip(*arguments: str) -> None:
 
 @functools.cache
 def why_not() -> str:
-    """Why there can be no second computer here; "" when there can."""
+    """Return why a second computer cannot be simulated; "" if it can."""
     if sys.platform != "linux":
         return "network namespaces are Linux's"
     missing: Sequence[str] = [name for name in ("ip", "unshare", "nsenter") if shutil.which(name) is None]

@@ -1,6 +1,6 @@
-"""A stand-in for a chassis: as much of one as a vehicle of the fleet touches, without a network.
+"""A stand-in for a chassis, without a network, with the interface that a vehicle of the fleet uses.
 
-It tells its pose and velocity ten times a second, as a real one does at least, and drives in a straight line.
+It reports its pose and velocity ten times a second, the minimum of a real one, and drives in a straight line.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ RATE = 10.0  # a second
 
 
 class Feed:
-    """What `Chassis.pose` and its like are to a vehicle."""
+    """A feed such as `Chassis.pose`."""
 
     def __init__(self, value: Any = None) -> None:
         self.listeners: list[Callable[[Any], object]] = []
@@ -66,7 +66,7 @@ class Handle:
 
 
 class LightChassis:
-    """Stands at 0, y until it is told to drive."""
+    """A chassis that stands at (0, y) until it gets a drive."""
 
     master_uri = "light"
     faults = ()
@@ -116,7 +116,7 @@ class LightChassis:
 
 @contextmanager
 def moving(chassis: list[LightChassis]) -> Iterator[None]:
-    """One thread moves them: each in its turn, evenly spread, because robots do not tell their poses in step."""
+    """Move all of them in one thread, evenly spread in time, because robots do not report in step."""
     ending = threading.Event()
 
     def tick() -> None:

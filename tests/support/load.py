@@ -1,4 +1,4 @@
-"""How busy this computer is, for time limits that assume a quiet one."""
+"""The load of this computer, for time limits that assume a quiet one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SCHEDULER = Path("/proc/thread-self/schedstat")  # ns on the processor, ns ready
 
 
 def crowd() -> float:
-    """How many processes each processor serves: by so much everything takes longer here than on a quiet computer."""
+    """Return the number of runnable processes per processor: the slow-down compared with a quiet computer."""
     try:
         return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
     except (AttributeError, OSError):  # Windows has no such figure

@@ -1,6 +1,6 @@
-"""macOS as far as a program sees it, put over Linux: its set of names, and what its sockets do otherwise.
+"""Simulates macOS on Linux: its set of names, and the differences of its sockets.
 
-`become_macos()` before anything of ours is imported. From XNU's sources (bsd/kern/uipc_syscalls.c, uipc_socket.c,
+Call `become_macos()` before importing our packages. From XNU's sources (bsd/kern/uipc_syscalls.c, uipc_socket.c,
 bsd/netinet/tcp_usrreq.c) and reports of others who met them:
 
 * `accept` gives a connection that was reset meanwhile without an address (Python: None).
@@ -44,11 +44,11 @@ FILES = 256
 _LINUX_INFO, _LINUX_KEEPIDLE = 11, 4
 _ENDED = (7, 8)  # TCP_CLOSE, TCP_CLOSE_WAIT
 seen: dict[str, int] = {}
-"""How often something of macOS has happened."""
+"""Counts of simulated macOS behaviour."""
 
 
 def become_macos(files: int = FILES) -> None:
-    """From here on this process is on macOS, until it ends."""
+    """Make this process simulate macOS until it ends."""
     for module, names in ABSENT.items():
         for name in names.split():
             if hasattr(module, name):
@@ -66,7 +66,7 @@ def _happened(what: str) -> None:
 
 
 class MacSocket(socket.socket):
-    """A socket with macOS's manners."""
+    """A socket with macOS's behaviour."""
 
     def __init__(self, *arguments: Any, **more: Any) -> None:
         super().__init__(*arguments, **more)

@@ -51,7 +51,7 @@ class Mosquitto:
                 time.sleep(0.02)
 
     def kill(self) -> None:
-        """As kill -9."""
+        """Kill the broker with SIGKILL."""
         if self.process is not None:
             self.process.send_signal(signal.SIGKILL)
             self.process.wait(10.0)

@@ -43,7 +43,7 @@ class OddPublisher:
         requests: requestTopic calls so far.
         connections: Connections accepted so far.
         answer: What requestTopic returns as value; None: the real address.
-        ended: Set when it closes; a script that waits waits for this.
+        ended: Set when it closes; scripts wait for this.
     """
 
     def __init__(
@@ -96,4 +96,4 @@ class OddPublisher:
             try:
                 self.script(sock, self)
             except (OSError, AssertionError):
-                pass  # the subscriber had enough
+                pass  # the subscriber has disconnected

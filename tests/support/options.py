@@ -1,4 +1,4 @@
-"""What a test of every command and option needs: the list of them, by walking the parsers, and what words cover.
+"""Lists all commands and options from the parsers, and those that a command line uses.
 
 A pair is ("rosproto topic echo", "--noarr"): the command, and an option, a choice (`--format=dot`) or an optional
 argument (`<namespace>`).
@@ -46,7 +46,7 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Result:
-    """What a command did.
+    """The result of a command.
 
     Attributes:
         code: Exit code, that of argparse's refusals too.
@@ -73,7 +73,7 @@ Check = Callable[..., object]
 
 @dataclass(frozen=True)
 class Case:
-    """A command line and what must come of it.
+    """A command line and its expected result.
 
     Attributes:
         line: The words, as typed; `{name}` is put in from the fixture's places.

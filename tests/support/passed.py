@@ -1,7 +1,7 @@
-"""Notes which tests passed, and leaves those out that passed in an earlier run: what is left over runs in the next one.
+"""Notes passed tests, and leaves them out of later runs.
 
 Set PASSED_TESTS to a file, as .ci/run does: README's command in a bare environment, then the rest with everything
-installed. A test that was skipped for want of something did not pass, so it is part of the rest.
+installed. A skipped test did not pass, so it is part of the rest.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def leave_out(config: pytest.Config, items: list[pytest.Item], spared: set[pytes
 
 
 class Passed:
-    """The names of what has passed, one on a line.
+    """The names of passed tests, one per line.
 
     Args:
         file: Where they are; it need not exist.

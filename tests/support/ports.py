@@ -7,13 +7,13 @@ import socket
 
 __all__ = ["unused_port"]
 
-# Below what Linux, macOS and Windows give out by themselves (from 32768 or 49152 on): nobody else who asks for any
-# port, or connects to somewhere, gets it between our look and our use.
+# Below the ephemeral ports of Linux, macOS and Windows (from 32768 or 49152 on), so that no other program gets the
+# port between check and use.
 _RANGE = range(10_000, 32_000)
 
 
 def unused_port(host: str = "127.0.0.1") -> int:
-    """A port where nobody listens, and which the system gives to nobody by itself."""
+    """Return an unused port outside the ephemeral range."""
     chance = random.SystemRandom()  # tests that run beside this one have the same seed
     while True:
         port = chance.choice(_RANGE)

@@ -1,6 +1,6 @@
-"""What belongs to a program and not to its libraries, as one comparable value; and a change of each part of it.
+"""The process state that libraries must not change, as one comparable value; and a change of each part of it.
 
-`python -m tests.support.process_state` plants every change and says which `state()` did not see.
+`python -m tests.support.process_state` makes every change and lists those that `state()` did not detect.
 """
 
 from __future__ import annotations
