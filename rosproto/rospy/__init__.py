@@ -2,11 +2,12 @@
 
 Three ways in: `rosproto run program.py`, `python -m rosproto.rospy program.py`, and the line
 `import rosproto.rospy.install` at the top of a program. Each makes the packages in `modules/` importable
-under their ROS names, in front of installed ones, and message packages from definitions. Nobody else imports
-this: the layer owns its process as rospy does (signals, one node, the environment, `logging`).
+under their ROS names, in front of installed ones, and message packages from definitions. No other part of
+rosproto imports this: like rospy, the layer controls its process (signals, one node, the environment,
+`logging`).
 
-The files in `modules/` bear ROS names and are loaded under them, so that tracebacks, pickles and `except
-rospy.exceptions.ROSException` are what programs expect. Source of their behaviour: rospy 1.15, actionlib
+The files in `modules/` have ROS names and are loaded under them, so that tracebacks, pickles and `except
+rospy.exceptions.ROSException` are as programs expect. Source of their behaviour: rospy 1.15, actionlib
 1.14, genpy 0.6, tf2_ros 0.7, as measured.
 """
 

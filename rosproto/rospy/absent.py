@@ -44,11 +44,11 @@ _WITH_DEFINITIONS = frozenset({"beginner_tutorials", "roscpp_tutorials", "rospy_
 
 
 NOT_OVER_THIS = frozenset({"roslaunch", "rosmaster"})
-"""What a ROS installation has of these is built on parts of its own modules that ours do not have."""
+"""Modules of a ROS installation that use parts of ROS modules that ours do not have."""
 
 
 def absence(name: str) -> str | None:
-    """What to say about a module that was not found; None for one that has nothing to do with ROS."""
+    """Return the error text for a ROS module that was not found; None for other modules."""
     why = _ABSENT.get(name)
     if why is None and (name.endswith(("_msgs", "_srvs", "_interfaces")) or name in _WITH_DEFINITIONS):
         why = _DEFINITIONS % name

@@ -1,4 +1,4 @@
-"""Where message definitions come from: the folders of `--msg-path` first, then the bundled ones."""
+"""The sources of message definitions: the folders of `--msg-path`, then the bundled ones."""
 
 from __future__ import annotations
 

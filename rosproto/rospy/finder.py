@@ -6,9 +6,9 @@ Two kinds of names are served:
 * message packages that `definitions.library()` has definitions of: `<package>`, `<package>.msg`,
   `<package>.srv` and `<package>.msg._Type`, modules without files (see `message_modules`).
 
-A message package that the user has with generated code (a catkin workspace, a folder beside the program) is
-left to Python's own import, and so runs on our genpy. What does not count: message packages that came with a
-ROS installation, known by the rospy beside them; they are served from our definitions like rospy itself.
+Python's own import loads the user's message packages with generated code (a catkin workspace, a folder beside
+the program), which then use our genpy. Message packages of a ROS installation, detected by the rospy beside
+them, are served from our definitions.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ KINDS = ("msg", "srv")
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 """The stand-ins for ROS's modules: a folder, also inside a zip."""
 SUBMODULES = "_submodules"
-"""In `modules/`: what message packages have besides messages."""
+"""In `modules/`: other modules of message packages."""
 SPARE = frozenset({"PyKDL", "rospkg"})
-"""Served only when they are not installed: the real ones know more and need no ROS."""
+"""Served only when they are not installed: the real ones have more functions and need no ROS."""
 
 
 def serve() -> None:
@@ -126,15 +126,15 @@ class _PatchedLoader:
 
 
 class FallbackFinder:
-    """The last finder: provides what is not installed, and says why a module cannot be provided."""
+    """The last finder: provides modules that are not installed, or explains why it cannot."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The spec of a module that is provided when nobody else has it, None for any other.
+        """Return the spec of a fallback module, None for any other.
 
         Raises:
-            ModuleNotFoundError: An import asks for what cannot be served; it says what to use instead.
+            ModuleNotFoundError: The module cannot be served; the message names the replacement.
         """
         if fullname.partition(".")[0] in SPARE:
             return _spec_of_module(fullname)

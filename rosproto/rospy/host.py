@@ -1,4 +1,4 @@
-"""The one node of a program, and what stands in for it before there is one."""
+"""The node of a program, and the caller of services before there is a node."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def refusal(fields: Mapping[str, str], error: Md5sumMismatch) -> str:
 
 
 class Caller:
-    """Enough of a node to call services: rospy's ServiceProxy works before init_node."""
+    """Calls services without a node: rospy's ServiceProxy works before init_node."""
 
     def __init__(self, name: str, master_uri: str) -> None:
         self.name = name

@@ -1,7 +1,7 @@
 """Runs a program file as Python itself would, with this layer's modules importable.
 
-`__main__` with an absolute `__file__`, `sys.argv`, `sys.path[0]`, tracebacks and exit codes are what `python
-program.py` gives; the program's arguments are not touched, nor is its name in `sys.argv[0]`.
+`__main__` with an absolute `__file__`, `sys.argv`, `sys.path[0]`, tracebacks and exit codes are as with
+`python program.py`.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _go_to(host: str) -> None:
-    """Point the environment at the master of a chassis, and set our own address on that route.
+    """Set the environment to the master of a chassis, and to our own address on that route.
 
     Raises:
         RosError: There is no route to it.
@@ -141,7 +141,7 @@ def _go_to(host: str) -> None:
 
 
 def run_program(path: str, arguments: Sequence[str] = ()) -> int:
-    """Run a program as `__main__` of this process; it takes the process over.
+    """Run a program as `__main__` of this process.
 
     Returns:
         0 when it ended by itself, 1 after an exception, which was printed.
@@ -192,14 +192,14 @@ def _absolute(path: str) -> str:
 
 
 def _from_program(trace: TracebackType | None) -> TracebackType | None:
-    """The traceback without our own frames; none is left for a program that cannot be compiled."""
+    """Return the traceback without our own frames; None for a program that cannot be compiled."""
     while trace is not None and trace.tb_frame.f_code.co_filename == __file__:
         trace = trace.tb_next
     return trace
 
 
 def _show_library_log(verbosity: int) -> None:
-    """The library's own log on stderr; the program's logging stays as it is."""
+    """Write the library's log to stderr; the program's logging is unchanged."""
     import logging
 
     logger = logging.getLogger("rosproto")
@@ -208,7 +208,7 @@ def _show_library_log(verbosity: int) -> None:
 
 
 def _forget_logging() -> None:
-    """Undo the command's own log set-up: the program finds `logging` as a new Python has it."""
+    """Undo the command's log set-up, so that `logging` is as in a new interpreter."""
     import logging
 
     for handler in list(logging.root.handlers):

@@ -1,4 +1,4 @@
-"""Calls to the master with the results of xmlrpc.client: raw triples, OSError when nobody answers."""
+"""Calls to the master with the results of xmlrpc.client: raw triples, OSError without an answer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rosproto.node.options import host_names
 from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.xmlrpc_client import XmlRpcClient
 
-TIMEOUT = 60.0  # seconds; rospy has no limit, and hangs with a master that hangs
+TIMEOUT = 60.0  # seconds; rospy has no limit
 
 _clients: dict[tuple[int, str], XmlRpcClient] = {}
 _lock = threading.Lock()

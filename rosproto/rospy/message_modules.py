@@ -23,7 +23,7 @@ class MessageModuleLoader:
     """Fills a module according to its name."""
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """None: an ordinary module will do."""
+        """Return None for an ordinary module."""
 
     def exec_module(self, module: ModuleType) -> None:
         """Give it `__getattr__`, `__dir__` and, for a single class, that class.
@@ -68,7 +68,7 @@ def _open(module: ModuleType, package: str, kind: str) -> None:
             found = made(package, kind, name)
         except DefinitionError as error:
             if error.file is not None:
-                raise  # it exists but is wrong, which must not look like a missing name
+                raise  # an invalid definition is not a missing name
             raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}", name=name) from None
         setattr(module, name, found)
         return found
@@ -87,7 +87,7 @@ def bases(package: str, kind: str) -> list[str]:
 
 
 def listed(package: str, kind: str) -> list[str]:
-    """Names of its classes."""
+    """Return the names of the module's classes."""
     suffixes = ("",) if kind == "msg" else ("", "Request", "Response")
     return [base + suffix for base in bases(package, kind) for suffix in suffixes]
 

@@ -1,7 +1,7 @@
 """Message and service classes made from definitions, with genpy's values in place of numpy's.
 
 The base of the classes and their values (genpy.Time, tuples, bytes, genpy's errors) are in `modules/genpy`.
-Here they are joined to the definitions, and classes that genpy itself generated are prepared for a node.
+This module combines them with the definitions, and adapts classes that genpy generated to a node.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Encoded:
 
 @cache
 def node_class(cls: Any) -> Any:
-    """The class to hand to a node for a message class: itself, or a stand-in for one that genpy generated.
+    """Return the class for a node: the message class itself, or a stand-in for one that genpy generated.
 
     A stand-in has genpy's attributes for the wire, and the three functions that the node calls; these take
     and return instances of the generated class.

@@ -53,7 +53,7 @@ def _hosts():
     master = rosgraph.Master("/rosnode")
     for name in get_node_names():
         uri = get_api_uri(master, name)
-        if uri:  # it may be gone by now
+        if uri:  # it may have ended
             yield name, urlsplit(uri).hostname
 
 
@@ -82,7 +82,7 @@ def get_nodes_by_machine(machine):
 
 
 def get_node_info_description(node_name):
-    """What the master knows of a node, as `rosnode info` prints it."""
+    """Return the master's information about a node, as `rosnode info` prints it."""
     master = rosgraph.Master("/rosnode")
     try:
         state = master.getSystemState()

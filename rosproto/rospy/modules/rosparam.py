@@ -32,7 +32,7 @@ def set_param_raw(param, value, verbose=False):
 
 
 def set_param(param, value, verbose=False):
-    """Set a parameter to what a YAML text says."""
+    """Set a parameter to the value of a YAML text."""
     set_param_raw(param, _load(value), verbose)
 
 

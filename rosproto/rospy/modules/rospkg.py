@@ -9,7 +9,7 @@ class ResourceNotFound(Exception):
     """There is no such package.
 
     Attributes:
-        ros_paths: Where it was looked for.
+        ros_paths: The searched folders.
     """
 
     def __init__(self, msg, ros_paths=None):
@@ -35,11 +35,11 @@ class RosPack:
 
     @classmethod
     def get_instance(cls, ros_paths=None):
-        """One that looks there."""
+        """Return an instance that searches these folders."""
         return cls(ros_paths)
 
     def get_ros_paths(self):
-        """Where it looks."""
+        """Return the searched folders."""
         return list(self.ros_paths)
 
     def list(self):

@@ -1,7 +1,7 @@
 """ActionClient: sends goals and follows them through the states of actionlib's client.
 
-The states and transitions are `rosproto.protocol.goal_client`'s table; this file
-has the manners of rospy's client: callbacks run at once, in the receiving thread, in the order of the states.
+The states and transitions are those of `rosproto.protocol.goal_client`. As in rospy, callbacks run at once in
+the receiving thread, in the order of the states.
 """
 
 import itertools
@@ -96,7 +96,7 @@ class ClientGoalHandle:
         return self.comm_state_machine.state
 
     def get_goal_status(self):
-        """What the server said last."""
+        """Return the last status from the server."""
         return self.comm_state_machine.latest_goal_status.status
 
     def get_goal_status_text(self):
@@ -127,7 +127,7 @@ class CommStateMachine:
     """State of one goal.
 
     Attributes:
-        feedback_awaited: Somebody wants feedback; it is delivered before the result.
+        feedback_awaited: There is a feedback callback; feedback is delivered before the result.
     """
 
     def __init__(self, action_goal, transition_cb, feedback_cb, send_goal_fn, send_cancel_fn):
@@ -155,7 +155,7 @@ class CommStateMachine:
                 return
             status = next((one for one in status_array.status_list if one.goal_id.id == self.goal_id), None)
             if status is None:
-                # An array may be older than feedback that overtook it: both carry the server's time.
+                # An array may be older than feedback received before it: both have the server's time.
                 overtaken = self._active_since is not None and status_array.header.stamp <= self._active_since
                 if not overtaken and self.state not in (
                     CommState.WAITING_FOR_GOAL_ACK,
@@ -214,8 +214,8 @@ class CommStateMachine:
         if self.goal_id != action_feedback.status.goal_id.id:
             return
         with self.mutex:
-            # Feedback and status come by two connections. Feedback says that the goal is active too: let
-            # active_cb come first, as it does when the status was faster.
+            # Feedback and status use separate connections. Feedback implies an active goal, too: call
+            # active_cb first, as when the status is faster.
             early = self.state in (CommState.WAITING_FOR_GOAL_ACK, CommState.PENDING)
             if early and action_feedback.status.status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING):
                 self._active_since = action_feedback.header.stamp
@@ -259,7 +259,7 @@ class ActionClient:
         self.status_sub = subscribe("/status", GoalStatusArray, self._status_cb)
         self.result_sub = subscribe("/result", self.ActionResult, self._result_cb)
         self.feedback_sub = subscribe("/feedback", self.ActionFeedback, self._feedback_cb)
-        GoalStatus()  # generates what makes one: the first `send_goal` need not
+        GoalStatus()  # generate its constructor now, not in the first `send_goal`
 
     def stop(self):
         """Unregister all topics."""
@@ -273,7 +273,7 @@ class ActionClient:
         return handle
 
     def track_goal(self, goal, transition_cb, feedback_cb):
-        """Follow a goal that the caller publishes afterwards (answers may be quick); returns its handle."""
+        """Follow a goal before the caller publishes it, so that no answer is missed; returns its handle."""
         now = rospy.Time.now()
         goal_id = GoalID(stamp=now, id="%s-%i-%.3f" % (rospy.get_caller_id(), next(_counter), now.to_sec()))
         action_goal = self.ActionGoal(goal_id=goal_id, goal=goal)

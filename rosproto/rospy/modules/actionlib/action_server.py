@@ -1,4 +1,4 @@
-"""ActionServer: takes goals and cancels, publishes status, feedback and results."""
+"""ActionServer: receives goals and cancels, publishes status, feedback and results."""
 
 import threading
 
@@ -110,7 +110,7 @@ class ActionServer:
         return 5.0 if found is None else rospy.get_param(found, 5.0)
 
     def publish_result(self, status, result):
-        """Tell the clients that a goal has ended."""
+        """Publish the result of a goal."""
         with self.lock:
             message = self.ActionResult(status=status, result=result)
             message.header.stamp = rospy.Time.now()
@@ -119,7 +119,7 @@ class ActionServer:
             self.publish_status()
 
     def publish_feedback(self, status, feedback):
-        """Tell the clients about the progress of a goal."""
+        """Publish feedback of a goal."""
         with self.lock:
             message = self.ActionFeedback(status=status, feedback=feedback)
             message.header.stamp = rospy.Time.now()
@@ -143,7 +143,7 @@ class ActionServer:
                 handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
                 if handle.set_cancel_requested():
                     self.cancel_callback(handle)
-            if goal_id.id != "" and not found:  # the goal may still be on its way
+            if goal_id.id != "" and not found:  # the goal may arrive later
                 tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
                 tracker.handle_destruction_time = rospy.Time.now()
                 self.status_list.append(tracker)

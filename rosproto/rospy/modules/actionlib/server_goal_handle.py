@@ -16,7 +16,7 @@ _WORDS = {
 
 
 class ServerGoalHandle:
-    """Moves a goal through its states and tells the clients."""
+    """Changes the state of a goal and notifies the clients."""
 
     def __init__(self, status_tracker=None, action_server=None, handle_tracker=None):
         self.status_tracker = status_tracker
@@ -67,7 +67,7 @@ class ServerGoalHandle:
             self.action_server.publish_result(status, result or self.get_default_result())
 
     def publish_feedback(self, feedback):
-        """Tell the clients about its progress."""
+        """Publish feedback of the goal."""
         if not self.goal:
             rospy.logerr("Attempt to publish feedback on an uninitialized ServerGoalHandle")
             return
@@ -106,7 +106,7 @@ class ServerGoalHandle:
         return hash(self.get_goal_id().id)
 
     def set_cancel_requested(self):
-        """A client asks to cancel it; True when the program has to be told."""
+        """Note a cancel request; True when the program must be notified."""
         if not self.goal:
             return False
         with self.action_server.lock:

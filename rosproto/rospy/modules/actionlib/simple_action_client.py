@@ -36,7 +36,7 @@ class SimpleActionClient:
         return self.action_client.wait_for_server(timeout)
 
     def send_goal(self, goal, done_cb=None, active_cb=None, feedback_cb=None):
-        """Send a goal; the one before is forgotten, not cancelled.
+        """Send a goal; the previous one is no longer followed, and not cancelled.
 
         Args:
             goal: The goal message.
@@ -125,7 +125,7 @@ class SimpleActionClient:
             self.gh.cancel()
 
     def stop_tracking_goal(self):
-        """Forget the goal; it goes on at the server."""
+        """Stop following the goal; the server continues it."""
         self.gh = None
 
     def _handle_transition(self, gh):
@@ -167,7 +167,7 @@ class SimpleActionClient:
 
     def _handle_feedback(self, gh, feedback):
         if not self.gh:
-            return  # of a goal that is forgotten
+            return  # of a goal no longer followed
         if gh != self.gh:
             rospy.logerr(
                 "Got a feedback callback on a goal handle that we're not tracking. %s vs %s"

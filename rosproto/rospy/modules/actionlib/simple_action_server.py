@@ -17,7 +17,7 @@ def nop_cb(goal_handle):
 
 
 class SimpleActionServer:
-    """Calls `execute_cb(goal)` in a thread of its own; without it, accept goals yourself."""
+    """Calls `execute_cb(goal)` in a separate thread; without it, call `accept_new_goal`."""
 
     def __init__(self, name, ActionSpec, execute_cb=None, auto_start=True):
         self.new_goal = False
@@ -96,7 +96,7 @@ class SimpleActionServer:
             self.current_goal.set_canceled(result or self.get_default_result(), text)
 
     def publish_feedback(self, feedback):
-        """Tell the clients about its progress."""
+        """Publish feedback of the current goal."""
         self.current_goal.publish_feedback(feedback)
 
     def get_default_result(self):

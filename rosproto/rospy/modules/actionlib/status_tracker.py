@@ -1,4 +1,4 @@
-"""What an action server knows of one goal."""
+"""An action server's record of one goal."""
 
 import rospy
 from actionlib_msgs.msg import GoalStatus

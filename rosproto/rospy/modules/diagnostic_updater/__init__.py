@@ -1,6 +1,6 @@
-"""diagnostic_updater: what a node says of its health on /diagnostics (wiki.ros.org/diagnostic_updater).
+"""diagnostic_updater: a node's health on /diagnostics (wiki.ros.org/diagnostic_updater).
 
-Tasks fill statuses; an Updater runs them at a steady pace and publishes what they say.
+Tasks fill statuses; an Updater runs them periodically and publishes the statuses.
 """
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

@@ -1,4 +1,4 @@
-"""Tasks, and the Updater that runs them at a steady pace and publishes what they say."""
+"""Tasks, and the Updater that runs them periodically and publishes their statuses."""
 
 import threading
 

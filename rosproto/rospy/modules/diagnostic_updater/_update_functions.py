@@ -1,4 +1,4 @@
-"""Tasks that every node needs: how often something comes, how old it is, that the node lives."""
+"""Common tasks: the frequency of events, the age of stamps, and a heartbeat of the node."""
 
 import threading
 
@@ -9,9 +9,9 @@ from ._diagnostic_updater import DiagnosticTask
 
 
 class FrequencyStatusParam:
-    """What frequency is right: a dict with "min" (and "max") in Hz, a tolerance (0.1 is 10 %), windows.
+    """The expected frequency: a dict with "min" (and "max") in Hz, a tolerance (0.1 is 10 %), windows.
 
-    The dict is read at every report: changing its values changes what is right.
+    The dict is read at every report, so its values may be changed.
     """
 
     def __init__(self, freq_bound, tolerance=0.1, window_size=5):
@@ -148,7 +148,7 @@ class TimeStampStatus(DiagnosticTask):
 
 
 class Heartbeat(DiagnosticTask):
-    """Always OK: the node lives."""
+    """Always OK: shows that the node runs."""
 
     def __init__(self):
         super().__init__("Heartbeat")

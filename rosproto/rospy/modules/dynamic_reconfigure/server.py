@@ -1,4 +1,4 @@
-"""dynamic_reconfigure.server.Server: lets others set this node's parameters."""
+"""dynamic_reconfigure.server.Server: other nodes can set this node's parameters."""
 
 import copy
 import threading
@@ -23,7 +23,7 @@ ALL_LEVELS = -1
 
 
 class Server:
-    """Calls `callback(config, level)` with every change; what it returns is the configuration.
+    """Calls `callback(config, level)` with every change; its return value is the new configuration.
 
     Args:
         type: The module generated from a .cfg file.

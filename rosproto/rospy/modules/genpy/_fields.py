@@ -1,7 +1,7 @@
 """Values of fields: which one does not fit (check_type), and a message from values written as YAML on a
 command line.
 
-The errors are in genpy's words; tracebacks name them as part of genpy.message.
+The errors have genpy's texts; tracebacks name them as part of genpy.message.
 """
 
 from rosproto.codec import Message as CodecMessage

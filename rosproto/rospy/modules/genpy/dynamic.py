@@ -16,6 +16,6 @@ def generate_dynamic(core_type, msg_cat):
         made = {name: message_class(name, library, value_style=FLAVOUR) for name in names}
     except DefinitionError as error:
         raise MessageException(str(error)) from None
-    for name, cls in made.items():  # its own library, so that these classes are shared with nobody
+    for name, cls in made.items():  # a separate library, so that these classes are not shared
         cls.__name__ = cls.__qualname__ = "_" + name.replace("/", "__")
     return made

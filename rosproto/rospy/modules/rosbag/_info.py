@@ -17,7 +17,7 @@ _CompressionTuple = namedtuple("CompressionTuple", "compression uncompressed com
 
 
 class Compression:
-    """What chunks may be compressed with."""
+    """Compression methods of chunks."""
 
     NONE = "none"
     BZ2 = "bz2"
@@ -35,7 +35,7 @@ class BagInfo:
 
     @contextmanager
     def _reader_of_facts(self):
-        """A reader that tells of the bag; a closed one is opened for it once more."""
+        """Return a reader of the bag, which is opened again if it is closed."""
         with rosbag_errors():
             if self._closed and self._filename is not None:
                 with BagReader(self._filename) as reader:
@@ -44,7 +44,7 @@ class BagInfo:
                 yield self._readable()
 
     def get_message_count(self, topic_filters=None):
-        """How many messages there are."""
+        """Return the number of messages."""
         if topic_filters is None:
             with self._reader_of_facts() as reader:
                 return reader.message_count
@@ -109,7 +109,7 @@ class BagInfo:
             return text(facts(self._readable(), freq=True))
 
     def _get_yaml_info(self, key=None):
-        """What `rosbag info -y` prints, or one value of it: programs read it in this way."""
+        """Return the output of `rosbag info -y`, or one of its values; programs use this private method."""
         from rosproto.bag.summary import facts, yaml, yaml_value
 
         with rosbag_errors():

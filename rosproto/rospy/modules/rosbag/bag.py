@@ -129,7 +129,7 @@ class Bag(BagInfo):
             )
 
     def _append(self):
-        """Continue after what the reader found."""
+        """Continue after the reader's last chunk."""
         self._connections = {one.topic: one for one in self._reader.connections.values()}
         self._reader.close()
         self._writer = self._writing(append=True)
@@ -151,7 +151,7 @@ class Bag(BagInfo):
     def __exit__(self, exc_type, exc_value, traceback):
         self.close()
 
-    # -- what it is -----------------------------------------------------------------------------------------
+    # -- properties -----------------------------------------------------------------------------------------
 
     @property
     def options(self):
@@ -165,7 +165,7 @@ class Bag(BagInfo):
 
     @property
     def version(self):
-        """Of the format: 200 for 2.0."""
+        """Version of the format: 200 for 2.0."""
         return self._version
 
     @property

@@ -16,7 +16,7 @@ class MasterFailure(MasterException):
 
 
 class MasterError(MasterException):
-    """The master refused: an argument is wrong, or what was asked for is not there."""
+    """The master refused: an argument is wrong, or the requested item does not exist."""
 
 
 ROSMasterException = MasterException

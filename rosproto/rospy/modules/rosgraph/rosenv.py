@@ -1,4 +1,4 @@
-"""What the environment and the command line say about the master."""
+"""The master's URI in the environment and on the command line."""
 
 import os
 import sys

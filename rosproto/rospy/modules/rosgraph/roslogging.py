@@ -1,4 +1,4 @@
-"""Where log lines go: INFO and below to stdout, the rest to stderr, all to the node's log file."""
+"""Log handlers: INFO and below to stdout, the rest to stderr, all to the node's log file."""
 
 import logging
 import os
@@ -78,7 +78,7 @@ def _with_formats(text, begin, more):
 
 
 class _LazyFile(logging.Handler):
-    """The node's log file, opened with the first record; if it cannot be written, nothing is.
+    """The node's log file, opened with the first record. If opening fails, records are dropped.
 
     Not `logging.handlers.RotatingFileHandler`: importing that takes longer than the rest of init_node.
     """
@@ -133,7 +133,7 @@ def configure_logging(logname, level=logging.INFO, filename=None, env=None):
 
 
 def _config_file(env, home):
-    """What ROS_PYTHON_LOG_CONFIG_FILE says, else python_logging.conf or .yaml in the ROS home's config."""
+    """Return ROS_PYTHON_LOG_CONFIG_FILE, else python_logging.conf or .yaml in the ROS home's config."""
     given = env.get("ROS_PYTHON_LOG_CONFIG_FILE")
     if given:
         return given

@@ -9,7 +9,7 @@ _is_interactive = False
 
 
 def set_interactive(interactive):
-    """Say whether the session is interactive; if so, rospy handles no signals."""
+    """Set whether the session is interactive; if so, rospy handles no signals."""
     global _is_interactive
     _is_interactive = interactive
 

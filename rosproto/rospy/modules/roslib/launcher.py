@@ -8,10 +8,10 @@ from .packages import definitions_folder, find_package, package_around
 
 
 def load_manifest(package_name, bootstrap_version="0.7"):
-    """Check that there is such a package; what is in it is importable anyway.
+    """Check that the package exists. Its modules are importable without this.
 
     Raises:
-        rospkg.ResourceNotFound: It is none that is served, on ROS_PACKAGE_PATH, or around the program.
+        rospkg.ResourceNotFound: It is not served, on ROS_PACKAGE_PATH, or around the program.
     """
     paths = os.environ.get("ROS_PACKAGE_PATH", "")
     found = (

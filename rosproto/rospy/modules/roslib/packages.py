@@ -1,4 +1,4 @@
-"""roslib.packages: where packages are. There is no ROS installation, so ROS_PACKAGE_PATH decides."""
+"""roslib.packages: the folders of packages, by ROS_PACKAGE_PATH instead of a ROS installation."""
 
 import os
 import sys
@@ -32,7 +32,7 @@ def get_pkg_subdir(package, subdir, required=True, env=None):
 
 
 def resource_file(package, subdir, resource_name):
-    """Where a file of a package's folder is, or would be."""
+    """Return the path of a file in a package's folder; it need not exist."""
     return os.path.join(get_pkg_subdir(package, subdir, False) or "", resource_name)
 
 

@@ -21,7 +21,7 @@ class TopicManager:
         self._node = None
 
     def attach(self, node):
-        """Take the node, and open the topics made before it existed."""
+        """Use the node, and open the topics made before it existed."""
         with self.lock:
             self._node = node
             for impl in [*self.pubs.values(), *self.subs.values()]:
@@ -62,7 +62,7 @@ class TopicManager:
 
     @staticmethod
     def _refuse(impl, text):
-        """Mark a topic as refused; the program goes on without it, as with rospy."""
+        """Mark a topic as refused; the program continues without it, as in rospy."""
         impl.refused = True
         core.logfatal("unable to register %s [%s] with master: %s" % (impl.KIND, impl.resolved_name, text))
 

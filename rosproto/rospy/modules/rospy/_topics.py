@@ -49,7 +49,7 @@ class TopicImpl:
 
     Attributes:
         handle: The node's Publisher or Subscriber; None before there is a node.
-        refused: The master did not take the registration; nothing is sent or received.
+        refused: The master refused the registration; nothing is sent or received.
     """
 
     def __init__(self, name, data_class):
@@ -65,12 +65,12 @@ class TopicImpl:
         self._settles_at = 0.0
 
     def attached(self):
-        """Note that the node has the topic; the program goes on behind the constructor."""
+        """Note that the node has opened the topic, and the constructor returns."""
         self._settles_at = time.monotonic() + SETTLE
         self._attached.set()
 
     def settle(self):
-        """Called before the first callback, in a thread of the library: give the program time to go on."""
+        """Delay the first callback, in a library thread, until the program has had time to continue."""
         if self._attached.wait(MOST_ATTACHING):
             time.sleep(max(0.0, self._settles_at - time.monotonic()))
         self._settled = True
@@ -203,7 +203,7 @@ class PublisherImpl(TopicImpl):
             self._send(message)
 
     def _keep(self, message):
-        """Latch a message that nobody receives yet; one with wrong values is ignored."""
+        """Latch a message without subscribers; one with wrong values is ignored."""
         self.latch = message
         try:
             self._send(message)
@@ -372,7 +372,7 @@ class SubscriberImpl(TopicImpl):
             self._invoke(message, cb, cb_args)
 
     def _remember(self, caller_id, message):
-        """For callbacks that come later; of publishers that have gone when another one comes, no more."""
+        """Keep a latched message for later callbacks, until its publisher has gone and another one comes."""
         if caller_id not in self._latched and self.handle is not None:
             present = {*self.handle.publisher_uris.values(), caller_id}
             self._latched = {who: kept for who, kept in list(self._latched.items()) if who in present}

@@ -96,7 +96,7 @@ def spin():
     )
     try:
         while not core.is_shutdown():
-            # As rospy: after a signal, other threads have this long before the main one goes on.
+            # As in rospy: after a signal, the main thread waits this long for other threads.
             time.sleep(0.5)
     except KeyboardInterrupt:
         core.logdebug("keyboard interrupt, shutting down")
@@ -212,7 +212,7 @@ def get_master(env=None):
 
 
 def get_published_topics(namespace="/"):
-    """[[topic, type], ...] of what is published below a namespace."""
+    """Return [[topic, type], ...] of the topics published below a namespace."""
     code, text, value = get_master().getPublishedTopics(namespace)
     if code != 1:
         raise ROSException("unable to get published topics: %s" % text)

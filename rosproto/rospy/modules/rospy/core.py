@@ -182,7 +182,7 @@ def is_initialized():
 
 
 def set_initialized(initialized):
-    """Say that init_node has finished."""
+    """Note that init_node has finished."""
     global _client_ready
     _client_ready = initialized
 
@@ -248,7 +248,7 @@ def _run_hooks(hooks, *reason):
     for hook in list(hooks):
         try:
             hook(*reason)
-        except BaseException:  # a hook that calls sys.exit must not keep the others from running
+        except BaseException:  # after a hook that calls sys.exit, the others still run
             traceback.print_exc()
     del hooks[:]
 

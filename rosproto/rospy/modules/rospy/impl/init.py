@@ -89,7 +89,7 @@ def _shutdown_requested(reason):
 
 
 def _refused(text):
-    """A subscriber or a client of a service has another definition than we have."""
+    """Report a subscriber or service client with another definition."""
     if not core.is_shutdown_requested():
         core.logwarn(text)
 
@@ -101,7 +101,7 @@ def _close(reason):
 def serve_loggers():
     """Provide the services that read and set this process's log levels.
 
-    In a thread and a moment later: it takes as long as the rest of init_node, and no program waits for it.
+    Runs later, in a thread: it takes as long as the rest of init_node, and programs do not wait for it.
     """
     threading.Thread(target=_serve_loggers, name="rosproto:logger services", daemon=True).start()
 

@@ -31,7 +31,7 @@ class ParamServerCache:
             self._set[key] = value
 
     def delete(self, key):
-        """Forget what was set here.
+        """Delete a value set here.
 
         Raises:
             KeyError: It was not set here.
@@ -44,5 +44,5 @@ _cache = ParamServerCache()
 
 
 def get_param_server_cache():
-    """The one of this process."""
+    """Return the cache of this process."""
     return _cache

@@ -75,7 +75,7 @@ class RosOutHandler(logging.Handler):
 
 
 def load_rosout_handlers(level):
-    """Publish what is logged; from `level` on, when it is given."""
+    """Publish log records, from `level` on if given."""
     logger = logging.getLogger("rosout")
     logger.addHandler(RosOutHandler())
     if level is not None:

@@ -7,7 +7,7 @@ _clock_sub = None
 
 
 def init_simtime():
-    """Find out whether time is simulated; False when the master cannot be asked."""
+    """Look up whether time is simulated; False when the master is unreachable."""
     global _clock_sub
     from rosgraph_msgs.msg import Clock
 

@@ -17,7 +17,7 @@ def of_subscriber(impl):
         return None
     try:
         wanted = client.get_param_cached("/enable_statistics", False)  # get_param calls the master each time
-    except Exception:  # no master: no statistics, but a subscriber all the same
+    except Exception:  # without a master, the subscriber works without statistics
         return None
     return SubscriberStatistics(impl) if wanted else None
 

@@ -25,7 +25,7 @@ from .registration import Registration, get_registration_listeners
 
 
 def service_exception(service, error):
-    """The ServiceException that rospy raises for what went wrong in a call of that service."""
+    """Return rospy's ServiceException for an error in a call of that service."""
     if core.is_shutdown():  # what rospy raises then (measured), though its documentation names another
         return ServiceException("service [%s] returned no response" % service)
     if isinstance(error, Md5sumMismatch):
@@ -124,11 +124,11 @@ _caller = None
 
 
 def _not_listed(client):
-    """Before there is a node, no list of clients has to be updated."""
+    """Do nothing: before there is a node, there is no list of clients to update."""
 
 
 def attach(node):
-    """Take the node, and provide the services made before it existed."""
+    """Use the node, and provide the services made before it existed."""
     global _node
     with _lock:
         _node = node
@@ -198,7 +198,7 @@ class ServiceProxy(_Service):
         """Call the service.
 
         Raises:
-            ServiceException: Nobody provides it, it failed, or the node was shut down meanwhile.
+            ServiceException: There is no provider, it failed, or the node was shut down meanwhile.
             genpy.SerializationError: A value does not fit its field.
         """
         request = args_kwds_to_message(self.request_class, args, kwds)
@@ -224,7 +224,7 @@ class ServiceProxy(_Service):
         """Look up the service.
 
         Raises:
-            ServiceException: Nobody provides it, or the master cannot be asked.
+            ServiceException: There is no provider, or the master is unreachable.
         """
         try:
             self.uri = rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
@@ -279,7 +279,7 @@ class ServiceProxy(_Service):
 
 
 def convert_return_to_response(response, response_class):
-    """The response that a handler's return value stands for.
+    """Convert a handler's return value to a response.
 
     Raises:
         ServiceException: It is not a response, or values are missing.
@@ -363,7 +363,7 @@ class Service(_Service):
             raise ServiceError(self.resolved_name, "error processing request: %s" % error) from None
 
     def shutdown(self, reason=""):
-        """Stop providing it; calls under way are still answered. The handler may call this."""
+        """Stop providing the service; running calls are still answered. The handler may call this."""
         self.done = True
         with core.uninterrupted:
             with _lock:

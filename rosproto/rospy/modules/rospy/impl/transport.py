@@ -1,6 +1,6 @@
 """rospy.impl.transport: rospy's connection classes, for programs that import them or derive from them.
 
-The connections themselves are the node's here; none of them is an instance of these.
+The node's connections are not instances of these classes.
 """
 
 import itertools
