@@ -1,4 +1,4 @@
-"""Which definition a topic or service has: by its class or name, or by a peer's md5sum."""
+"""Find the definition of a topic or service by class, name, or a peer's md5sum."""
 
 from __future__ import annotations
 

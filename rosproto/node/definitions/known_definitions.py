@@ -1,6 +1,6 @@
 """The definitions that one node knows: bundled, from the user's folders, and learned from peers.
 
-A type given by name is looked up here, and so is the definition behind another md5sum than ours.
+Types given by name are looked up here, and definitions for md5sums other than ours.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ _log = get_logger("rosproto.node")
 
 MOST_FOUND = 1000
 MOST_LEARNED = 64
-MOST_LEARNED_CHARACTERS = 2 << 20  # of their texts
+MOST_LEARNED_CHARACTERS = 2 << 20  # total length of their texts
 
 
 class KnownDefinitions:
-    """The definitions one node knows beside those in use.
+    """The definitions one node knows in addition to those in use.
 
     Args:
         paths: Folders of .msg, .srv and .action files in ROS layout; a definition there is another revision
-            of the bundled one, or a type of its own. Those of `learned_paths` are what robots have sent.
+            of the bundled one, or a new type. `learned_paths` hold definitions that robots have sent.
 
     Attributes:
-        fetched: Asks other publishers for what is not known.
+        fetched: Asks other publishers for unknown definitions.
     """
 
     def __init__(self, paths: Iterable[str | os.PathLike[str]] = ()) -> None:
@@ -48,8 +48,7 @@ class KnownDefinitions:
         # The user's types mean what the user's folders together say: one may use a type of the next.
         self._own = None if not own else self._folders[0] if len(own) == 1 else bundled().fork(own)
         self.fetched = DefinitionLookup()
-        # Under md5sums, which come from peers. What a text they sent defines is kept by `define`, and only
-        # what others are to have too, by `learn`, here.
+        # Keyed by md5sums from peers. `define` keeps definitions for one peer, `learn` keeps them for all.
         self._found: BoundedCache[tuple[type, str], _SearchResult] = BoundedCache(MOST_FOUND)
         self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
             MOST_LEARNED, MOST_LEARNED_CHARACTERS
@@ -58,8 +57,8 @@ class KnownDefinitions:
     def library_for(self, name: str, kind: str = "msg") -> DefinitionLibrary | None:
         """The library for a type given by name; None for the bundled one.
 
-        The user's own folders go first, then the bundled definitions, then what robots have sent. Where the
-        user's has the md5sum of the bundled one, that is taken: its class is the one programs import.
+        Search order: the user's folders, the bundled definitions, definitions sent by robots. If the user's
+        has the md5sum of the bundled one, the bundled one is used, because programs import its class.
 
         Raises:
             DefinitionError: The user's own definition is damaged.
@@ -75,27 +74,27 @@ class KnownDefinitions:
         return next((library for library in self._learned_folders if library.defines(kind, name)), None)
 
     def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
-        """The class of `ours`' type that has this md5sum; None when nobody knows it.
+        """The class of the type of `ours` with this md5sum; None if unknown.
 
         Args:
             ours: The class in use.
-            md5sum: What the peer has.
-            definition: Full text the peer sent; it counts only when its md5sum is the one announced.
+            md5sum: The peer's md5sum.
+            definition: Full text sent by the peer; ignored unless it has this md5sum.
         """
         if not is_md5sum(md5sum) or getattr(ours, "_binding", None) is None:
-            return None  # a class that genpy generated: nothing is known of its definition but the text
+            return None  # a class that genpy generated: only the text of its definition is known
         found: type[Message] | None = self._remembered(ours, md5sum, lambda: self._find(ours, md5sum))
         return found or self._learned.get((ours, md5sum)) or self._defined(ours, md5sum, definition)
 
     def learn(self, ours: type[Message], md5sum: str, definition: str) -> type[Message] | None:
-        """As `message`; a definition that counts is remembered for peers that do not send it themselves."""
+        """As `message`; a valid definition is kept for peers that do not send it themselves."""
         found = self.message(ours, md5sum, definition)
         if found is not None:
             self._learned.put((ours, md5sum), found, len(definition))
         return found
 
     def service(self, ours: Any, md5sum: str) -> Any:
-        """The class of that service with this md5sum; None when nobody knows it. Services carry no text."""
+        """The class of that service with this md5sum; None if unknown. Service headers carry no text."""
         if not is_md5sum(md5sum):
             return None
         return self._remembered(ours, md5sum, lambda: self._find_service(ours, md5sum))
@@ -139,7 +138,7 @@ class KnownDefinitions:
         for library in (own, bundled(), self._own, *self._folders):
             if library is None:
                 continue
-            try:  # a damaged file in one folder must not keep the others from being used
+            try:  # a damaged file in one folder must not block the others
                 if not library.has(kind, name):
                     continue
                 if library.md5sum(name, kind=kind) == md5sum:
@@ -150,7 +149,7 @@ class KnownDefinitions:
 
 
 class _SearchResult(NamedTuple):
-    """What was looked for in the libraries; also that it is not there."""
+    """Cached search result, also for a definition that was not found."""
 
     cls: Any
 
@@ -166,11 +165,11 @@ class OwnDefinitionsOnly(KnownDefinitions):
         self.fetched = _NoLookup()
 
     def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
-        """Nothing is known."""
+        """Always None."""
         return None
 
     def service(self, ours: Any, md5sum: str) -> Any:
-        """Nothing is known."""
+        """Always None."""
         return None
 
 

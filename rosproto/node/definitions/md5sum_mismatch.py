@@ -1,9 +1,9 @@
-"""A peer with another md5sum than ours: messages and service calls are converted by field name, or refused.
+"""Peers with a different md5sum: messages and service calls are converted by field name, or refused.
 
-Robots of other firmware have other definitions. Where an md5sum differs, the peer's definition is looked for
-(`known_definitions.py`: bundled revisions, the user's folders, the text that the peer sent). When it is found
-and fits, values travel by field name (`rosproto.codec.conversion`); otherwise the user gets an error. Nothing
-here is called while the md5sums agree.
+Definitions differ between firmware versions. If an md5sum differs, the peer's definition is looked up
+(`known_definitions.py`: bundled revisions, the user's folders, the text sent by the peer). If it is found and
+compatible, values are converted by field name (`rosproto.codec.conversion`); otherwise the user gets an
+error. This module is not used while the md5sums agree.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rosproto.node.definitions.topic_type import TopicType
 
 
 class UnconvertibleMessage:
-    """In place of a message whose values do not fit our definition."""
+    """Replaces a message whose values do not fit our definition."""
 
     __slots__ = ("_connection_header", "error")
 
@@ -83,7 +83,7 @@ class ServiceRevision:
 
 
 def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion) -> None:
-    """One record per link: what the other side lacks, and what it does not give."""
+    """Log, once per link, the fields that only one side has."""
     parts = []
     if conversion.dropped:
         parts.append(f"dropped (no such field there): {', '.join(conversion.dropped)}")
@@ -100,7 +100,7 @@ def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion
 
 
 def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: str = "") -> Md5sumMismatch:
-    """The mismatch with both definitions side by side, where the other side's is known."""
+    """The mismatch, with both definitions if the peer's is known."""
     table = why
     if definition and not table:
         try:
@@ -128,7 +128,7 @@ def revised_type(
     """The peer's revision of a topic type.
 
     Raises:
-        Md5sumMismatch: Nobody knows it, or values cannot be carried over; shows both where it can.
+        Md5sumMismatch: It is unknown, or values cannot be converted; shows both definitions if known.
     """
     theirs = revisions.message(ours.message_class, md5sum, definition)
     if theirs is None:

@@ -1,7 +1,7 @@
 """Ask a publisher for the type, md5sum and definition of its topic, without receiving a message.
 
-It is asked as rostopic does, with the wildcard md5sum, and answers with its header; then we close. Nothing is
-registered at the master.
+As rostopic does, we connect with the wildcard md5sum, read the publisher's header and close. We do not
+register at the master.
 
 Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Slave_API (requestTopic).
 """
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
-    """What one publisher says about a topic.
+    """The header that one publisher sends for a topic.
 
     Args:
-        caller: In whose name to ask.
+        caller: Identity of the calling node.
         topic: Resolved name.
         publisher: Name of the publishing node.
         deadline: For all steps together.
@@ -34,7 +34,7 @@ def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: De
     Raises:
         MasterError: The master does not know the node, or it does not publish the topic (any more).
         ConnectionLost, RosTimeout: It cannot be reached.
-        RemoteProtocolError: Its answer is no header of a publisher.
+        RemoteProtocolError: Its answer is not a publisher's header.
     """
     uri = caller.master.lookup_node(publisher, timeout=deadline.remaining())
     with NodeClient(uri, caller.name, limits=caller.limits, hosts=caller.hosts) as peer:

@@ -1,4 +1,4 @@
-"""`TopicType`: one message type as the node uses it: its names for the wire, its class, encoder and decoder.
+"""`TopicType`: name, md5sum, class, encoder and decoder of a message type.
 
 The wildcard "*" stands for any type, as rostopic and rosbag send it (wiki.ros.org/ROS/Connection Header).
 """
@@ -14,7 +14,7 @@ ANY = "*"
 
 
 class TopicType:
-    """One type as the node uses it: names for the wire, class and functions for the bytes.
+    """A message type: name, md5sum, class, encoder and decoder.
 
     Attributes:
         name: "package/Type", or "*".
@@ -44,7 +44,7 @@ class TopicType:
 
     @property
     def decode(self) -> Callable[..., Any]:
-        """The generated decoder (buffer, start, end) -> message; generated when first asked for."""
+        """The decoder (buffer, start, end) -> message; generated on first use."""
         if self._decode is None:
             self._decode = decoder(self.message_class)
         return self._decode
@@ -58,11 +58,11 @@ class TopicType:
 
     @property
     def may_be_large(self) -> bool:
-        """True when a message may hold arrays that are better sent in parts than copied together."""
+        """True if a message may contain large arrays, which are sent in parts without a copy."""
         return bool(getattr(self.message_class, "_has_views", False))
 
     def encode_parts(self, message: Any) -> list[bytes | memoryview]:
-        """Encoded in parts; large arrays are the caller's own memory."""
+        """Encode in parts; large arrays are views of the caller's memory."""
         return encode_parts(message)
 
     def fits(self, other: TopicType) -> bool:

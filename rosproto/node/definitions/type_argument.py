@@ -1,4 +1,4 @@
-"""What `type=` means when a topic or service is opened: a class, a "package/Type" name, or None.
+"""The `type` argument of topics and services: a class, a "package/Type" name, or None.
 
 None takes the publisher's own type (`unknown_type.py`), or asks the provider of a service for it.
 """
@@ -27,12 +27,11 @@ class DefinitionSource(Protocol):
 
 
 def resolve_type(given: Any, revisions: DefinitionSource | None = None) -> TopicType:
-    """The type a caller meant; a name is looked for in the user's own folders, then among the bundled ones,
-    then in what was learned (`KnownDefinitions.library_for`).
+    """Resolve a `type` argument; a name is looked up by `KnownDefinitions.library_for`.
 
     Raises:
         DefinitionError: No such type is known.
-        TypeError: It is none of the three forms.
+        TypeError: It has none of the three forms.
     """
     if given is None or given == ANY:
         return WILDCARD
@@ -47,11 +46,11 @@ def resolve_type(given: Any, revisions: DefinitionSource | None = None) -> Topic
 
 
 def resolve_service_type(type_: Any, service: str, revisions: DefinitionSource | None = None) -> Any:
-    """The service class; a name is looked for as `resolve_type` does.
+    """The service class; a name is looked up as by `resolve_type`.
 
     Raises:
         DefinitionError: There is no such service type.
-        LocalProtocolError: It is no service type.
+        LocalProtocolError: It is not a service type.
     """
     if isinstance(type_, str):
         return service_class(type_, revisions.library_for(type_, "srv") if revisions else None)

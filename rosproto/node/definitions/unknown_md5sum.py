@@ -1,8 +1,8 @@
-"""A subscriber's md5sum that nobody here knows: other publishers of the topic are asked for the definition.
+"""Look up a subscriber's unknown md5sum: ask the topic's other publishers for the definition.
 
-A rospy subscriber sends its definition, a roscpp one does not. But on a chassis the action servers have a
-client of their own (`/ros_interface` publishes their goal topics), and every publisher sends its definition:
-the one with the subscriber's md5sum is the one that is missing.
+A rospy subscriber sends its definition, a roscpp one does not. Every publisher sends its definition, and on
+a chassis the goal topics of the action servers have another publisher (`/ros_interface`). If its md5sum is
+the subscriber's, its definition is the missing one.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _log = get_logger("rosproto.node")
 
 FETCH_SECONDS = 3.0  # the subscriber waits for our answer meanwhile
 MOST_ASKED = 8
-AGAIN_AFTER = 10.0  # seconds; a stranger who connects again and again must not make us busy
+AGAIN_AFTER = 10.0  # seconds; limits the load of a peer that connects repeatedly
 MOST_REMEMBERED = 200
 
 
@@ -34,7 +34,7 @@ Learn = Callable[["type[Message]", str, str], "type[Message] | None"]
 
 
 class DefinitionLookup:
-    """What was asked of other publishers, for one node; safe from any thread."""
+    """Lookups at other publishers, for one node; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -43,11 +43,11 @@ class DefinitionLookup:
     def fetch(
         self, caller: CallerIdentity, learn: Learn, topic: str, ours: type[Message], md5sum: str
     ) -> type[Message] | None:
-        """The class of `ours`' type with that md5sum, by another publisher's word; None when nobody has it.
+        """The class of the type of `ours` with that md5sum, from another publisher; None if there is none.
 
-        `learn` makes a class of a definition that was found (`KnownDefinitions.learn`).
+        `learn` makes a class from a definition that was found (`KnownDefinitions.learn`).
 
-        Waits at most `FETCH_SECONDS`; a question without an answer is not repeated for `AGAIN_AFTER` seconds.
+        Waits at most `FETCH_SECONDS`; a failed lookup is not repeated for `AGAIN_AFTER` seconds.
         """
         if not self._may_ask(topic, md5sum):
             return None

@@ -1,4 +1,4 @@
-"""A type that is unknown here: learned from the definition in a publisher's connection header.
+"""Learn an unknown type from the definition in a publisher's connection header.
 
 Source: wiki.ros.org/ROS/Connection Header (`message_definition`).
 """
@@ -13,17 +13,17 @@ from rosproto.node.definitions.topic_type import TopicType
 def learn_type(name: str, md5sum: str, definition: str, *, topic: str, peer: str) -> TopicType:
     """The type a publisher described in its connection header.
 
-    A bundled definition with the same md5sum is preferred: its class is the one the user imports.
+    A bundled definition with the same md5sum is preferred, because programs import its class.
 
     Raises:
-        RemoteProtocolError: The text is no definition, or its md5sum is not the one the publisher announced.
+        RemoteProtocolError: The text is not a definition, or does not have the announced md5sum.
     """
     try:
         known = TopicType(message_class(name))
         if known.md5sum == md5sum:
             return known
     except DefinitionError:
-        pass  # not bundled: the publisher's own text will do
+        pass  # not bundled: use the publisher's text
     try:
         learned = TopicType(define(name, definition))
     except (DefinitionError, CodecError, ValueError) as error:

@@ -1,10 +1,9 @@
 """The calling side of a service.
 
 One deadline covers a whole call: lookup, connect, handshake, request, response. The provider's address is
-remembered between calls, since the lookup is more than half the time of a one-shot call; when nobody listens
-there or somebody else answers, it is looked up again, which is safe because no request has been sent yet.
-A request that has been sent is never sent again: a service call is not idempotent, only the caller knows
-whether twice is all right.
+cached between calls, since the lookup takes more than half the time of a one-shot call. If the connection
+fails or another node answers, it is looked up again, which is safe because no request has been sent yet.
+A sent request is never repeated, because service calls are not idempotent.
 
 Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/Services; rospy impl/tcpros_service.py.
 """
@@ -40,7 +39,7 @@ from rosproto.transport.uri import format_address
 
 logger = get_logger("rosproto.node")
 
-LONGEST_GUESS = 3.0  # seconds for a handshake at a remembered address
+LONGEST_GUESS = 3.0  # seconds for a handshake at a cached address
 
 
 class _Refused(ServiceError):
@@ -51,16 +50,16 @@ class ServiceClient:
     """Calls one service; any number of threads may call at the same time.
 
     A one-shot client (`persistent=False`) makes a connection per call and follows a provider that moves.
-    A persistent one keeps its connection: a call takes a tenth of the time, calls of several threads take
-    turns, and a connection found dead before a request is sent is made anew.
+    A persistent one keeps its connection: a call takes a tenth of the time, and calls of several threads run
+    one after the other. A connection that has ended before a request is sent is replaced.
 
     Attributes:
         name: Resolved service name.
         type_name: "package/Type".
-        md5sum: Of our definition.
+        md5sum: md5sum of our definition.
         persistent: See above.
         lossless: A request with values for which the provider's revision has no field is an error
-            (`ValuesLost`), and is not sent. False: such values are dropped. Set it as you like.
+            (`ValuesLost`), and is not sent. False: such values are dropped. May be changed at any time.
     """
 
     def __init__(
@@ -112,7 +111,7 @@ class ServiceClient:
 
     @property
     def address(self) -> tuple[str, int] | None:
-        """Host and port of the provider, as the last call found it; None when it is to be looked up."""
+        """Cached host and port of the provider; None if the next call looks it up."""
         return self._address
 
     def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
@@ -127,12 +126,11 @@ class ServiceClient:
             The response message.
 
         Raises:
-            ServiceError: Nobody provides the service, or the provider answered "no" (`text` has its words).
+            ServiceError: There is no provider, or the provider reported failure (`text` is its message).
             Md5sumMismatch: The provider has another definition of the type.
             ConnectionLost: The provider cannot be reached, or ended before it answered.
-            RosTimeout: Not done in time. After a request was sent (the text says so) it may still be
-                carried out.
-            MasterError: The master cannot be asked.
+            RosTimeout: Time is up. A request that was sent (see the text) may still be carried out.
+            MasterError: The lookup at the master failed.
         """
         return self._call(None, request, timeout, fields)
 
@@ -168,11 +166,10 @@ class ServiceClient:
         return response
 
     def prepare(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> PreparedCall:
-        """Connect and encode now what may have to be sent later, at a moment at which nothing must be waited
-        for.
+        """Connect and encode a request in advance, so that sending it later does not wait.
 
-        The connection is one of its own, kept until it is closed (or this client is), also by a one-shot
-        client.
+        The call has its own connection, which is kept until the call or this client is closed, also for a
+        one-shot client.
 
         Raises:
             CodecError: A value does not fit its field.
@@ -189,7 +186,7 @@ class ServiceClient:
             raise
 
     def _encoded(self, link: ServiceLink, request: Any) -> bytes:
-        """As the provider's revision has it."""
+        """Encode a request for the provider's revision."""
         if link.revision is None:
             return encode(request)
         if self.lossless:
@@ -231,7 +228,7 @@ class ServiceClient:
             try:
                 return link, self._exchange(link, request, body, deadline, cancellation)
             except ServiceError:
-                raise  # the provider said no; the link is in step
+                raise  # the provider reported failure; the link is still in step
             except BaseException:
                 self._kept = None
                 self._drop(link)
@@ -240,7 +237,7 @@ class ServiceClient:
             self._turn.release()
 
     def _replaced(self, dead: ServiceLink | None, deadline: Deadline) -> ServiceLink:
-        """A fresh link in place of one that was closed while idle."""
+        """A new link in place of one that was closed while idle."""
         if dead is not None:
             logger.debug("! service %s: %s closed the idle connection", self.name, dead.peer)
             self._kept = None
@@ -272,12 +269,12 @@ class ServiceClient:
             )
 
     def _connect(self, deadline: Deadline, header: Mapping[str, str] | None = None) -> ServiceLink:
-        """A fresh link to the current provider; a remembered address is given up when it does not do."""
+        """A new link to the current provider; a cached address is discarded when it fails."""
         remembered = self._address
         if remembered is None:
             return self._open_link(self._look_up(deadline), deadline, header)
         remaining = deadline.remaining()
-        # A computer that has gone answers nothing at all: that must leave time for the other address.
+        # A computer that is gone does not answer: leave time for the other address.
         half = deadline.at_most(LONGEST_GUESS if remaining is None else min(LONGEST_GUESS, remaining / 2))
         try:
             return self._open_link(remembered, half, header)
@@ -302,7 +299,7 @@ class ServiceClient:
             except Md5sumMismatch as mismatch:
                 link = self._shake_hands(address, deadline, self._revise(mismatch), header)
         except BaseException:
-            if self._address == address:  # other threads' calls use it meanwhile
+            if self._address == address:  # calls of other threads may have changed it
                 self._address = None
             raise
         self._revision = link.revision
@@ -341,7 +338,7 @@ class ServiceClient:
         return link
 
     def _revise(self, mismatch: Md5sumMismatch) -> ServiceRevision | None:
-        """The provider's revision; None when it has ours after all (it was replaced by another one)."""
+        """The provider's revision; None if its md5sum is ours (the provider was replaced)."""
         if mismatch.remote_md5sum == self.md5sum:
             return None
         if mismatch.remote_type not in ("", self.type_name) or len(mismatch.remote_md5sum) != 32:
@@ -358,14 +355,14 @@ class ServiceClient:
     def _explained(
         self, refusal: HandshakeRefused, address: tuple[str, int], deadline: Deadline, md5sum: str
     ) -> RosError:
-        """An error header is only text; a probe that takes any definition tells whether the two differ."""
+        """Explain an error header, which is only text: a wildcard probe shows whether the md5sums differ."""
         try:
             header = service_probe.probe(self._context, self.name, deadline, address=address)
             self._check(header, format_address(*address), md5sum)
         except Md5sumMismatch as mismatch:
             return mismatch
         except RosError:
-            pass  # the provider's own words are the better explanation
+            pass  # keep the provider's own message
         return _Refused(self.name, refusal.text)
 
     def _keep_track(self, link: ServiceLink) -> None:
@@ -389,8 +386,8 @@ class ServiceClient:
             stop: Ends the wait when set, in place of closing this client.
 
         Raises:
-            RosTimeout: Nobody did in time; the text tells what was missing.
-            ConnectionLost: This client was closed, or `stop` set.
+            RosTimeout: No provider answered in time; the text gives the reason.
+            ConnectionLost: This client was closed, or `stop` was set.
         """
         service_probe.wait(self._context, self.name, timeout, stop=stop or self._stop)
 
@@ -405,11 +402,11 @@ class ServiceClient:
         }
 
     def add_headers(self, fields: Mapping[str, str]) -> None:
-        """Say these fields, too, in the connection header, from the next connection on."""
+        """Add fields to the connection header, from the next connection on."""
         self._header.update(fields)
 
     def abandon(self) -> None:
-        """In a fork of this process: closed, without touching what other threads held in the parent."""
+        """Mark as closed in a forked process, without taking locks of the parent's threads."""
         self._stop, self._kept, self._open = threading.Event(), None, set()
         self._stop.set()
         self._lock, self._turn = threading.Lock(), threading.Lock()

@@ -27,9 +27,9 @@ from rosproto.transport.tcp import interrupt, limit_waits, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.uri import format_address
 
-ROOM = 4 << 10  # bytes; what most answers fit into
+ROOM = 4 << 10  # bytes; enough for most answers
 POST = 0.05  # seconds
-STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing
+STEP = 256 << 10  # growth for a longer one: peers may announce a length and send nothing
 
 
 class ServiceLink:
@@ -50,8 +50,8 @@ class ServiceLink:
         self._sock = sock
         self._service = service
         self._answers = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
-        self._poll: Any = None  # a select.poll, which Windows has not
-        self._limit: float | None = 0.0  # seconds a send or receive may wait; None is for ever
+        self._poll: Any = None  # a select.poll, which Windows lacks
+        self._limit: float | None = 0.0  # seconds; socket timeout, None waits for ever
         self.header = header
         self.peer = peer
         self.calls = 0
@@ -68,16 +68,16 @@ class ServiceLink:
         deadline: Deadline,
         hosts: HostNames | None = None,
     ) -> ServiceLink:
-        """Connect and exchange headers; `hosts` knows names that the system does not.
+        """Connect and exchange headers; `hosts` resolves names that the system cannot.
 
         The request is not sent along with the header, although that would save a round trip: a rospy
-        provider loses what arrives together with the header (measured).
+        provider loses data that arrives together with the header (measured).
 
         Raises:
             HandshakeRefused: The provider answered with an error header.
-            ConnectionLost: Nobody listens there, or the provider closed the connection.
+            ConnectionLost: The connection was refused, or the provider closed it.
             RosTimeout: The deadline passed.
-            RemoteProtocolError: The answer is no connection header.
+            RemoteProtocolError: The answer is not a connection header.
         """
         peer = format_address(*address)
         sock = connect(address[0], address[1], deadline, hosts=hosts)
@@ -93,7 +93,7 @@ class ServiceLink:
 
     @property
     def usable(self) -> bool:
-        """False when the provider has closed an idle link, or talks out of turn: do not send a request."""
+        """False if the provider closed the idle link or sent unexpected data: do not send a request."""
         return self._sock.fileno() >= 0 and not self._readable()
 
     def _readable(self) -> bool:
@@ -110,7 +110,7 @@ class ServiceLink:
         After any error but ServiceError the link is out of step: close it.
 
         Raises:
-            ServiceError: The provider answered "no"; its text. The link stays in step.
+            ServiceError: The provider reported failure; with its text. The link stays in step.
             ConnectionLost: The link ended; the request may or may not have been carried out.
             RosTimeout: No complete answer in time; the request may or may not have been carried out.
             TooLarge: The response is longer than `Limits.message_bytes`.
@@ -122,8 +122,8 @@ class ServiceLink:
         try:
             ok, body = self._translated(exchange, deadline)
         except BaseException:
-            # The caller takes it for failed: what a silent network has kept of it must not come later, when
-            # the system would go on repeating it for minutes.
+            # The call has failed for the caller: the system must not retransmit the request for minutes and
+            # deliver it late.
             set_linger(self._sock, False)
             raise
         self.calls += 1
@@ -136,7 +136,7 @@ class ServiceLink:
         self._limit_waits(Deadline(POST))
 
     def post(self, request: bytes) -> None:
-        """Send one encoded request, and do not wait for its answer; `prepare` was called before.
+        """Send one encoded request without waiting for its answer; call `prepare` first.
 
         Raises:
             OSError: The link has ended.
@@ -144,7 +144,7 @@ class ServiceLink:
         self._sock.sendall(frame(request))
 
     def answer(self, deadline: Deadline) -> bytes:
-        """The answer to what was posted; raises as `call` does."""
+        """The answer to the posted request; raises as `call` does."""
         return self._outcome(lambda: self._read_within(deadline), deadline)
 
     def _read_within(self, deadline: Deadline) -> tuple[bool, bytes]:
@@ -171,7 +171,7 @@ class ServiceLink:
             raise self._lost(error) from error
 
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
-        """The ok byte, and what follows it as one frame."""
+        """The ok byte and the frame after it."""
         answers, ok = self._answers, None
         count = self._sock.recv_into(answers.space())
         if (body := answers.whole(count, after=1)) is not None:
@@ -192,7 +192,7 @@ class ServiceLink:
         return ok != b"\0", body
 
     def _limit_waits(self, deadline: Deadline) -> None:
-        """Calls with equal time-outs keep the limit that is set, which may be up to a millisecond late."""
+        """Set the socket timeout; differences below a millisecond are ignored to save the system call."""
         remaining = deadline.remaining()
         if remaining is None:
             if self._limit is None:
@@ -226,7 +226,7 @@ class ServiceLink:
 
 
 class Cancellation:
-    """A way to end one call from another thread, used by the asyncio face."""
+    """Ends one call from another thread; used by `rosproto.aio`."""
 
     __slots__ = ("_link", "_lock", "cancelled")
 
@@ -236,7 +236,7 @@ class Cancellation:
         self.cancelled = False
 
     def cancel(self) -> None:
-        """End the call: if its request has not been sent, it will not be."""
+        """End the call; an unsent request is not sent any more."""
         with self._lock:
             self.cancelled = True
             if self._link is not None:
@@ -244,7 +244,7 @@ class Cancellation:
 
     @contextmanager
     def covering(self, link: ServiceLink) -> Iterator[None]:
-        """The link that `cancel` closes meanwhile."""
+        """Have `cancel` close `link` while the context is active."""
         with self._lock:
             if self.cancelled:
                 raise ConnectionLost("the call was cancelled before its request was sent", peer=link.peer)

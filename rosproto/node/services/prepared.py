@@ -1,8 +1,7 @@
-"""One request that has its connection before it is needed, and is encoded.
+"""One request that is encoded and connected in advance.
 
-For a program that must be able to ask at a bad moment: when no thread can be started, no file opened, or a
-signal handler has interrupted a frame that holds locks. `send` writes bytes to a socket, and does nothing
-else.
+For calls that must work when no thread can be started, no file opened, or a signal handler has interrupted
+a frame that holds locks. `send` only writes bytes to a socket.
 """
 
 from __future__ import annotations
@@ -17,13 +16,12 @@ from rosproto.transport.deadline import Deadline
 
 
 class PreparedCall:
-    """A call that is ready; made by `ServiceClient.prepare`, which see. Close it when it is not needed any
-    more.
+    """A prepared call, made by `ServiceClient.prepare`. Close it after use.
 
     Args:
-        link: The connection; nobody else uses it.
-        body: The request, encoded as the provider wants it.
-        decode: From an answer to the response.
+        link: The connection, used only by this call.
+        body: The request, encoded for the provider's revision.
+        decode: Decodes the answer to the response.
         drop: Closes the connection.
     """
 
@@ -45,13 +43,13 @@ class PreparedCall:
 
     @property
     def usable(self) -> bool:
-        """Whether it can be sent: it was not, and the provider has kept the connection."""
+        """Whether it can be sent: it was not sent before, and the connection is still open."""
         return not self.sent and self._link.usable
 
     def send(self) -> bool:
-        """Write the request, once; False when there is no connection any more.
+        """Write the request, once; False if the connection has ended.
 
-        Waits for nothing: neither for a lock nor for the answer.
+        Does not wait, neither for a lock nor for the answer.
         """
         if self.sent:
             return True
@@ -63,10 +61,10 @@ class PreparedCall:
         return True
 
     def answer(self, timeout: float) -> Any:
-        """The response to what was sent.
+        """Wait for the response.
 
         Raises:
-            ServiceError: The provider answered "no"; its text.
+            ServiceError: The provider reported failure; with its text.
             ConnectionLost: Nothing was sent, or the provider ended the connection.
             RosTimeout: Not in time.
         """

@@ -1,4 +1,4 @@
-"""Find the provider of a service, ask whether it is alive, wait until it is.
+"""Find the provider of a service, check whether it answers, wait for it.
 
 Source: wiki.ros.org/ROS/Master_API (lookupService), wiki.ros.org/ROS/TCPROS; the `probe` field is
 rospy's and roscpp's: the provider answers with its header and closes, no request follows.
@@ -20,19 +20,19 @@ from rosproto.transport.uri import parse_uri
 if TYPE_CHECKING:
     from rosproto.node.graph.caller_identity import CallerIdentity
 
-# A provider usually appears within a second of being waited for; afterwards twice a second does not hurt a
-# master that a whole fleet of clients may be asking.
+# A provider usually appears within a second. After that, two requests a second limit the load of a master
+# with many clients.
 FIRST_PAUSE = 0.02
 LONGEST_PAUSE = 0.5
 LONGEST_PROBE = 5.0  # seconds: a provider that is silent may be replaced by another one meanwhile
 
 
 def lookup(caller: CallerIdentity, service: str, deadline: Deadline) -> tuple[str, int]:
-    """Address of the current provider, by the master's word.
+    """Address of the current provider, from the master.
 
     Raises:
         ServiceError: The master knows no provider.
-        MasterError: The master's answer is no usable address.
+        MasterError: The master's answer is not a usable address.
     """
     try:
         uri = caller.master.lookup_service(service, timeout=_step(deadline, f"lookup of service {service}"))
@@ -62,10 +62,10 @@ def _step(deadline: Deadline, what: str) -> float | None:
 def probe(
     caller: CallerIdentity, service: str, deadline: Deadline, *, address: tuple[str, int] | None = None
 ) -> dict[str, str]:
-    """The provider's connection header: `type`, `md5sum`, `callerid` and what else it sends.
+    """The provider's connection header: `type`, `md5sum`, `callerid` and further fields.
 
     Raises:
-        ServiceError: No provider, or the one named by the master does not provide it (any more).
+        ServiceError: No provider is registered, or the registered one does not provide the service.
         ConnectionLost: The provider cannot be reached.
         RosTimeout: The deadline passed.
     """
@@ -87,13 +87,13 @@ def wait(
     """Return as soon as a provider of `service` answers a probe.
 
     Args:
-        caller: Who asks.
+        caller: Identity of the calling node.
         service: Resolved name.
         timeout: Seconds; None waits for ever.
         stop: Ends the wait early with ConnectionLost (the client or node was closed).
 
     Raises:
-        RosTimeout: Nobody provided it in time; the text tells what was missing last.
+        RosTimeout: No provider answered in time; the text gives the last reason.
         ConnectionLost: `stop` was set.
     """
     deadline, pause, stop = (
@@ -107,7 +107,7 @@ def wait(
             probe(caller, service, deadline.at_most(LONGEST_PROBE))
             return
         except RosError as error:
-            # The last attempt may have had no time left to find out anything.
+            # The last attempt may have had no time left for a result.
             if reason is None or not (deadline.expired and isinstance(error, RosTimeout)):
                 reason = error
         remaining = deadline.remaining()

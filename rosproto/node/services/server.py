@@ -1,4 +1,4 @@
-"""The providing side of a service: on each client's connection, requests are read and answered in order.
+"""The providing side of a service: reads and answers the requests of each connection in order.
 
 Source: wiki.ros.org/ROS/TCPROS (one byte "ok", then a length-prefixed response, or error text),
 wiki.ros.org/Services; rospy impl/tcpros_service.py and roscpp service_client_link.cpp.
@@ -25,11 +25,11 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import interrupt, limit_waits
 from rosproto.transport.tcpros_io import write_header
 
-LONGEST_ERROR = 64 << 10  # bytes of error text; rospy reads 256 at a time, nobody reads a book
+LONGEST_ERROR = 64 << 10  # bytes of error text
 
 
 def response_from(returned: Any, response_class: type) -> Any:
-    """The response message a handler meant.
+    """Make the response message from the return value of a handler.
 
     Args:
         returned: An instance of the response; a dict of its fields; None, for a response without fields; the
@@ -37,8 +37,8 @@ def response_from(returned: Any, response_class: type) -> Any:
         response_class: Class of the response.
 
     Raises:
-        TypeError: It is none of these. None for a response that has fields is most often a forgotten
-            `return`, so it is an error here as it is in rospy, not a response full of zeros.
+        TypeError: It is none of these. None for a response with fields is an error, as in rospy, because it
+            is most often a forgotten `return`.
     """
     if isinstance(returned, response_class) or getattr(returned, "_type", None) == response_class._type:  # type: ignore[attr-defined]
         return returned
@@ -66,13 +66,13 @@ def _shown(returned: Any) -> str:
 
 
 def encode_reply(response: Any) -> bytes:
-    """The answer of a call that went well: ok byte 1, length, response."""
+    """The answer of a successful call: ok byte 1, length, response."""
     body = encode(response)
     return struct.pack("<BI", 1, len(body)) + body
 
 
 def error_text(error: BaseException) -> str:
-    """What the caller is told about an exception: a ServiceError's own text, else class and message."""
+    """Error text for the caller: the text of a ServiceError, else class and message."""
     if isinstance(error, ServiceError):
         return error.text
     text = str(error)
@@ -80,34 +80,33 @@ def error_text(error: BaseException) -> str:
 
 
 def encode_error(text: str) -> bytes:
-    """The answer of a call that failed: ok byte 0, length, text in UTF-8 (cut when it is enormous)."""
+    """The answer of a failed call: ok byte 0, length, text in UTF-8 (at most `LONGEST_ERROR` bytes)."""
     body = text.encode("utf-8", "surrogateescape" if _has_escaped_bytes(text) else "backslashreplace")
     body = body[:LONGEST_ERROR]
     return struct.pack("<BI", 0, len(body)) + body
 
 
 def _has_escaped_bytes(text: str) -> bool:
-    """True when `text` holds bytes of another program that were not UTF-8 and go back as they came."""
+    """True if `text` contains surrogate-escaped bytes that were not UTF-8 and are sent unchanged."""
     surrogates = [letter for letter in text if "\ud800" <= letter <= "\udfff"]
     return bool(surrogates) and all("\udc80" <= letter <= "\udcff" for letter in surrogates)
 
 
 logger = get_logger("rosproto.node")
 
-ROOM = 4 << 10  # bytes; what most requests fit into
-STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing
+ROOM = 4 << 10  # bytes; enough for most requests
+STEP = 256 << 10  # growth for a longer one: peers may announce a length and send nothing
 
 
 class ServiceSession:
     """Serves one connection whose headers are exchanged; `run` returns when it is over.
 
-    Requests may be pipelined: they are answered one after the other. An idle connection may stay as long as
-    it likes, but once a request has begun to arrive, or an answer to leave, `stall_seconds` without
-    progress end it.
+    Requests may be pipelined: they are answered one after the other. An idle connection has no time limit,
+    but `stall_seconds` without progress within a request or an answer end it.
 
     Attributes:
         peer: "host:port" of the client.
-        callerid: Its node name, "" when it did not say.
+        callerid: Its node name; "" if unknown.
     """
 
     def __init__(
@@ -220,17 +219,17 @@ class ServiceServer:
     """Provides one service; made by `Node.service_server`.
 
     The handler is called with the request in the thread of that client's connection ("rosproto:..."), so
-    several calls run at the same time when several clients call: guard what they share. It returns a
-    response, a dict of its fields, a tuple or list of all fields in order, the bare value for a response of
-    one field, or None for a response without fields. An exception in it, or another value, makes the call
-    fail: the caller gets its text, the log the whole traceback, and the connection lives on. Raise
-    `ServiceError(server.name, "why")` to say no in plain words, without a traceback.
+    calls of several clients run at the same time: protect shared data. It returns a response, a dict of its
+    fields, a tuple or list of all fields in order, the bare value for a response of one field, or None for a
+    response without fields. An exception, or another value, makes the call fail: the caller gets its text,
+    the log gets the traceback, and the connection stays open. Raise `ServiceError(server.name, "why")` to
+    report failure without a traceback.
 
     Attributes:
         name: Resolved service name.
         type_name: "package/Type".
-        md5sum: Of our definition.
-        on_refused: Called with the connection header of a client that does not fit, and why; None at first.
+        md5sum: md5sum of our definition.
+        on_refused: Called with the connection header of a refused client and the reason; None by default.
     """
 
     def __init__(
@@ -269,11 +268,11 @@ class ServiceServer:
     def accept(self, sock: socket.socket, header: Mapping[str, str], peer: str) -> None:
         """Serve one connection whose header names this service; returns when it is over.
 
-        Called by the node in the connection's own thread. Probes, and clients that leave without a request,
-        are served in silence.
+        Called by the node in the connection's own thread. Probes, and clients that disconnect without a
+        request, are not logged.
 
         Raises:
-            Md5sumMismatch, RemoteProtocolError: The client does not fit; it has been told so.
+            Md5sumMismatch, RemoteProtocolError: The client was refused and got an error header.
         """
         try:
             asked, revision = self._understand(header, peer)
@@ -295,7 +294,7 @@ class ServiceServer:
     def _understand(
         self, header: Mapping[str, str], peer: str
     ) -> tuple[ServiceRequest, ServiceRevision | None]:
-        """What the client wants, and its revision of the service when that is not ours."""
+        """Check the client's header; its revision of the service if that is not ours."""
         try:
             return check_service_client_header(
                 header, service=self.name, type_name=self.type_name, md5sum=self.md5sum, peer=peer
@@ -353,9 +352,9 @@ class ServiceServer:
                 self._sessions.discard(session)
 
     def _answer(self, data: bytes, header: dict[str, str], revision: ServiceRevision | None) -> bytes:
-        """Bytes of the answer to one encoded request; never raises.
+        """Encoded answer to one encoded request; never raises.
 
-        A `sys.exit()` in a handler would end this thread only, and the caller would not learn why.
+        Also catches `sys.exit()` in a handler, which would only end this thread, without an answer.
         """
         self._calls += 1
         try:
@@ -372,7 +371,7 @@ class ServiceServer:
             return encode_error(error_text(error))
 
     def _report(self, error: BaseException, header: dict[str, str]) -> None:
-        """A refusal in plain words is no defect; anything else gets its traceback."""
+        """Log a failed call, with a traceback unless it is a ServiceError."""
         caller = header.get("callerid", "")
         if isinstance(error, ServiceError):
             self._context.peer_log.info(self.name, "service %s told %s: %s", self.name, caller, error.text)
@@ -390,7 +389,7 @@ class ServiceServer:
         }
 
     def finish(self) -> None:
-        """Begin to close: no new connections, idle ones end, answers in progress go out. Does not wait."""
+        """Begin to close: refuse connections, end idle ones, complete answers in progress. Does not wait."""
         with self._lock:
             self._closed = True
             sessions = list(self._sessions)
@@ -398,21 +397,20 @@ class ServiceServer:
             session.finish()
 
     def close(self, timeout: float = 2.0) -> None:
-        """Take the service off the master and end its connections. May be called again.
+        """Unregister the service and end its connections. May be called again.
 
-        Requests being served may finish within `timeout` seconds, shared by all of them; what hangs
-        longer is cut off.
+        Requests being served have `timeout` seconds together to finish; then their connections are closed.
         """
         self.leave()
         self.join(Deadline(timeout))
 
     def leave(self) -> None:
-        """As `close`, without waiting: requests being served are answered, however long that takes."""
+        """As `close`, without waiting; requests being served are still answered, without a time limit."""
         self._on_close(self)
         self.finish()
 
     def join(self, deadline: Deadline) -> None:
-        """Wait for the answers in progress; cut off what is not done at the deadline."""
+        """Wait for the answers in progress; at the deadline, close their connections."""
         with self._lock:
             sessions = list(self._sessions)
         for session in sessions:

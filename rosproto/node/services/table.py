@@ -1,4 +1,4 @@
-"""The services of one node: its providers by name, its clients, and who gets an incoming connection.
+"""The services of one node: its providers by name, its clients, and dispatch of incoming connections.
 
 Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Master_API (registerService).
 """
@@ -30,11 +30,11 @@ PROBE_SECONDS = 10.0
 
 
 def ask_type(caller: CallerIdentity, revisions: KnownDefinitions, service: str) -> Any:
-    """The class of what the present provider says it provides.
+    """The service class that the current provider reports.
 
     Raises:
-        ServiceError, ConnectionLost, RosTimeout: It cannot be asked.
-        DefinitionError: We have no definition of its type.
+        ServiceError, ConnectionLost, RosTimeout: It does not answer.
+        DefinitionError: Its type is unknown.
     """
     name = service_probe.probe(caller, service, Deadline(PROBE_SECONDS)).get("type", "")
     if not name or name == "*":
@@ -48,7 +48,7 @@ logger = get_logger("rosproto.node")
 
 
 class ServiceRegistration:
-    """What the master knows about one provider (`registration.Registration`)."""
+    """Registration of one provider at the master (`registration.Registration`)."""
 
     kind = "service"
 
@@ -71,7 +71,7 @@ class ServiceRegistration:
         )
 
     def unregister(self, master: MasterClient) -> None:
-        # The master takes a service off only under the URI it has: another node may provide it by now.
+        # The master unregisters a service only with its current URI: another node may provide it by now.
         master.unregister_service(
             self.name, self._registered_as or self._context.listening.endpoints.rosrpc_uri
         )
@@ -94,7 +94,7 @@ class Services:
 
         Args:
             name: Resolved name.
-            type_: Service class or "package/Type"; None asks the provider, which must be there then.
+            type_: Service class or "package/Type"; None asks the provider, which must be running.
             persistent: Keep the connection between calls.
         """
         service_class = (
@@ -116,11 +116,11 @@ class Services:
         type_: ServiceTypeGiven,
         handler: Callable[[Any], Any],
     ) -> ServiceServer:
-        """Provide a service: it accepts calls when this returns.
+        """Provide a service; it accepts calls when this returns.
 
         Raises:
-            LocalProtocolError: This node provides a service of that name already.
-            MasterError, ConnectionLost, RosTimeout: It could not be registered; it is not provided then.
+            LocalProtocolError: This node already provides a service of that name.
+            MasterError, ConnectionLost, RosTimeout: The registration failed; the service is not provided.
         """
         if not callable(handler):
             raise TypeError(f"service {name}: the handler is a {type(handler).__name__}, expected a callable")
@@ -171,7 +171,7 @@ class Services:
             sock.close()
 
     def forget_server(self, server: ServiceServer) -> None:
-        """Take a provider off the table and the master; called by its `close`."""
+        """Remove and unregister a provider; called by its `close`."""
         with self._lock:
             entry = self._servers.get(server.name)
             if entry is None or entry[0] is not server:
@@ -180,12 +180,12 @@ class Services:
         self._context.registrations.remove(entry[1])
 
     def forget_client(self, client: ServiceClient) -> None:
-        """Called by the client's `close`."""
+        """Remove a client; called by its `close`."""
         with self._lock:
             self._clients.discard(client)
 
     def stats(self) -> dict[str, dict[str, dict[str, int]]]:
-        """Counters of every provider and client, by service name (clients of one service are added up)."""
+        """Counters of every provider and client, by service name (summed over clients of one service)."""
         with self._lock:
             servers = {name: entry[0].stats() for name, entry in self._servers.items()}
             clients: dict[str, dict[str, int]] = {}
@@ -196,13 +196,13 @@ class Services:
         return {"servers": servers, "clients": clients}
 
     def abandon(self) -> None:
-        """In a fork of this process: closed, without taking a lock."""
+        """Mark as closed in a forked process, without taking a lock."""
         self._closed, self._servers = True, {}
         for client in self._clients:
             client.abandon()
 
     def close(self) -> None:
-        """End all clients, then all providers, within a second; the node takes them off the master."""
+        """End all clients, then all providers, within a second; the node unregisters them."""
         with self._lock:
             self._closed = True
             clients, servers = list(self._clients), [entry[0] for entry in self._servers.values()]
