@@ -3,7 +3,7 @@
 with FaultProxy("127.0.0.1", server.port) as proxy:
     client = connect("127.0.0.1", proxy.port)
     proxy.reset()          # every open connection ends with RST on both sides
-    proxy.stall()          # bytes are swallowed into the void until resume(); new connections too
+    proxy.stall()          # no bytes are forwarded until resume(), also of new connections
     proxy.byte_at_a_time = True
     proxy.cut_after(10)    # each open connection ends after 10 more bytes
 """
@@ -190,7 +190,7 @@ class _Link:
             if self.left is not None:
                 data = data[: self.left]
                 self.left -= len(data)
-        self._proxy.forwarded += len(data)  # before they can be received: a test may look then
+        self._proxy.forwarded += len(data)  # before they can be received, so that tests read the right number
         if self._proxy.byte_at_a_time:
             for number in range(len(data)):
                 sink.sendall(data[number : number + 1])

@@ -1,7 +1,7 @@
-"""A Python process elsewhere (another network namespace) that does what a test tells it, line by line.
+"""A Python process elsewhere (another network namespace) that executes a test's commands, line by line.
 
-The test's side is `Remote`; `serve` is the other. What is defined there stays until the process ends, and it ends
-with its input, so that nothing is left over when a test is killed.
+The test's side is `Remote`; the process runs `serve`. Its definitions stay until it ends, and it ends with its input,
+also when a test is killed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 class RemoteFailed(AssertionError):
-    """What was to be done there raised; the text is its traceback."""
+    """The remote code raised; the text is its traceback."""
 
 
 class Remote:
@@ -70,12 +70,12 @@ class Remote:
 
     @property
     def errors(self) -> str:
-        """What it has written to stderr."""
+        """Return its output on stderr."""
         self._errors.seek(0)
         return self._errors.read()
 
     def kill(self) -> None:
-        """End it without a word; its sockets are closed by its kernel."""
+        """Kill the process; the kernel closes its sockets."""
         self.process.kill()
         self.process.wait(10)
 
@@ -119,7 +119,7 @@ class Remote:
         self._answers.put("")
 
 
-# -- over there --------------------------------------------------------------------------------------------
+# -- remote side -------------------------------------------------------------------------------------------
 
 
 class Heard:
@@ -167,7 +167,7 @@ class Ticker:
 
 
 def reachable(host: str, port: int) -> bool:
-    """Does anybody accept connections there?"""
+    """Whether connections to this address are accepted."""
     try:
         socket.create_connection((host, port), 1.0).close()
     except OSError:
@@ -190,7 +190,7 @@ def _await(condition: Callable[[], object], timeout: float) -> float:
 
 
 def serve() -> None:
-    """Do what comes on stdin, answer on stdout, end with stdin."""
+    """Execute commands from stdin, answer on stdout, end with stdin."""
     out = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)  # what is printed by mistake goes to stderr
     world: dict[str, Any] = {"time": time, "Heard": Heard, "Ticker": Ticker, "reachable": reachable}
@@ -208,4 +208,4 @@ def serve() -> None:
             out.write(json.dumps({"error": traceback.format_exc()}) + "\n")
         else:
             out.write(json.dumps({"value": value}, default=repr) + "\n")
-    os._exit(0)  # as a process that is killed: nothing here says good-bye to anybody
+    os._exit(0)  # as when killed: without shutdown of nodes

@@ -1,8 +1,8 @@
 """Simulated chassis that serve one test after the other: starting a graph costs more than most tests do with it.
 
-What a test gets is as good as new: another world, an untouched network, no goal known, nobody else at the master. Who
-has changed the graph itself (crashed a node, closed a publisher, restarted the master, pulled the cable) gets it
-thrown away.
+Each test gets a chassis in its initial state: a new world, an unchanged network, no goals, no other nodes at the
+master. A chassis whose graph a test has changed (crashed a node, closed a publisher, restarted the master, pulled the
+cable) is discarded.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from woosh_pure.sim.world import World
 
 __all__ = ["RobotPool"]
 
-PATIENCE = 2.0  # s for what a test has left to end: its nodes leave, handlers notice
+PATIENCE = 2.0  # s for the rest of a test to end: nodes unregister, handlers return
 
 
 class RobotPool:
-    """Holds at most one simulated chassis that nobody uses. Use it in a `with` block, from one thread.
+    """Holds at most one unused simulated chassis. Use it in a `with` block, from one thread.
 
     Args:
         options: Of each `SimulatedChassis`; speed apart.
@@ -41,7 +41,7 @@ class RobotPool:
             self._free.sim.close()
 
     def take(self, speed: float) -> Robot:
-        """One that is as good as new, at this speed."""
+        """Return a chassis in its initial state, at this speed."""
         robot, self._free = self._free, None
         if robot is None:
             robot = Robot(SimulatedChassis(**self._options).start())
@@ -49,7 +49,7 @@ class RobotPool:
         return robot
 
     def give_back(self, robot: Robot) -> None:
-        """Keep it for the next, or close it when it is not what it was."""
+        """Keep it for the next test, or close it if its graph has changed."""
         if self._free is None and robot.is_sound():
             robot.sim.speed = 0.0  # its world stands, and costs nothing, until it is taken
             self._free = robot
@@ -58,7 +58,7 @@ class RobotPool:
 
 
 class Robot:
-    """A simulated chassis, and what its graph was like when it was new.
+    """A simulated chassis, and the initial state of its graph.
 
     Attributes:
         sim: The chassis.
@@ -94,7 +94,7 @@ class Robot:
         ]
 
     def renew(self, speed: float) -> None:
-        """Another world, in the same graph."""
+        """Create a new world in the same graph."""
         sim = self.sim
         with sim.lock:
             world = World(sim.world.site, sim.world.settings)
@@ -113,7 +113,7 @@ class Robot:
             server._publish_status()
 
     def is_sound(self) -> bool:
-        """Whether the next test will find it as this one did."""
+        """Whether it is in the initial state for the next test."""
         sim = self.sim
         if sim._master is not self._master or sim.closing or sim.network._down_until or sim.network.delay:
             return False

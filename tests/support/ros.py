@@ -148,7 +148,7 @@ def start_real_master() -> Iterator[str]:
     from rosproto.transport import XmlRpcClient
 
     require_ros("rosmaster")
-    for attempt in range(5):  # somebody may take the port between looking and listening
+    for attempt in range(5):  # another program may take the port before it is used
         port = free_port()
         uri = f"http://127.0.0.1:{port}/"
         with RosProcess(

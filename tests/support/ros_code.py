@@ -1,6 +1,6 @@
-"""Code that real ROS 1 needs from our definitions: message packages, headers, compiled roscpp nodes.
+"""Code for real ROS 1 from our definitions: message packages, headers, compiled roscpp nodes.
 
-Made by Debian's own generators. The fixtures that keep what was made are in tests/interop/conftest.py.
+Debian's generators make it. The fixtures that cache it are in tests/interop/conftest.py.
 """
 
 from __future__ import annotations

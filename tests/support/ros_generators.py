@@ -63,7 +63,7 @@ def python(target: Path, *roots: Path) -> None:
 
 
 def headers(target: Path, source: Path, *roots: Path) -> None:
-    """What a C++ source includes, and what that includes, by gencpp; but not what is in /usr/include."""
+    """Generate the headers that a C++ source includes, recursively, by gencpp; except those in /usr/include."""
     from genmsg.template_tools import generate_from_file  # type: ignore[import-not-found]
 
     search = folders_of(list(roots), target / "actions")

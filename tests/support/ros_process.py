@@ -1,9 +1,9 @@
-"""Programs beside a test: run one, or start one and watch what it writes; and whether Debian's ROS is there.
+"""Runs or starts programs for tests and collects their output; checks whether Debian's ROS is installed.
 
-Everything runs in processes of its own, with a clean environment, a home directory of its own, and a time
-limit; only processes started here are ever ended.
+Programs run in separate processes, with a clean environment, a temporary home directory, and a time limit; only
+processes started here are ended.
 
-A test that needs something which is absent is skipped with the reason, or fails when REQUIRE_INTEROP=1 is set.
+A test with a missing requirement is skipped with the reason, or fails when REQUIRE_INTEROP=1 is set.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ __all__ = [
 
 TIMEOUT = 120.0  # seconds for one tool or script, which end what hangs: a loaded computer needs ten for `import rospy`
 
-# -- is it there? ------------------------------------------------------------------------------------------
+# -- requirements ------------------------------------------------------------------------------------------
 
 
 def require(present: object, reason: str) -> None:
@@ -78,7 +78,7 @@ def require_ros(*modules: str) -> None:
 
 
 def clean_environment() -> dict[str, str]:
-    """The little that programs need; nothing of ours that leads ROS or Debian's Python astray."""
+    """Return a minimal environment, without variables that affect ROS or Debian's Python."""
     wanted = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "USER")
     return {key: os.environ[key] for key in wanted if key in os.environ}
 
@@ -115,8 +115,8 @@ class RosProcess:
     """A running program whose output (both streams) is collected; ends with the `with` block.
 
     Attributes:
-        arguments: What was started.
-        process: The Popen object, or what is like it.
+        arguments: The command line.
+        process: The Popen object, or a `WarmProcess`.
     """
 
     def __init__(self, arguments: Sequence[str], env: Mapping[str, str]) -> None:
@@ -156,7 +156,7 @@ class RosProcess:
         return self.process.poll() is None
 
     def lines_after(self, number: int, timeout: float) -> list[str]:
-        """The lines behind the first so many; waits for one, until the program ends or the time is over."""
+        """Return the lines after the first ones; wait for one, until the program ends or the time is over."""
         with self._changed:
             self._changed.wait_for(lambda: len(self._lines) > number or self._ended, timeout)
             return self._lines[number:]
@@ -193,7 +193,7 @@ class RosProcess:
         self.process.send_signal(signal.SIGINT)
 
     def kill(self) -> None:
-        """End it and its children at once, without a chance to say good-bye."""
+        """Kill it and its children."""
         self._signal(signal.SIGKILL)
         self.process.wait(10.0)
 
@@ -214,7 +214,7 @@ class RosProcess:
         try:
             os.killpg(self.process.pid, number)  # a group of its own, see start_new_session
         except ProcessLookupError:
-            pass  # everybody there has ended
+            pass  # all of its processes have ended
 
     def _read(self) -> None:
         try:
@@ -232,7 +232,7 @@ class RosProcess:
 def _start(
     arguments: Sequence[str], env: Mapping[str, str], out: int, err: int
 ) -> WarmProcess | Popen[bytes]:
-    """Start a program in a group of its own, so that its children end with it, and nobody else."""
+    """Start a program in a new process group, so that only its children end with it."""
     if ros_warm.fits(arguments, env) and not import_problem("rospy"):
         return ros_warm.start(arguments, env, out, err)
     return Popen(

@@ -1,4 +1,4 @@
-"""Debian's Python with rospy and ROS's tools loaded, which becomes a program as often as it is asked to.
+"""Debian's Python with rospy and ROS's tools loaded, which is forked for each program.
 
 `import rospy` costs more than most programs of the tests do themselves. Each program runs in a process (and a group)
 of its own, forked from one that has loaded what they share and has done nothing else: as `python3 FILE` or
@@ -44,7 +44,7 @@ KNOWN = {
 
 
 def fits(arguments: Sequence[str], env: Mapping[str, str]) -> bool:
-    """Whether this starts a program that a warm Python can become."""
+    """Whether a warm Python can run this command line."""
     return (
         arguments[0] == PYTHON
         and (arguments[1] == "-c" or not arguments[1].startswith("-"))
@@ -54,7 +54,7 @@ def fits(arguments: Sequence[str], env: Mapping[str, str]) -> bool:
 
 
 class WarmProcess:
-    """What a caller uses of a `subprocess.Popen`."""
+    """The used part of the interface of `subprocess.Popen`."""
 
     def __init__(self, arguments: Sequence[str], pid: int) -> None:
         self.args = list(arguments)
@@ -114,7 +114,7 @@ class _Warm:
                 elif pid in self._running:
                     self._end(pid, code)
                 else:
-                    self._codes[pid] = code  # it ended before anybody knew it
+                    self._codes[pid] = code  # it ended before its id was known
                 self._changed.notify_all()
 
     def _end(self, pid: int, code: int) -> None:
@@ -138,11 +138,11 @@ def start(arguments: Sequence[str], env: Mapping[str, str], out: int, err: int) 
 
 
 def serve(control: socket.socket) -> dict[str, Any]:
-    """Fork for every order and tell its process id, and the exit code later; returns in the children, with the order."""
+    """Fork for every order, report process id and later exit code; return in the children, with the order."""
     for name in LOADED:
         with contextlib.suppress(ImportError):
             __import__(name)
-    gc.freeze()  # what is loaded is not looked at again by every program
+    gc.freeze()  # the collector of each program skips the loaded objects
     woken, wake = os.pipe()
     os.set_blocking(wake, False)
     signal.signal(signal.SIGCHLD, lambda *_: None)
@@ -185,7 +185,7 @@ def _tell_ends(control: socket.socket) -> None:
 
 
 def become(order: Mapping[str, Any]) -> None:
-    """Be the program."""
+    """Run the program in this process."""
     for number, fd in zip((1, 2), order["streams"], strict=True):
         os.dup2(fd, number)
         os.close(fd)

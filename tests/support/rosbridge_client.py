@@ -46,7 +46,7 @@ class RosbridgeClient:
         return json.loads(data)
 
     def until(self, wanted: Callable[[Any], bool], timeout: float = SECONDS) -> Any:
-        """The first message that is wanted; the others are passed over."""
+        """Return the first wanted message; skip the others."""
         while not wanted(message := self.get(timeout)):
             pass
         return message
@@ -61,7 +61,7 @@ class RosbridgeClient:
         return self.until(lambda m: m["op"] == "service_response" and m.get("id") == id)
 
     def closed(self, timeout: float = SECONDS) -> tuple[int, str]:
-        """Code and reason with which the server ends the connection; messages before it are passed over."""
+        """Return code and reason of the server's close; skip earlier messages."""
         from websockets.exceptions import ConnectionClosed
 
         end: Any = None
@@ -73,7 +73,7 @@ class RosbridgeClient:
         return end.rcvd.code, end.rcvd.reason
 
     def abort(self) -> None:
-        """Gone without a word."""
+        """Abort the connection without a closing handshake."""
         self._ws.socket.close()
         self.close()
 
