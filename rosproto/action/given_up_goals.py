@@ -5,9 +5,8 @@ report it, the goal is lost without any sign: status arrays keep coming without 
 roscpp's) then waits for ever, because an array may be older than the goal. Here the goal is LOST once a
 server has been heard for a while without mentioning it.
 
-Such a goal may still arrive, when the connection is alive after all and TCP retransmits. Nobody waits for it
-any more, so it must not run: as soon as a status array shows it, it is cancelled, and again every second
-until the server reacts.
+Such a goal may still arrive if the connection is alive and TCP retransmits. It must not run without a waiting
+client: once a status array lists it, it is cancelled, every second until the server reacts.
 
 No I/O and no clock here; `GoalTracker` passes the times and holds the lock.
 """
@@ -25,7 +24,7 @@ GAP = 1.0  # seconds without a status array that make a gap; five are sent each 
 AGAIN = 1.0  # seconds between two cancels of a goal that arrived too late
 KEEP = 120.0  # seconds; by then every system has given up retransmitting
 MOST_GIVEN_UP = 1000
-MOST_SERVERS = 64  # node names that send status for one action; anybody may invent them
+MOST_SERVERS = 64  # node names that send status for one action; peers choose their names
 
 _RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
 

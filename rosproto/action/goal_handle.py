@@ -75,13 +75,13 @@ class GoalHandle:
 
     @property
     def connection_error(self) -> ConnectionLost | None:
-        """Why nothing can be expected at present (a silent server, a closed client), or None."""
+        """Why the goal cannot progress at present (a silent server, a closed client), or None."""
         return self._tracker.connection_error(self._sent)
 
     @property
     def feedback_dropped(self) -> int:
-        """Feedback messages that nobody took in time from `feedback()` (a callback still saw them), or that
-        came faster than the callback returned.
+        """Number of feedback messages that were not read in time from `feedback()` (the callback still got
+        them), or that arrived faster than the callback returned.
         """
         return self._sent.feedback_dropped
 
@@ -148,10 +148,9 @@ class GoalHandle:
         return self._tracker.cancel(self._sent)
 
     def cancel_at_once(self) -> None:
-        """As `cancel`, for the moments at which nothing may be waited for: no lock is taken, nothing made
-        anew.
+        """As `cancel`, without waiting, locks or allocations of new resources.
 
-        Whether it can help is not looked at, and `state` follows only when the server reacts.
+        The goal's state is not checked, and `state` changes only when the server reacts.
 
         Raises:
             ConnectionLost: No server is connected to take the request.
@@ -174,7 +173,7 @@ class GoalHandle:
         return self._sent.finished or (self.done and no_more_calls)
 
     def why_unfinished(self, deadline: Deadline) -> str:
-        """What a wait that was over at the deadline did not see, in words: for the text of a timeout."""
+        """Text for a timeout: the event that did not happen before the deadline."""
         if self.done:
             return (
                 f"{self._tracker.name}: goal {self.goal_id} has ended ({self.status.name}), but the "

@@ -51,8 +51,8 @@ class Event(NamedTuple):
         kind: What happened.
         name: Topic; "" for the node as a whole.
         address: "host:port" or URI of the other side.
-        error: What went wrong, None when nothing did.
-        peer: The other node's name, "" when it is not known.
+        error: The error, or None.
+        peer: The other node's name; "" if unknown.
         direction: "in" from a publisher, "out" to a subscriber, "" otherwise.
         header: The connection header of a subscriber that was refused; empty otherwise.
     """
@@ -70,7 +70,7 @@ class Events:
     """The latest events of one node; safe from any thread.
 
     Args:
-        callback: Told of each, in the thread where it happens.
+        callback: Called with each event, in the thread where it happens.
     """
 
     def __init__(self, node_name: str, callback: Callable[[Event], object] | None) -> None:
@@ -82,7 +82,7 @@ class Events:
         return iter(list(self._kept))
 
     def emit(self, event: Event) -> None:
-        """Note an event and tell who asked to be told."""
+        """Record an event and call the callback."""
         self._kept.append(event)
         if self._callback is not None:
             try:
@@ -93,16 +93,15 @@ class Events:
                 _log.exception("! %s: on_event raised", self._node_name)
 
     def last_refusal(self, name: str) -> str:
-        """Text about the subscriber of a topic that was refused last, for an error about missing ones."""
+        """Text about the last refused subscriber of a topic, for errors about missing subscribers."""
         refused = [event for event in self if event.kind is EventKind.REFUSED and event.name == name]
         return f" (refused: {refused[-1].error})" if refused else ""
 
 
 def without_frames(error: Exception) -> Exception:
-    """The error, fit to be kept: without its tracebacks, and those of its causes.
+    """The error without its tracebacks and those of its causes.
 
-    A traceback holds the frames it went through, and they their variables: a link's receive buffer of 256 KiB
-    for every error that is remembered.
+    A traceback keeps the variables of its frames alive, such as a link's receive buffer of 256 KiB.
     """
     todo: list[BaseException | None] = [error]
     seen: set[int] = set()

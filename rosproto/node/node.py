@@ -41,45 +41,44 @@ if TYPE_CHECKING:
 class Node:
     """A node: publishes, subscribes, calls and provides services, under one name at one master.
 
-    Close it, or use it in a `with` block. Any number of nodes may live in one process, also of different
-    masters. When the master restarts, or this computer's address changes, everything is registered again by
-    itself. A node that is still open when the program ends is taken off the master then, by a function that
-    the first node registers with `atexit`.
+    Close it, or use it in a `with` block. A process may have any number of nodes, also at different masters.
+    When the master restarts, or this computer's address changes, the node registers everything again. A node
+    that is still open when the program ends is unregistered by an `atexit` function.
 
     Args:
         name: "/laptop", or "laptop" in `namespace`. Must be unique at the master: a second node of the same
             name shuts the first one down.
         master_uri: "http://10.0.0.7:11311/". None is only allowed with `use_environment`.
-        host: Address or name under which others reach this computer, and which is listened on. None: the
-            address that routes to the master, followed when it changes.
+        host: Address or name under which others reach this computer, and on which the node listens. None:
+            the address that routes to the master; changes are followed.
         port: Port of the slave API, 0 for a free one.
         tcpros_port: Port of the TCPROS server, 0 for a free one.
         namespace: For relative names.
         anonymous: Make the name unique by appending host, process and a random number.
         remappings: Name -> other name, as on a ROS command line (`names.parse_arguments`).
-        limits: Bounds for what peers may ask.
+        limits: Limits for requests of peers.
         rosout: Publish /rosout, and provide ~get_loggers and ~set_logger_level.
-        use_environment: Take what is not given from ROS_MASTER_URI, ROS_HOSTNAME, ROS_IP, ROS_NAMESPACE.
+        use_environment: Defaults come from ROS_MASTER_URI, ROS_HOSTNAME, ROS_IP, ROS_NAMESPACE.
         timeout: Seconds to find the master.
         allow: Addresses that may connect to this node; None for all.
         allow_shutdown: Obey `rosnode kill`.
-        intraprocess: Exchange messages with nodes of this process without sockets; a `LocalNodes`: with those
-            alone that were given the same one.
+        intraprocess: Exchange messages with nodes of this process without sockets; with a `LocalNodes`, only
+            with nodes that have the same one.
         msg_path: Folders with .msg, .srv and .action files in ROS layout: types of your own, which come first
-            when a type is given by its name, and further revisions of known ones, for peers that have those.
-            What `learned_paths` gives comes last, after the bundled types.
+            when a type is given by its name, and further revisions of known types, for peers that use them.
+            The folders of `learned_paths` come last, after the bundled types.
         on_event: Called with each `Event`, in a thread of the library.
-        resolve: Host name -> address, for names that this computer does not know: a robot often announces its
-            nodes by its own. A name that is not given and cannot be resolved is taken for the master's host;
-            the log tells.
-        follow_clock: Subscribe /clock where `/use_sim_time` says so. False leaves the clock to the program.
-        close_at_exit: Close the node when the program ends and has not done so.
-        on_shutdown_request: Called with the reason, in a thread of its own, when the master or a tool ends
-            this node; it is to close it. None: that is done at once.
+        resolve: Host name -> address, for names that this computer cannot resolve: robots often announce
+            their nodes by host name. Other unresolvable names are replaced by the master's host; this is
+            logged.
+        follow_clock: Subscribe /clock if `/use_sim_time` is set. False leaves the clock to the program.
+        close_at_exit: Close an open node when the program ends.
+        on_shutdown_request: Called with the reason, in its own thread, when the master or a tool shuts down
+            this node; it must close the node. None closes the node at once.
 
     Raises:
-        ConnectionLost, RosTimeout: No master answers; the text says where, and what to check.
-        ValueError: A name or URI is not legal.
+        ConnectionLost, RosTimeout: The master does not answer; the text gives its address and what to check.
+        ValueError: A name or URI is invalid.
     """
 
     def __init__(
@@ -153,7 +152,7 @@ class Node:
             raise
 
     def _start(self, settings: GraphSettings, *, rosout: bool, follow_clock: bool) -> None:
-        """Open what the node itself publishes, subscribes and provides; then watch the master."""
+        """Open the node's own topics and services; then watch the master."""
         parts, lifecycle = self._parts, self._parts.context.lifecycle
         parts.note_local()
         lifecycle.closers.append(self.clock.close)
@@ -178,15 +177,14 @@ class Node:
     def registering(self) -> AbstractContextManager[None]:
         """Open many topics and services with one request to the master: `with node.registering(): ...`.
 
-        What this thread opens within the block (publishers, subscribers, service servers, action clients and
-        servers) is there at once, and registered when the block ends: until then nobody else finds it. A
-        master without `system.multicall` is told one by one. When the block raises, what it has opened is
-        closed.
+        Publishers, subscribers, service servers, action clients and servers that this thread opens within the
+        block exist at once and are registered when the block ends; other nodes cannot find them earlier. A
+        master without `system.multicall` gets single requests. If the block raises, they are closed.
 
         Raises:
-            MasterError: At the end, the master refused one; that one is closed, the others stand.
-            RegistrationsRefused: It refused several; `refused` says why, for each.
-            ConnectionLost, RosTimeout: The master is away; all of it is closed.
+            MasterError: The master refused one of them; it is closed, the others stay open.
+            RegistrationsRefused: The master refused several; `refused` has the reason for each.
+            ConnectionLost, RosTimeout: The master does not answer; all of them are closed.
         """
         self._check_open()
         return self._parts.context.registrations.together()
@@ -209,20 +207,20 @@ class Node:
             topic: Global, relative or "~private" name.
             type: A message class or "package/Type"; `AnyMsg` (or another class of md5sum "*") for a relay
                 that does not know what it sends (only subscribers of any type get it, as with rospy).
-            latch: A subscriber that comes later gets the last message.
-            queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
-            on_connect: Called with the caller id of each new subscriber, in a thread of the library; perhaps
-                before this has returned.
-            on_disconnect: The same for each subscriber that has left, not when this publisher is closed.
-            header: Called for each new subscriber; what it returns is said to it besides the usual fields
-                of a connection header, or in their place.
-            linger: When the program is killed, the system goes on delivering what it sent, for minutes when
-                the network is away. False has that thrown away: for commands that do harm when they come
-                late. After an orderly end (`close`) it is delivered in both cases.
+            latch: Whether later subscribers get the last message.
+            queue_size: Queue length per subscriber; when full, the oldest message is dropped.
+            on_connect: Called with the caller id of each new subscriber, in a thread of the library; possibly
+                before this returns.
+            on_disconnect: The same for each disconnected subscriber, not when this publisher is closed.
+            header: Called for each new subscriber; returns fields that extend or replace those of the
+                connection header.
+            linger: Whether the system still delivers sent messages after the program is killed, for minutes
+                during a network outage. False discards them: for commands that are dangerous when late.
+                After `close` they are delivered in both cases.
 
         Raises:
             LocalProtocolError: No definite type, another type than before, or the node is closed.
-            MasterError, ConnectionLost, RosTimeout: It could not be registered.
+            MasterError, ConnectionLost, RosTimeout: The registration failed.
         """
         self._check_open()
         options.callback_or_none(on_connect, f"on_connect of {topic}")
@@ -261,22 +259,21 @@ class Node:
 
         Args:
             topic: Global, relative or "~private" name.
-            type: A message class or "package/Type"; None takes the publisher's own definition, `AnyMsg` is
+            type: A message class or "package/Type"; None uses the publisher's definition, `AnyMsg` receives
                 any type, raw.
-            callback: Called with each message; see `Subscriber` for the thread. The first call may come as
-                soon as the topic is registered, before this has returned. Without it, iterate or use `next`.
-            queue_size: Most messages that wait for the program; the oldest is dropped. 1 is the newest.
-            raw: Give `AnyMsg` with the encoded bytes, do not decode.
+            callback: Called with each message; see `Subscriber` for the thread. The first call may happen
+                before this returns. Without a callback, iterate or use `next`.
+            queue_size: Queue length; when full, the oldest message is dropped. 1 keeps only the newest.
+            raw: Return `AnyMsg` with the encoded bytes instead of decoding.
             tcp_nodelay: Ask publishers to send each message at once. It removes stalls of 40 ms with peers
-                that use Nagle's algorithm (rospy, roscpp), and costs them more than half their rate in bursts
-                (measured), therefore off. Our own publishers send at once in any case.
-            unreliable: Take datagrams (UDPROS) from publishers that offer them, as roscpp does: what the
-                network loses is lost, and nothing comes late. For states and sensors over Wi-Fi. As with
-                `tcp_nodelay`, the first subscriber of a topic in a node decides for those that share it.
+                that use Nagle's algorithm (rospy, roscpp), but halves their rate in bursts (measured), so it
+                is off by default. Our own publishers always send at once.
+            unreliable: Use datagrams (UDPROS) with publishers that offer them, as roscpp does: messages may
+                be lost, but are never late. For states and sensors over Wi-Fi. As with `tcp_nodelay`, the
+                first subscriber of a topic in a node decides for all that share it.
             on_error: Called with each error of a link (lost, refused), in a thread of the library.
-            inline: Call `callback` in the thread that received the message even when it is slow; the
-                connection is not read meanwhile (what rospy does). Callbacks for two publishers may then
-                run at the same time.
+            inline: Call `callback` in the receiving thread even if it is slow; the connection is not read
+                meanwhile (as in rospy). Callbacks for two publishers may then run at the same time.
 
         Raises:
             LocalProtocolError: Another type than before, or the node is closed.
@@ -301,9 +298,9 @@ class Node:
         """Subscribe, take one message, unsubscribe.
 
         Raises:
-            RosTimeout: None came, or the master did not answer; the text tells how things stand with each
+            RosTimeout: No message arrived, or the master did not answer; the text gives the state of each
                 publisher.
-            ConnectionLost, MasterError: It could not be registered.
+            ConnectionLost, MasterError: The registration failed.
         """
         deadline = Deadline(timeout)
         self._check_open()
@@ -316,14 +313,14 @@ class Node:
     # -- services and parameters ----------------------------------------------------------------------------
 
     def service_client(self, service: str, type: Any, *, persistent: bool = False) -> ServiceClient:
-        """A client of a service; connects with the first call. See `ServiceClient`."""
+        """A client of a service; connects on the first call. See `ServiceClient`."""
         self._check_open()
         return self._parts.services.client(self.resolve_name(service), type, persistent=persistent)
 
     def service_server(self, service: str, type: Any, handler: Callable[[Any], Any]) -> ServiceServer:
         """Provide a service: `handler(request)` returns the response. See `ServiceServer`.
 
-        The handler may be called as soon as the service is registered, before this has returned.
+        The handler may be called before this returns.
         """
         self._check_open()
         return self._parts.services.server(self.resolve_name(service), type, handler)
@@ -332,7 +329,7 @@ class Node:
         """Wait until a service is provided and its provider answers.
 
         Raises:
-            RosTimeout: It was not in time.
+            RosTimeout: No provider answered in time.
         """
         context = self._parts.context
         service_probe.wait(context, self.resolve_name(service), timeout, stop=context.lifecycle.closing)
@@ -351,7 +348,7 @@ class Node:
 
     @property
     def host_given(self) -> str | None:
-        """Our address as the program gave it; None where it is found from the route to the master."""
+        """The `host` argument; None if the address is found from the route to the master."""
         return self._parts.context.listening.given
 
     @property
@@ -367,7 +364,7 @@ class Node:
 
     @property
     def master(self) -> MasterClient:
-        """The master, asked in this node's name."""
+        """Client of the master API under this node's name."""
         return self._parts.context.master
 
     @property
@@ -377,12 +374,12 @@ class Node:
 
     @property
     def closed(self) -> bool:
-        """True from the beginning of `close`."""
+        """True from the start of `close`."""
         return self._parts.context.lifecycle.closed
 
     @property
     def close_reason(self) -> str:
-        """Why the node was closed: "" by the program, else by whom (`rosnode kill`)."""
+        """Reason of the close; "" if the program closed the node."""
         return self._parts.context.lifecycle.close_reason
 
     @property
@@ -400,12 +397,12 @@ class Node:
         self._parts.context.revisions = revisions
 
     def resolve_name(self, name: str) -> str:
-        """The global name that `name` means here, remappings applied.
+        """Resolve a name to a global one, with remappings.
 
-        A name that is not legal, but in use elsewhere (`/camera-1/image`), is taken with a warning.
+        An invalid name that is in common use (`/camera-1/image`) is accepted with a warning.
 
         Raises:
-            ValueError: No master takes it: it is empty, or has a space, `:` or control characters.
+            ValueError: No master accepts it: it is empty, or has a space, `:` or control characters.
         """
         return self._parts.naming.resolve(name)
 
@@ -420,48 +417,48 @@ class Node:
     def on_shutdown(self, callback: Callable[[str], object]) -> None:
         """Have `callback(reason)` called when the node begins to close; "" when the program closes it.
 
-        Nothing can be sent any more then: see `before_close`.
+        Nothing can be sent at that point: see `before_close`.
         """
         self._parts.context.lifecycle.shutdown_callbacks.append(callback)
 
     def before_close(self, callback: Callable[[str], object]) -> None:
-        """Have `callback(reason)` called before the node closes, while everything of it still works.
+        """Have `callback(reason)` called before the node closes, while it still works.
 
-        For what must still be said: a last zero, the end of a goal. It is called by whatever closes the node
-        in order: `close`, the end of the program, and a `shutdown` that the master or a peer asks for
-        (`rosnode kill`); then `reason` says who asked, and why; else it is "". Callbacks are called one after
-        the other, in the order of their registration, in the thread that closes; what one raises is logged.
-        They must end by themselves within some seconds: the node waits for them, the end of the program ten
-        seconds at most. In one of them `close` does nothing. A process that is killed calls nobody.
+        For last messages, such as a zero velocity or a goal's cancellation. Called on `close`, at the end of
+        the program, and on a `shutdown` request of the master or a peer (`rosnode kill`); `reason` is the
+        request's sender and reason, else "". Callbacks run one after the other in order of registration, in
+        the closing thread; exceptions are logged. They must return within some seconds: `close` waits for
+        them, the end of the program at most ten seconds. In a callback, `close` does nothing. Callbacks do
+        not run if the process is killed.
         """
         self._parts.context.lifecycle.before_close.append(callback)
 
     def add_closer(self, close: Callable[[], None]) -> None:
-        """Have `close()` called while the node closes, before its links go: for what is built on the node.
+        """Have `close()` called while the node closes, before its links end: for objects that use the node.
 
-        It has to end in bounded time, and may be called although it was called before. The newest is called
-        first. See `before_close` for what must still be said to others.
+        It must return in bounded time and may be called more than once. The newest is called first. To send
+        last messages, use `before_close`.
         """
         self._parts.context.lifecycle.closers.append(close)
 
     def remove_closer(self, close: Callable[[], None]) -> None:
-        """Do not call it any more; nothing when it is not there."""
+        """Remove a closer; does nothing if it is not registered."""
         closers = self._parts.context.lifecycle.closers
         if close in closers:
             closers.remove(close)
 
     def watch_master(self, *, period: float, full_check_every: int) -> None:
-        """Look after the master less often, or more.
+        """Set how often the master is checked.
 
         Args:
-            period: Seconds between two looks at a master that answers; 1 at first.
-            full_check_every: Looks between two comparisons of the whole graph; 5 at first.
+            period: Seconds between two checks while the master answers; 1 by default.
+            full_check_every: Checks between two comparisons of the whole graph; 5 by default.
         """
         monitor = self._parts.master_monitor
         monitor.period, monitor.full_check_every = period, full_check_every
 
     def look_at_master(self) -> None:
-        """Look now whether the master still knows us: something is known to have changed."""
+        """Check at once whether this node is still registered at the master."""
         self._parts.master_monitor.hurry()
 
     def __repr__(self) -> str:
@@ -471,9 +468,9 @@ class Node:
     # -- closing --------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Take everything off the master and end all links; bounded in time, may be called twice.
+        """Unregister everything and end all links; bounded in time, may be called twice.
 
-        What waits for slow subscribers is given half a second, then dropped.
+        Messages queued for slow subscribers are dropped after half a second.
         """
         self._parts.close("")
 

@@ -52,7 +52,7 @@ class ParameterSubscription:
 
     @property
     def value(self) -> Any:
-        """The present value, None when the parameter is not set. Do not change it in place."""
+        """The current value; None if the parameter is not set. Do not modify it in place."""
         try:
             value = self._params._cache.get(self.key)
         except KeyError:
@@ -66,12 +66,12 @@ class ParameterSubscription:
         self.close()
 
     def close(self) -> None:
-        """No more callbacks; the master is told when nobody else here subscribes the key."""
+        """End the callbacks; the last subscription of a key in this node is unregistered."""
         self._params._unsubscribe(self)
 
 
 class ParameterRegistration:
-    """What the master knows about one subscribed key (`registration.Registration`)."""
+    """Registration of one subscribed key at the master (`registration.Registration`)."""
 
     kind = "parameter"
 
@@ -97,7 +97,7 @@ class Parameters:
 
     Values are bool, int (32 bits), float, str, bytes, and lists and dicts of these; a dict is a namespace.
     A key may be global ("/a/b"), relative to the node's namespace ("b"), or private ("~b"). Every method
-    asks the master, but `cached` and what `subscribe` returns.
+    asks the master, except `cached` and the result of `subscribe`.
 
         node.params["/speed"] = 0.5
         node.params.get("~rate", 10)
@@ -228,7 +228,7 @@ class Parameters:
         return self.names()
 
     def subscribe(self, key: str, callback: Callback | None = None) -> ParameterSubscription:
-        """Follow a parameter or a namespace; `.value` of what this returns is always fresh.
+        """Follow a parameter or a namespace; the `.value` of the subscription is kept up to date.
 
         After a restart of the master the subscription is made again and compared with what was known.
 

@@ -111,7 +111,7 @@ class LoggerServices:
             raise ServiceError("set_logger_level", str(error)) from None
 
     def close(self) -> None:
-        """Withdraw both. May be called again."""
+        """Close both services. May be called again."""
         for server in self._servers:
             server.close()
 

@@ -9,22 +9,22 @@ from typing import Any
 
 @dataclass(slots=True)
 class LinkStats:
-    """What went over one link since it was made.
+    """Counters of one link since it was made.
 
     Attributes:
         topic: Resolved topic.
         direction: "out" to a subscriber, "in" from a publisher.
-        peer: The other node's name, "" before it said so.
+        peer: The other node's name; "" before the handshake.
         address: "host:port" of the connection, or the publisher's XML-RPC URI while there is none.
         transport: "TCPROS", "UDPROS" or "INTRAPROCESS".
         connected: True while messages can flow.
         bytes: Bytes of messages, lengths included.
         messages: Messages sent, or received.
-        dropped: Messages given up because a queue was full; by UDPROS also those lost on the way.
-        reconnects: Times the connection was made again.
-        queued: Messages waiting now.
+        dropped: Messages dropped because a queue was full; with UDPROS also those lost by the network.
+        reconnects: Number of reconnections.
+        queued: Messages in the queue now.
         state: State of the link, in words.
-        last_error: Text of the last error, "" when there was none.
+        last_error: Text of the last error; "" if there was none.
     """
 
     topic: str
@@ -44,7 +44,7 @@ class LinkStats:
 
 @dataclass(slots=True)
 class NodeStats:
-    """What `Node.stats()` tells.
+    """Result of `Node.stats()`.
 
     Attributes:
         name: The node.
@@ -64,10 +64,10 @@ class NodeStats:
 
     @property
     def dropped(self) -> int:
-        """Messages given up on all links because a queue was full."""
+        """Dropped messages of all links."""
         return sum(link.dropped for link in self.links)
 
     @property
     def reconnects(self) -> int:
-        """Connections made again on all links."""
+        """Reconnections of all links."""
         return sum(link.reconnects for link in self.links)
