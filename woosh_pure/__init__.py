@@ -36,7 +36,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Import what connects, or simulates, with its first use (PEP 562)."""
+    """Import `Chassis` and `SimulatedChassis` on first use (PEP 562)."""
     if name == "Chassis":
         from woosh_pure.chassis import Chassis
 

@@ -1,4 +1,4 @@
-"""`Chassis`: the API a person types. Reading needs no permission; moving is an explicit call."""
+"""`Chassis`: the main API. Reading needs no permission; moving is an explicit call."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ _log = get_logger("woosh_pure.chassis")
 
 # Seconds for which nothing must block: messages of different topics may come in another order than sent.
 _SETTLED = 0.3
-# Bounds of what Ctrl-C does not end: the parts have their own bounds, which these do not cut off.
+# Time limits of steps that Ctrl-C does not end; longer than the limits of their parts.
 _CLOSE_SECONDS, _LEAVE_SECONDS = 30.0, 10.0
-_CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for what it finds then
+_CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for goals that it finds afterwards
 
 
 class Chassis(Readings, MotionVerbs, Peripherals):
@@ -67,20 +67,20 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         address: "169.254.128.2", "host:port" or a master URI; None takes $ROS_MASTER_URI.
         name: Prefix of our node's name.
         host: Our own address as the robot reaches it; None finds it from the route to the master.
-        timeout: Seconds for connecting and for services, where a call does not say otherwise.
+        timeout: Default time limit for connecting and for services, s.
         leave_running: True leaves goals running at the end of the `with` block (velocity blocks end always).
         msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those,
-            and what `node` means by a type's name. Verbs and feeds keep the definitions they know.
+            and the types of `node`. Verbs and feeds keep their definitions.
         learned: Use also what `woosh learn` has kept for this user.
-        resolve: Host name -> address, for names of the robot that this computer does not know. One that is
-            not given and cannot be resolved is taken for the master's host; the log tells.
-        watchdog: True starts a small process beside this one (20 MB), which sends zero and cancels what this
-            object has begun when the program is killed, or does not run for 0.8 s; with `leave_running` goals
-            go on. A `rosproto.watchdog.Watchdog` is shared by several. It is no emergency stop.
+        resolve: Host name -> address, for names of the robot that this computer does not know. A name that is
+            not given and cannot be resolved is replaced by the master's host; this is logged.
+        watchdog: True starts a small process (20 MB) that sends zero and cancels the motions of this object
+            when the program is killed, or does not run for 0.8 s; with `leave_running` goals continue. A
+            `rosproto.watchdog.Watchdog` can be shared by several. It is no emergency stop.
 
     Raises:
-        ValueError: No address, or one that cannot be read; `timeout` or `resolve` makes no sense.
-        DefinitionError: A folder of `msg_path` is not there or holds no definition.
+        ValueError: There is no address, or `address`, `timeout` or `resolve` is invalid.
+        DefinitionError: A folder of `msg_path` does not exist or has no definition.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         )
 
     def __enter__(self) -> Chassis:
-        self._components.connection.open_node()  # an unreachable master is told here, not at the first verb
+        self._components.connection.open_node()  # an unreachable master raises here
         self._components.in_block = True
         self._components.start_watchdog()
         return self
@@ -130,7 +130,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         except ConnectionLost as problem:
             if kind is None:
                 raise
-            _log.warning("! %s", problem)  # what the block raised is what the caller must see
+            _log.warning("! %s", problem)  # the exception of the block has precedence
 
     def close(self) -> None:
         """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
@@ -145,7 +145,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         try:
             motions.executor.do(self._components.close, _LEAVE_SECONDS)
         except RosTimeout as late:
-            # What a signal handler has interrupted may hold what this needs: it goes on afterwards.
+            # A frame that a signal handler has interrupted may hold a lock: closing continues afterwards.
             _log.debug("! leaving the graph: %s", late)
         if problems:
             raise ConnectionLost(
@@ -189,7 +189,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
 
     @property
     def node(self) -> rosproto.Node:
-        """The node underneath, for everything this class does not offer."""
+        """The underlying node, for everything this class does not offer."""
         return self._components.connection.open_node()
 
     @property
@@ -211,21 +211,21 @@ class Chassis(Readings, MotionVerbs, Peripherals):
     def readiness(self) -> Readiness:
         """Whether it would move now: `answer` is yes, no or not known, `reasons` and `sentence()` say why.
 
-        Not known is what it is until the chassis has told its state (`/robot_status` is sent on change only):
-        an emergency stop that was pressed before we connected is never reported. True only for yes.
-        What the chassis has refused to this object is remembered until it is shown to be over. Nothing is
-        moved or interrupted to find out; see `woosh_pure.readiness`.
+        The answer is "not known" until the chassis has reported its state (`/robot_status` is sent on change
+        only): an emergency stop that was pressed before we connected is never reported. The result is true
+        only for yes. A refusal is remembered until its cause is shown to be over. The check moves and
+        interrupts nothing; see `woosh_pure.readiness`.
         """
         return self._components.readiness_state.readiness()
 
     def wait_until_ready(self, timeout: float | None = 60.0, *, known: bool = False) -> Readiness:
         """Wait until nothing known blocks a motion, for example after the emergency stop was released.
 
-        That may be "not known" still: look at the `answer` of what is returned, or wait with `known=True`. A
-        chassis that stands idle may never tell its state.
+        The answer may still be "not known": check `answer` of the result, or wait with `known=True`. An idle
+        chassis may never report its state.
 
-        State and status codes come on different topics, in any order: ready counts when it has been so for
-        a moment, so that a verb called right afterwards is not refused for a code that was still on its way.
+        State and status codes come on different topics, in any order. So nothing may block for a moment
+        before this returns, and a verb called next is not refused for a code that was still on its way.
 
         Args:
             timeout: Seconds; None waits for ever.
@@ -307,7 +307,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
                 another program can send velocities.
             ValueError: A limit higher than the chassis's own.
             StaleState: The chassis sends no measured velocity (on entering).
-            RosTimeout, ConnectionLost: Nobody listens to the velocity topic, or the master is gone.
+            RosTimeout, ConnectionLost: The velocity topic has no subscriber, or the master is gone.
         """
         if bypasses_protection is not True:
             raise MotionRefused(
@@ -325,7 +325,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             linear, angular = known.max_linear, known.max_angular
         except RosTimeout:
             linear = angular = 0.0
-        # A limit beyond what such a base can do is in another unit, or no limit: then the careful ones hold.
+        # A limit that is too high for such a base is in another unit, or no limit: use the defaults.
         return DriveLimits(
             _lower("max_linear", linear if 0.0 < linear <= MAX_SPEED else DEFAULT_LINEAR, max_linear),
             _lower(
@@ -341,19 +341,19 @@ class Chassis(Readings, MotionVerbs, Peripherals):
 
         It is NO emergency stop: it goes through the network and the chassis's software. Zero goes to
         `/smooth_cmd_vel` and `/base_cmd_vel`, cancels go to `/move_base`, `/cmd_vel_control` and
-        `/exec_task`, and `/odom_twist` tells whether the robot stands. What is not there is not waited for.
+        `/exec_task`, and `/odom_twist` shows whether the robot stands. Missing topics are not waited for.
 
         Args:
             everything: Also cancel goals and tasks that others have started. Another program's velocities
-                cannot be cancelled: the robot obeys what comes last, so it goes on after our zeros. The
+                cannot be cancelled: the robot obeys the last message, so it moves on after our zeros. The
                 report names such programs.
             end_drivers: Also ask programs that can send velocities to end, as `rosnode kill` does, and send
-                zero after them. The robot's own nodes are left alone, and what runs on its computer.
+                zero after them. The robot's own nodes and programs on its computer are left alone.
             timeout: Seconds until the stop must be confirmed by the measured velocity.
 
         Returns:
-            What was done, and whether the robot is known to stand still. It never raises for what did not
-            work: the report says it.
+            The report: actions, failures, and whether the robot is known to stand still. Failures are not
+            raised.
         """
         return _stop(
             self._components, everything=everything, end_drivers=end_drivers, timeout=stop_seconds(timeout)
@@ -383,11 +383,11 @@ class Chassis(Readings, MotionVerbs, Peripherals):
 
         Raises:
             KeyError: It is not in the table; the text lists near names.
-            ValueError: It is no action, the goal is another's, a number is not finite or out of the
-                interface's limits, or `timeout` is no time.
-            MotionRefused: It moves the robot, and that is not ready, or moved by something else of ours.
+            ValueError: It is not an action, the goal is of another action, a number is not finite or exceeds
+                the interface's limits, or `timeout` is not a time.
+            MotionRefused: It moves the robot, which is not ready or is moved by another motion of ours.
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
-            RosTimeout: The action server is not there.
+            RosTimeout: There is no action server.
         """
         found = interface.row(name)
         if found.kind != "action":
@@ -404,10 +404,10 @@ class Chassis(Readings, MotionVerbs, Peripherals):
 
         Raises:
             KeyError: It is not in the table; the text lists near names.
-            ValueError: It is no topic to write, the message has another type, or a number is not finite.
+            ValueError: It is not a topic to write, the message has another type, or a number is not finite.
             MotionRefused: A velocity topic: those are written inside `with chassis.velocity(...)` only.
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
-            RosTimeout: Nobody of the chassis listens.
+            RosTimeout: No node of the chassis subscribes.
         """
         found = interface.row(topic)
         if found.flow != "write":
@@ -436,7 +436,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
 
 
 def components_of(chassis: Chassis) -> Components:
-    """The parts of a Chassis, for what is built beside it: the face for asyncio, and the commands."""
+    """The parts of a Chassis, for the asyncio API and the commands."""
     return chassis._components
 
 

@@ -76,12 +76,12 @@ class Components:
         )
 
     def start_watchdog(self) -> None:
-        """Have it ready for the first motion; returns at once."""
+        """Start the watchdog, to be ready for the first motion; returns at once."""
         if self._watchdog is not None:
             self._watchdog.start()
 
     def _stopped_by_watchdog(self, why: str) -> None:
-        """Whatever it has stopped is over for us, too. In a thread: the watchdog's own has more to hear."""
+        """End the motions that the watchdog has stopped, in a thread: its own must keep receiving."""
         threading.Thread(target=partial(self.motions.end_all, why), name="woosh:stop", daemon=True).start()
 
     def _before_close(self, reason: str) -> None:

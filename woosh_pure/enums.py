@@ -1,4 +1,4 @@
-"""The chassis's numbers as enums. A number we do not know is kept, under the name UNKNOWN_<n>.
+"""The chassis's numbers as enums. An unknown number is kept under the name UNKNOWN_<n>.
 
 Source: woosh_msgs 1.1.4 and the vendor's interface page; members marked "manual" come from the vendor's
 later manual and were not seen on this interface.
@@ -49,7 +49,7 @@ class _OpenIntEnum(IntEnum):
 
     @property
     def known(self) -> bool:
-        """False for a number this version has no name for."""
+        """False for a number without a name in this version."""
         return not self.name.startswith("UNKNOWN_")
 
     def __str__(self) -> str:
@@ -82,7 +82,7 @@ class TaskState(_OpenIntEnum):
 
     @property
     def is_final(self) -> bool:
-        """True when the task is over, well or badly."""
+        """True when the task is over, with any outcome."""
         return self in (TaskState.COMPLETED, TaskState.CANCELLED, TaskState.FAILED)
 
 

@@ -1,7 +1,6 @@
-"""What can go wrong with a chassis, as opposed to with ROS (those errors are in `rosproto.errors`).
+"""Errors of the chassis (those of ROS are in `rosproto.errors`).
 
-Every error here says what happened, what was expected and what to do next, and carries the facts as
-attributes.
+The text of each gives the event, the expectation and the remedy; the facts are attributes.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ __all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "Stal
 
 
 class ChassisError(RosError):
-    """Base of the errors of the chassis API. Its text is one line, whatever a chassis said that it quotes."""
+    """Base of the errors of the chassis API. Its text is one line, also if it quotes the chassis."""
 
     def __str__(self) -> str:
         return shown(super().__str__())
@@ -25,11 +24,9 @@ class MotionRefused(ChassisError):
     """A motion was not started: the chassis would not, or must not, move now.
 
     Attributes:
-        readiness: Everything that speaks against moving, as known at that moment; None when a
-            value of the call itself was the reason.
-        said: The chassis's own words, "" when it was not asked or gave none.
-        reasons: Why, for programs: those of `readiness`, or one that says what was wrong with the call. Never
-            empty.
+        readiness: The readiness at that moment; None if an argument of the call was the reason.
+        said: The chassis's own text; "" if it was not asked or gave none.
+        reasons: The reasons, for programs: those of `readiness`, or one about the call. Never empty.
     """
 
     exit_code = 3
@@ -38,19 +35,19 @@ class MotionRefused(ChassisError):
         against = () if readiness is None else readiness.reasons
         key = ReasonKey.CALL if readiness is None else ReasonKey.REFUSED
         self.reasons: tuple[Reason, ...] = against or (Reason(key, message),)
-        unsaid = (ReasonKey.UNKNOWN, ReasonKey.REFUSED)  # not known, or what `message` says itself
+        unsaid = (ReasonKey.UNKNOWN, ReasonKey.REFUSED)  # not known, or already in `message`
         super().__init__(both(message, *(reason.text for reason in against if reason.key not in unsaid)))
         self.readiness = readiness
         self.said = said
 
 
 class FirmwareLimit(ChassisError):
-    """The chassis's firmware has no way to be told what was asked for; nothing was sent.
+    """The firmware's definition cannot express a value of the call; nothing was sent.
 
     Attributes:
         name: Topic, service or action.
-        fields: What its definition lacks: paths of fields, or names of constants.
-        firmware: Which firmware the definition belongs to, as in `woosh sim --firmware`; "" when unknown.
+        fields: Missing parts of its definition: paths of fields, or names of constants.
+        firmware: The firmware of the definition, as in `woosh sim --firmware`; "" if unknown.
         md5sum: Of the definition that the chassis has.
     """
 
@@ -63,11 +60,11 @@ class FirmwareLimit(ChassisError):
 
 
 class StaleState(ChassisError):
-    """A value is needed that the chassis has not sent, or not recently enough.
+    """The chassis has not sent a required value, or not recently enough.
 
     Attributes:
-        topic: Where the value should come from.
-        age: Seconds since the last message by our clock, None when there was none.
+        topic: The topic of the value.
+        age: Seconds since the last message by our clock, None if there was none.
     """
 
     def __init__(self, message: str, *, topic: str = "", age: float | None = None) -> None:
@@ -80,7 +77,7 @@ class GoalFailed(ChassisError):
     """A goal ended in something other than an arrival.
 
     Attributes:
-        outcome: How it ended: kind, code, text, whether the robot is known to stand still.
+        outcome: Kind, code, text, and whether the robot is known to stand still.
     """
 
     def __init__(self, outcome: Outcome) -> None:

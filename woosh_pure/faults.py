@@ -1,8 +1,7 @@
-"""Status codes: what a number on /status_code means, and which faults are active now. Pure: no clock, no
-network.
+"""Status codes: the meaning of a number on /status_code, and the active faults. Pure: no clock, no network.
 
 A code has 12 decimal digits: version (1), department (1), module (2), submodule (2), function state (5),
-level (1). Level 0 says normal or recovered and clears the other codes of the same submodule; submodule 00
+level (1). Level 0 means normal or recovered and clears the other codes of the same submodule; submodule 00
 clears its module.
 """
 
@@ -33,8 +32,8 @@ __all__ = [
 ]
 
 # Words of the identifiers in English and Chinese. Only words whose spelling does not read as plain English
-# are listed for English. The vendor's misspellings (ABNOR, SEANNER, SUCESS, ININT ...) are keys, because they
-# are what the identifiers say.
+# are listed for English. The vendor's misspellings (ABNOR, SEANNER, SUCESS, ININT ...) are keys, because the
+# identifiers contain them.
 _ENGLISH = dict(
     pair.split("=")
     for pair in (
@@ -156,7 +155,7 @@ class FaultLevel(IntEnum):
 
 
 class Department(IntEnum):
-    """Second digit of a code: which part of the robot speaks."""
+    """Second digit of a code: the part of the robot."""
 
     UNKNOWN = 0
     ELECTRICAL = 1
@@ -176,7 +175,7 @@ class _VendorWords:
         return self.english
 
     def said(self, language: str) -> str:
-        """In a language of `woosh_pure.language`."""
+        """Return the text in a language of `woosh_pure.language`."""
         return self.chinese if language == "zh" else self.english
 
 
@@ -189,8 +188,8 @@ class StatusCode:
         identifier: The vendor's name for it, "" when the table has none.
         english, chinese: One short sentence.
         derived: True when the sentence is made from the identifier (or from the number) alone.
-        level: How bad it is.
-        department: Which part of the robot.
+        level: Its severity.
+        department: The part of the robot.
         module, submodule: Two digits each.
         function_state: Five digits.
         version: First digit.
@@ -242,7 +241,7 @@ def all_codes() -> Iterator[StatusCode]:
 
 @lru_cache(maxsize=1024)
 def decode_status_code(code: int) -> StatusCode:
-    """What a number on /status_code means; any uint64 gives a value, unknown ones with `known` False."""
+    """Decode a number of /status_code; any uint64 is valid, and unknown ones have `known` False."""
     entry = _table().get(code)
     identifiers, en, zh, derived = _texts(code, entry)
     digits = f"{code:012d}"
@@ -265,7 +264,7 @@ def decode_status_code(code: int) -> StatusCode:
 
 
 def with_words(text: str) -> str:
-    """What a chassis says of a goal, with the words of the code in it ("status code 110201000013")."""
+    """Return a chassis's text about a goal with the words of its code ("status code 110201000013")."""
     found = re.search(r"status code (\d{6,20})(?! \()", text)
     if found is None:
         return text
@@ -292,13 +291,13 @@ def _texts(code: int, entry: list[object] | None) -> tuple[list[str], str, str, 
 
 
 class Faults(tuple[StatusCode, ...]):
-    """Faults heard and not ended, the worst first, and whether that is all.
+    """Received faults that have not ended, the worst first, and whether there are no others.
 
-    Codes are sent on change only, so one from before is heard by nobody. What is told about it is the state
-    of the robot: a robot that says that it is idle, or has a task, has no fault.
+    Codes are sent on change only, so earlier ones are not received. The state of the robot shows whether
+    there are any: a robot that is idle or has a task has no fault.
 
     Attributes:
-        robot_state: What the robot said last, None when it was not heard.
+        robot_state: The last reported state, None if none was received.
     """
 
     robot_state: RobotState | None
@@ -310,7 +309,7 @@ class Faults(tuple[StatusCode, ...]):
 
     @property
     def known(self) -> bool:
-        """True when the robot tells that nothing else is wrong."""
+        """True when the robot's state shows that there are no other faults."""
         state = self.robot_state
         return state is not None and state.known and state not in _NOT_WELL
 
@@ -322,7 +321,7 @@ class Faults(tuple[StatusCode, ...]):
         return False if self.known else None
 
     def sentence(self) -> str:
-        """All of it in one line."""
+        """Describe the faults in one line."""
         if self:
             return both(*map(str, self))
         if self.present:
@@ -351,7 +350,7 @@ class ActiveFaults:
         self._before: dict[int, StatusCode] = {}
 
     def receive(self, code: int, links: frozenset[object] = frozenset()) -> StatusCode:
-        """Take in one code and return it decoded; `links` are those over which its end would be heard."""
+        """Take in one code and return it decoded; its end would come over one of `links`."""
         decoded = decode_status_code(code)
         if decoded.known and decoded.level is FaultLevel.NORMAL:
             self._clear(decoded.source)
@@ -368,8 +367,9 @@ class ActiveFaults:
         self._before = {c: f for c, f in self._before.items() if f.source[:depth] != source[:depth]}
 
     def keep_links(self, up: frozenset[object]) -> None:
-        """These links are up. A fault that was heard over another one is not known to be active any more: its
-        end may have been missed, or the robot was started again.
+        """Keep only the faults received over a link in `up` as active.
+
+        The others may be over: their end may have been missed, or the robot was restarted.
         """
         for code, (fault, links) in list(self._active.items()):
             if not links <= up:
@@ -377,7 +377,7 @@ class ActiveFaults:
                 self._before[code] = fault
 
     def forget_before(self) -> None:
-        """The robot tells that it is well: what was not known is over."""
+        """Remove the faults that may be over, because the robot reports that it has none."""
         self._before.clear()
 
     @property

@@ -45,11 +45,11 @@ def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
 
 
 FARTHEST = 100_000.0
-"""m; no map is as large, so a larger number is no place, or in another unit."""
+"""m; no map is as large, so a larger number is invalid, or in another unit."""
 
 
 def _as_floats(value: object, *names: str) -> None:
-    """Make numbers of a frozen value floats: numpy's small ones overflow and lose digits in sums."""
+    """Convert the numbers of a frozen value to float: small numpy types overflow and lose digits in sums."""
     for name in names:
         number = getattr(value, name)
         if type(number) is not float:
@@ -58,13 +58,13 @@ def _as_floats(value: object, *names: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Pose2D:
-    """Where something is in the plane: `frame`_T_`child`.
+    """A pose in the plane: `frame`_T_`child`.
 
     Attributes:
         x, y: Metres, in `frame`.
         yaw: Radians, counter-clockwise positive, (-pi, pi] when made by this library.
-        frame: The frame the numbers are in.
-        child: What is being located.
+        frame: The reference frame.
+        child: The located frame.
     """
 
     x: float

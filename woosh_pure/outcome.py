@@ -1,4 +1,4 @@
-"""How a goal ended. Only ARRIVED is success; nothing else can be mistaken for it."""
+"""The outcome of a goal. Only ARRIVED is success."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Outcome:
     """How a goal ended.
 
     Attributes:
-        kind: What happened.
-        description: What was asked, in words ("drive to A1", "straight 0.5 m").
-        text: The chassis's own words, or ours when it gave none.
+        kind: The kind of end.
+        description: The goal in words ("drive to A1", "straight 0.5 m").
+        text: The chassis's own text, or ours if it gave none.
         code: Its number in the interface, None when there was none: `task_state` or `robot_state` of
-            /robot_status, the `result` of steps, or the status of an action goal. It is no status code.
+            /robot_status, the `result` of steps, or the status of an action goal. It is not a status code.
         stopped: Whether the robot is known to stand still: True, False (it still moves), None (not known).
         seconds: From sending to the end, our clock.
         by_us: Why this program cancelled it ("cancel() was called", "its wait was interrupted" ...), or
@@ -68,7 +68,7 @@ class Outcome:
         return self.sentence()
 
     def sentence(self) -> str:
-        """One sentence for people: what, how, why, and what to do next."""
+        """Return one sentence for people: the goal, its end, the reason and the next step."""
         how = "{goal}: {kind} after {seconds:.1f} s"
         parts: list[str] = [say(how, goal=self.description, kind=self.kind, seconds=self.seconds)]
         if self.text:
@@ -78,7 +78,7 @@ class Outcome:
                 parts.append(say(_STOPPED[self.stopped]))
             ours = say("this program ended it: {why}", why=say(self.by_us))
             parts.append(ours if self.by_us else say(_NEXT[self.kind]))
-        return shown(both(*parts))  # what the chassis said begins no line
+        return shown(both(*parts))  # the chassis's text must not begin a line
 
 
 _STOPPED = {

@@ -28,7 +28,7 @@ _FOOTPRINTS = {
 
 
 class Peripherals:
-    """The part of `Chassis` that needs no permission to move: what is on the robot, and where it is."""
+    """The part of `Chassis` for devices on the robot, maps and localisation; needs no permission to move."""
 
     _components: Components
 
@@ -89,7 +89,7 @@ class Peripherals:
         """Let the chassis speak (`/voice_synthesis`; not every chassis has it).
 
         Args:
-            text: What it is to say.
+            text: The text to speak.
 
         Raises:
             RosTimeout: This chassis has no voice.
@@ -156,7 +156,7 @@ class Peripherals:
         )
 
     def clear_costmaps(self) -> None:
-        """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in view come back.
+        """Remove all obstacles from the costmaps (`/move_base/clear_costmaps`); visible ones are added again.
 
         Raises:
             ServiceError, RosTimeout: There is no such service, or no answer in time.
@@ -265,7 +265,7 @@ class Peripherals:
         direction: NavDirection = NavDirection.CHASSIS_DECIDES,
         timeout: float = 10.0,
     ) -> None:
-        """Set what to do about obstacles, and how fast to drive (`/navigation_mode` action).
+        """Set the obstacle avoidance and the speed of the navigation (`/navigation_mode` action).
 
         Args:
             mode: See `NavigationMode`.
@@ -273,7 +273,7 @@ class Peripherals:
                 WAIT_THEN_AVOID. What 0 means is not certain: the vendor's page allows it, the message's
                 definition says that the chassis takes PRECISE_AVOIDANCE then.
             max_speed: m/s; 0 keeps the configured speed.
-            passage_id: The passage this is about.
+            passage_id: The passage concerned.
             permitted_passage: Whether a changed path may be followed.
             capacity: Number of vehicles in the passage.
             direction: Which way round to drive.
@@ -336,11 +336,11 @@ class Peripherals:
     ) -> None:
         """Tell the localisation where the robot stands (`/initialpose`), after power-up for example.
 
-        Whether it has found itself there is told by `readiness()`, `faults` and `/status_code`.
+        `readiness()`, `faults` and `/status_code` show whether the localisation has succeeded.
 
         Args:
             pose: In the map, m and rad.
-            position_deviation: How sure you are, 1 sigma, m.
+            position_deviation: Uncertainty, 1 sigma, m.
             yaw_deviation: 1 sigma, rad.
             via: "topic" sends to `/initialpose`. "service" calls the chassis's service of type
                 woosh_msgs/InitPose, which answers; its name is not documented (the simulator has it at
@@ -349,7 +349,7 @@ class Peripherals:
 
         Raises:
             ValueError: A number is not finite, a deviation is not positive, or the pose is not in the map.
-            RosTimeout: Nobody listens to `/initialpose`.
+            RosTimeout: `/initialpose` has no subscriber.
             ChassisError: This chassis has no such service, or several, or it refused.
         """
         if pose.frame.lstrip("/") != "map":
@@ -443,7 +443,7 @@ def _rgb(color: int | Sequence[int] | None) -> int:
 
 
 def _require_success(reply: Any, what: str) -> None:
-    """Turn a `success: false` into an error.
+    """Check that a reply has `success: true`.
 
     Raises:
         ChassisError: With the chassis's own words.

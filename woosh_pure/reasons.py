@@ -18,12 +18,12 @@ class Ready(Enum):
     UNKNOWN = "not known"
 
     def __str__(self) -> str:
-        """Its words."""
+        """Its value."""
         return self.value
 
 
 class ReasonKey(str, Enum):
-    """What a `Reason` is about; equal to its text, so that `reason.key == "bumper"` works, too."""
+    """The subject of a `Reason`; equal to its text, so that `reason.key == "bumper"` works, too."""
 
     EMERGENCY_STOP = "emergency_stop"
     BUMPER = "bumper"
@@ -45,9 +45,9 @@ class ReasonKey(str, Enum):
     UNKNOWN = "unknown"
     """The chassis has not reported its state."""
     LINK_LOST = "link_lost"
-    """Nobody reports its state any more: the last report may be out of date."""
+    """The link to the publisher of its state is lost: the last report may be out of date."""
     NO_CHASSIS = "no_chassis"
-    """Nobody on this ROS master publishes the state of a chassis."""
+    """No node on this ROS master publishes the state of a chassis."""
     SILENT = "silent"
     """The chassis is registered at the master but sends nothing."""
     UNREACHABLE = "unreachable"
@@ -62,10 +62,10 @@ class ReasonKey(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """One thing that speaks against moving, or because of which the answer is not known.
+    """One reason against moving, or one because of which the answer is not known.
 
     Attributes:
-        key: What it is about, for programs.
+        key: Its subject, for programs.
         text: The same in words, for people.
         blocking: True when it makes the answer "no".
         doubt: True when it makes the answer "not known". With neither flag it is only information (a task is
@@ -78,7 +78,7 @@ class Reason:
     doubt: bool = False
 
     def doubted(self) -> Reason:
-        """The same, when it may be over: what blocked no longer does, and the answer is not known."""
+        """Return the reason as one that may be over: it no longer blocks, and the answer is not known."""
         return replace(self, blocking=False, doubt=self.blocking or self.doubt)
 
 
@@ -87,7 +87,7 @@ class Readiness:
     """Whether the chassis would move: yes, no, or not known.
 
     Attributes:
-        reasons: What speaks against moving, and what is not known. Empty when every source has been heard and
+        reasons: The reasons against moving, and the unknown facts. Empty when every source has been heard and
             none speaks against it.
     """
 
@@ -107,7 +107,7 @@ class Readiness:
 
     @property
     def blocked(self) -> bool:
-        """True when something known blocks motion. "Not known" does not block: the chassis then decides."""
+        """True when a known reason blocks motion. "Not known" does not block: the chassis then decides."""
         return any(reason.blocking for reason in self.reasons)
 
     @property

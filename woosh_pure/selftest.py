@@ -80,4 +80,4 @@ CHECKS = (
     Check("drive", check_drive),
     *(check for check in ROS_CHECKS if check.name == "ros"),
 )
-"""The real ROS beside it comes last: it takes the longest, and most machines have none."""
+"""The comparison with a real ROS is last: it takes the longest, and most machines have none."""
