@@ -1,4 +1,4 @@
-"""Bags, format 2.0: read everything a recorder leaves behind, write what every ROS 1 tool reads."""
+"""Read and write bags of format 2.0; unfinished and damaged bags can be read, too."""
 
 from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.messages import RawMessage

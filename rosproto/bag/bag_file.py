@@ -1,4 +1,4 @@
-"""The file under a reader: bytes at a position, never more than there are, and what reading it may cost."""
+"""The input file of a bag reader: reads by position, and limits on memory and records."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rosproto.bag.remote import is_remote, open_remote
 from rosproto.errors import BagError, RosError
 
 # -- limits -------------------------------------------------------------------------------------------------
-# How much memory and time a bag may cost its reader.
+# Limits on the memory and time for reading a bag.
 #
 # bz2 packs a gigabyte of zeros into a kilobyte, so the size of a file says nothing about what it takes to
 # read it. The sizes that the headers of compressed chunks declare are therefore summed up and compared
@@ -46,7 +46,7 @@ class BagLimits(NamedTuple):
 
 
 class Budget:
-    """What one file may still take: each chunk counts once, with the most it was seen to take.
+    """The rest of one file's budget. Each chunk counts once, with its largest amount.
 
     Any thread may use it.
     """
@@ -58,12 +58,12 @@ class Budget:
         self._lock = threading.Lock()
 
     def room(self, position: int) -> int:
-        """How much the chunk at that position may take."""
+        """Return how much the chunk at `position` may take."""
         with self._lock:
             return self.allowed - self._sum + self._taken.get(position, 0)
 
     def take(self, position: int, amount: int) -> bool:
-        """Whether the chunk at that position may take this much; if so, it is counted."""
+        """Count `amount` for the chunk at `position`; False if it exceeds the budget."""
         with self._lock:
             more = max(0, amount - self._taken.get(position, 0))
             if self._sum + more > self.allowed:
@@ -82,10 +82,10 @@ Scanning = Callable[[int, int], None]
 
 @contextmanager
 def system_errors(path: str | None) -> Iterator[None]:
-    """What the system refuses inside becomes an error of ours, its cause chained.
+    """Convert errors of the operating system to BagError, with the cause chained.
 
-    Not only to the bag: numpy, lz4 and the codec are imported with their first use, and a process that may
-    open no more files cannot import either.
+    ImportError is included: numpy, lz4 and the codec are imported on first use, and an import fails when the
+    process has no free file descriptor.
 
     Raises:
         BagError: In place of an OSError or ImportError.
@@ -107,7 +107,7 @@ def system_errors(path: str | None) -> Iterator[None]:
 
 
 class Unreachable(BagError):
-    """The network or the server before the file fails: that is no damage, and nothing is skipped for it."""
+    """The network or the server of a remote file failed. This is not damage; no data is skipped for it."""
 
 
 class BagFile:
@@ -149,7 +149,7 @@ class BagFile:
         elif isinstance(file, (str, os.PathLike)):
             self.path = os.fspath(file)
             try:
-                if stat.S_ISFIFO(os.stat(file).st_mode):  # opening it would wait until somebody writes
+                if stat.S_ISFIFO(os.stat(file).st_mode):  # open() would wait for a writer
                     raise BagError(
                         "this is a pipe; a bag is read by position: save it as a file", path=self.path
                     )
@@ -215,18 +215,18 @@ class BagFile:
         return b"".join(parts)
 
     def scanned(self, position: int) -> None:
-        """What lies before this position has been searched: tell who waits for it."""
+        """Report that a scan has reached `position`."""
         if self._scanning is not None:
             self._scanning(min(position, self.size), self.size)
 
     def searched(self) -> None:
-        """The search for what the file holds is over.
+        """End a scan of the file.
 
-        A search takes a record that cannot be read for damaged, and goes on behind it. Where the network has
-        failed, all that follows would look damaged: nothing more was read from there on, which is told here.
+        A scan treats an unreadable record as damaged and continues after it. After a network failure, the
+        rest of the file would look damaged; this method raises an error instead.
 
         Raises:
-            Unreachable: That happened; what was found is not all.
+            Unreachable: The network failed during the scan, so the result is incomplete.
         """
         self._searching = False
         if self._failure is not None:
@@ -247,7 +247,7 @@ class BagFile:
             )
 
     def check_open(self) -> None:
-        """Make sure the file is still open.
+        """Check that the file is still open.
 
         Raises:
             BagError: It has been closed.

@@ -1,4 +1,4 @@
-"""One chunk: its head, its plain bytes and its index, read from the file."""
+"""Read one chunk of a bag: its header, its uncompressed data and its index."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _U32 = Struct("<I")
 
 
 class RecordHead(NamedTuple):
-    """A record in the file: its header's fields, where its data is and how long it claims to be."""
+    """A record in the file: header fields, position of the data, and declared data length."""
 
     fields: dict[str, bytes]
     op: int
@@ -53,15 +53,15 @@ class RecordHead(NamedTuple):
 
 
 def read_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:
-    """The head of the record at `pos`.
+    """Read the head of the record at `pos`.
 
     Args:
         source: The file.
-        pos: Where it begins.
-        begin: The bytes from there on, as far as they have been read already.
+        pos: Position of the record.
+        begin: Bytes from `pos` on that were read already.
 
     Raises:
-        BagError: There is no whole record head.
+        BagError: The record head is incomplete or invalid.
     """
     head = begin or source.read_at(pos, _HEAD_BYTES)
     if len(head) < 4:
@@ -87,17 +87,17 @@ def read_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:
 
 @dataclass(slots=True)
 class ChunkData:
-    """A chunk's plain bytes.
+    """The uncompressed data of a chunk.
 
     Attributes:
-        info: Where it came from.
+        info: The chunk.
         blob: Bytes that contain the plain data (an uncompressed chunk is kept as it was read, not copied).
         base: Where the data starts in `blob`.
         end: Where it ends.
         complete: False when some of the data is missing.
         packed: True when it was compressed.
         budget: How many records it may have; None for as many as there are.
-        tail: Bytes with the index records, and where those begin; None when there are none to trust.
+        tail: Bytes with the index records, and their offset; None without a usable index.
     """
 
     info: ChunkInfo
@@ -135,7 +135,7 @@ class ChunkData:
     def places(
         self, wanted: Collection[int], low: int | None = None, high: int | None = None
     ) -> Sequence[MessageLocation]:
-        """Where the messages of these connections and this time (ns) are, in time order.
+        """Locations of the messages of these connections in this time span (ns), in time order.
 
         Raises:
             BagError: The chunk is damaged.
@@ -186,15 +186,15 @@ def read_chunk(
 
     Args:
         source: The file.
-        info: Which chunk; of a `partial` one as much as there is.
+        info: The chunk; a `partial` one is read up to its end.
         span: Bytes up to the next chunk: the chunk and the index records after it.
-        with_index: Read those index records, too.
+        with_index: Also read the index records.
         most: Bytes it may have, stored or uncompressed; None: as many as `BagLimits` allow.
 
     Raises:
         BagError: It is damaged, or larger.
     """
-    # The chunk and its index in one read, unless that could be a lot.
+    # Read the chunk and its index at once, unless they may be large.
     whole = source.read_at(info.pos, span) if with_index and span <= _AT_ONCE else b""
     head = _chunk_head(source, info.pos, whole)
     chunk = ChunkHeader.from_fields(head.fields)
@@ -203,7 +203,7 @@ def read_chunk(
     if size > most:
         raise source.error(f"a chunk of {size} bytes, at most {most} are read", info.pos)
     in_file = source.size - head.data_pos
-    if head.data_size or not info.partial:  # a recorder that died leaves 0 here, and its data behind it
+    if head.data_size or not info.partial:  # a crashed recorder leaves 0 here, followed by its data
         in_file = min(in_file, head.data_size)
     base = head.data_pos - info.pos
     tail = max(0, span - base - head.data_size) if with_index else 0
@@ -223,7 +223,7 @@ def read_chunk(
     packed = memoryview(raw)[base:end]
     declared = chunk.size
     if info.partial and not declared:
-        # A recorder that died left no size: allow what a chunk of this length can expand to.
+        # A crashed recorder left no size: allow the most that a chunk of this length can expand to.
         declared = min(most, source.limits.expansion_spare + source.limits.expansion * len(packed))
     source.allow_unpacking(info.pos, declared)
     try:
@@ -245,7 +245,7 @@ def _chunk_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:
 
 
 def chunk_header(source: BagFile, info: ChunkInfo) -> tuple[ChunkHeader, int]:
-    """A chunk's header, and how many bytes it takes in the file.
+    """Return a chunk's header and its size in the file.
 
     Raises:
         BagError: There is no chunk.

@@ -29,10 +29,10 @@ def to_numpy(
 
     Args:
         bag: The bag.
-        topic: A topic of it.
-        connections: That topic's.
+        topic: A topic of the bag.
+        connections: The connections of that topic.
         fields: Paths such as "pose.pose.position.x".
-        step: Called with the number of messages that are done since the last time.
+        step: Called with the number of messages processed since the last call.
 
     Returns:
         "receive_time" (seconds since 1970, (N,) float64), and one array for each field: (N,) in the field's
@@ -41,7 +41,7 @@ def to_numpy(
         called `_receive_time`.
 
     Raises:
-        BagError: No such field; the message lists what there is.
+        BagError: No such field; the error text lists the fields.
     """
     import numpy as np
 
@@ -61,7 +61,7 @@ def to_numpy(
 def _cut_out(
     bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None] = lambda _: None
 ) -> tuple[NDArray[np.float64], list[NDArray[Any]]] | None:
-    """Times and columns, decoding only the first message; None when the messages are not all alike."""
+    """Times and columns, decoding only the first message; None unless all messages share its layout."""
     import numpy as np
 
     first = next(bag.read_messages(topic), None)
@@ -89,7 +89,7 @@ def _cut_out(
 def _decoded(
     bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None]
 ) -> tuple[list[float], list[NDArray[Any]]]:
-    """The same by decoding every message, for messages of any layout."""
+    """Times and columns of messages of any layout; decodes every message."""
     getters = [attrgetter(path) for path in paths]
     columns: list[list[Any]] = [[] for _ in paths]
     times: list[float] = []
@@ -130,13 +130,12 @@ def _as_array(values: list[Any], dtype: str | None) -> NDArray[Any]:
     return column
 
 
-# -- fields at a place of their own -------------------------------------------------------------------------
-# Where fields lie in serialized messages of equal layout, so that columns are cut out without decoding.
+# -- fields at fixed offsets --------------------------------------------------------------------------------
+# Offsets of fields in serialized messages of equal layout; columns are extracted without decoding.
 #
-# The messages of one topic mostly differ only in their numbers: the strings in their headers are the
-# same, and so are the lengths of their arrays. The first message shows where each field is and which
-# lengths put it there; every message of the same size with the same lengths in the same places has its
-# fields there, too.
+# Messages of one topic usually differ only in their numbers: strings in headers and array lengths are
+# equal. The first message gives the offset of each field and the lengths that determine it. Every message
+# of the same size, with the same lengths at the same offsets, has the same layout.
 
 
 _TIMES = {"time": "<u4", "duration": "<i4"}
@@ -154,11 +153,11 @@ class _FieldOffset(NamedTuple):
 
 
 class _NoFixedOffsets(Exception):
-    """The message has a field that cannot be located this way."""
+    """The message has a field without a fixed offset."""
 
 
 class FieldOffsets:
-    """The field places of one message; `take` cuts columns out of the messages that share them.
+    """Field offsets of one message; `take` extracts columns from messages with the same layout.
 
     Args:
         message: The message, decoded.
@@ -173,13 +172,13 @@ class FieldOffsets:
             self.size = -1
 
     def has(self, paths: list[str]) -> bool:
-        """Whether all these fields can be cut out."""
+        """Whether all these fields have fixed offsets."""
         return self.size >= 0 and all(path in self._places for path in paths)
 
     def take(
         self, blob: bytes, start: NDArray[np.int64], end: NDArray[np.int64], paths: list[str]
     ) -> list[NDArray[Any]] | None:
-        """Columns of the messages at these places; None when one is built differently."""
+        """Columns of the messages at these locations; None if any has another layout."""
         if not (end - start == self.size).all():
             return None
         for offset, length in self._lengths:
@@ -201,7 +200,7 @@ class FieldOffsets:
         return column
 
     def _walk(self, message: Any, prefix: str, at: int) -> int:
-        """Note the fields of a message that begins there; returns where it ends."""
+        """Record the field offsets of the message at `at`; return the offset of its end."""
         for field in message._spec.fields:
             path, kind = prefix + field.name, field.type
             value = getattr(message, field.name)
@@ -232,7 +231,7 @@ class FieldOffsets:
             elif base in _TIMES:
                 at += 8
             else:
-                at = self._walk(value, "\0", at)  # elements have no path of their own
+                at = self._walk(value, "\0", at)  # elements have no path
         return at
 
     def _walk_text(self, value: str | bytes, at: int) -> int:

@@ -30,7 +30,7 @@ def compressor(name: str) -> Callable[[bytes], bytes]:
 
         return bz2.compress
     if name == "lz4":
-        _lz4()  # a missing package is reported now, not with the first chunk
+        _lz4()  # report a missing package now, not at the first chunk
         return _lz4_compress
     raise ValueError(f"compression {name!r}: a bag knows {', '.join(COMPRESSIONS)}")
 
@@ -50,10 +50,10 @@ def _lz4_compress(data: bytes) -> bytes:
 
 
 def decompress(name: str, data: bytes | memoryview, size: int) -> bytes:
-    """A whole chunk.
+    """Decompress a whole chunk.
 
     Args:
-        name: What the chunk header says.
+        name: Compression from the chunk header.
         data: The chunk's data.
         size: Uncompressed size from the chunk header; more is never produced.
 
@@ -69,10 +69,10 @@ def decompress(name: str, data: bytes | memoryview, size: int) -> bytes:
 
 
 def decompress_prefix(name: str, data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
-    """As much of a damaged or truncated chunk as can be decompressed.
+    """Decompress the readable beginning of a damaged or truncated chunk.
 
     Returns:
-        The plain bytes, at most `size`, and whether that is all of them, checksums included.
+        The uncompressed bytes, at most `size`, and whether they are complete, with valid checksums.
 
     Raises:
         BagError: Nothing can be recovered: unknown compression, or damage at the very start.
@@ -108,7 +108,7 @@ def _lz4_prefix(data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
         # can expand to (255 to 1). With room for one block more than needed, LZ4 decompresses straight into
         # it; without that room it goes through a buffer of its own first.
         room = min(size, 256 * len(data)) + _lz4_block_bytes(data)
-        # Not LZ4FrameDecompressor, which copies what is no bytes object.
+        # Not LZ4FrameDecompressor, which copies any input other than bytes.
         context = frame.create_decompression_context()
         plain, _, whole = frame.decompress_chunk(context, data, max_length=room)
         if whole and len(plain) == size:
@@ -126,7 +126,7 @@ def _lz4_block_bytes(data: bytes | memoryview) -> int:
 
 
 def _up_to_damage(decompress: Callable[[Any, int], bytes], data: bytes | memoryview, size: int) -> bytes:
-    """Decompress in small steps, and keep what comes before the damaged one (bz2's blocks are 900 kB)."""
+    """Decompress in small steps up to the damage (bz2's blocks are 900 kB)."""
     got = bytearray()
     try:
         for at in range(0, len(data), 4096):

@@ -24,12 +24,12 @@ def read_bags(
     damaged: Damaged = "raise",
     limits: BagLimits | None = None,
 ) -> Any:
-    """A topic of recordings as a dask.dataframe.DataFrame, with every message exactly once.
+    """Read a topic of recordings as a dask.dataframe.DataFrame, with every message exactly once.
 
     Args:
-        files: As this and `size`, `fields`, `damaged` and `limits` are for `rosproto.bag.partitions`; workers
-            must reach them under the same names.
-        topic: Which one; a table has one.
+        files: See `rosproto.bag.partitions`, also for `size`, `fields`, `damaged` and `limits`. Workers
+            must reach the files under the same names.
+        topic: The topic.
 
     Raises:
         BagError: See `rosproto.bag.partitions`; or Dask is missing.

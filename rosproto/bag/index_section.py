@@ -42,13 +42,13 @@ _NO_BAGS = {
 
 
 def open_index(source: BagFile) -> BagIndex:
-    """Find out what a bag holds, by its index or by a scan.
+    """Read the contents of a bag from its index, or from a scan.
 
     Args:
         source: The file.
 
     Raises:
-        BagError: It is no bag, or one of version 1, or encrypted.
+        BagError: The file is no bag, or is of version 1 or encrypted.
     """
     version, start = _read_version(source)
     found = _open_behind(source, start)
@@ -129,7 +129,7 @@ def _read_version(source: BagFile) -> tuple[str, int]:
 
 
 def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagIndex:
-    """Connections and chunk infos at the end of the file; BagError when they do not add up."""
+    """Connections and chunk infos at the end of the file; BagError if they are inconsistent."""
     pos = header.index_pos
     if not first <= pos <= source.size:
         raise source.error(f"index_pos {pos} is outside the file of {source.size} bytes")
@@ -156,7 +156,7 @@ def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagI
 
 
 def _index_record(section: bytes, at: int, found: BagIndex) -> int:
-    """Take one record of the index section; returns where the next one is."""
+    """Add one record of the index section to `found`; return the offset of the next one."""
     if at + 8 > len(section):
         raise BagError("the index section is cut off")
     header_end: int = at + 4 + _U32.unpack_from(section, at)[0]

@@ -1,4 +1,4 @@
-"""What callers pass to bags, as bags store it: times (Time, or seconds since 1970), headers and messages."""
+"""Check and convert arguments of bag writers: times (Time, or seconds since 1970), headers and messages."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def own_text(cls: type[Message], header: Mapping[str, str] | None) -> str:
 
 
 def identity(connection: Connection) -> tuple[object, ...]:
-    """Two connections are the same one if this is equal."""
+    """A key that is equal for equal connections."""
     facts = {k: v for k, v in connection.header.items() if k not in _OWN_FIELDS}
     topic = connection.header.get("topic", connection.topic)
     return (
@@ -58,7 +58,7 @@ def identity(connection: Connection) -> tuple[object, ...]:
 
 
 def as_raw(topic: str, message: Message) -> RawMessage:
-    """A message that was received undecoded, with what its connection header says about it.
+    """A message that was received undecoded, with the type information of its connection header.
 
     Raises:
         ValueError: It has no connection header, so its type is unknown.

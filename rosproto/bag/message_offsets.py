@@ -1,4 +1,4 @@
-"""Where each message lies in the plain bytes of a chunk.
+"""Locate the messages in the uncompressed data of a chunk.
 
 A chunk of pictures and laser scans holds about twenty messages, and a plain loop finds them before numpy
 has set up its arrays (`locate_few`). A chunk of 768 KiB of small messages holds thousands, so numpy finds
@@ -79,14 +79,14 @@ class MessageTable(NamedTuple):
         return self.secs.astype(np.int64) * NS + self.nsecs
 
     def between(self, low: int | None, high: int | None) -> MessageTable:
-        """Those not earlier than `low` and not later than `high`, ns; None is open."""
+        """Rows from `low` to `high`, ns, both included; None is unbounded."""
         if low is None and high is None:
             return self
         time, least, most = self.time, -1 if low is None else low, 1 << 62 if high is None else high
         return self.take((time >= least) & (time <= most))
 
     def in_time_order(self) -> MessageTable:
-        """By time, then by place in the file: rows come connection by connection."""
+        """Rows sorted by time, then by position in the file."""
         import numpy as np
 
         time, start = self.time, self.start
@@ -98,7 +98,7 @@ class MessageTable(NamedTuple):
         return self.take(np.lexsort((start, time)))
 
     def places(self) -> list[MessageLocation]:
-        """The same as Python's numbers; nanoseconds beyond a second are carried over."""
+        """The rows as Python integers; nanoseconds beyond a second are carried over."""
         found = list(zip(*[column.tolist() for column in self], strict=True))
         return [_carried(place) for place in found] if (self.nsecs >= NS).any() else found
 
@@ -110,7 +110,7 @@ class MessageTable(NamedTuple):
         )
 
     def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> MessageTable:
-        """The rows at these places, or where the mask is true."""
+        """The rows with these numbers, or where the mask is true."""
         conn, secs, nsecs, start, end = self
         return MessageTable(conn[which], secs[which], nsecs[which], start[which], end[which])
 
@@ -122,10 +122,10 @@ def walk(
 
     Args:
         blob: Bytes that contain the data.
-        base: Where it starts.
-        end: Where it ends.
-        tolerant: Stop at damage and keep what came before, instead of raising.
-        room: How many records are allowed; None for any number.
+        base: Offset of the data.
+        end: Offset of its end.
+        tolerant: At damage, return the records before it instead of raising.
+        room: The most records allowed; None for any number.
 
     Returns:
         Offsets (from `base`) of the whole message records, and the connections.
@@ -177,7 +177,7 @@ def walk(
 
 
 def _record_in(blob: bytes, base: int, at: int, end: int) -> tuple[dict[str, bytes], int, int]:
-    """Fields, data position and end of the record at `at`; BagError when it is not all there."""
+    """Fields, data position and end of the record at `at`; BagError if it is incomplete."""
     if at + 4 > end:
         raise BagError("a chunk ends inside a record", offset=at - base)
     data = at + 4 + _U32.unpack_from(blob, at)[0] + 4
@@ -218,7 +218,7 @@ def table_at_once(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]
 
 
 def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.uint8]] | None:
-    """Where a message header of 38 bytes holds its values, and a mask of the bytes that never change."""
+    """The dtype of a message header of 38 bytes, and a mask of its constant bytes."""
     try:
         fields = decode_fields(head, 4, 4 + _MESSAGE_HEADER)
     except BagError:
@@ -287,10 +287,10 @@ def _empty_table() -> MessageTable:
 def locate_few(
     blob: bytes, base: int, end: int, counts: Mapping[int, int]
 ) -> Sequence[MessageLocation] | None:
-    """Where all messages of a chunk are, in time order, found by a plain loop.
+    """Locate all messages of a chunk, in time order, with a plain loop.
 
-    None when they are not `FEW`, or anything is unexpected (a record of another form, counts that differ from
-    the table of contents): numpy does it then.
+    Returns None for more than `FEW` messages and for unexpected data (a record of another form, counts that
+    differ from the table of contents); the caller then uses numpy.
     """
     if not 0 < sum(counts.values()) <= FEW:
         return None

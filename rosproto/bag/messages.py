@@ -19,14 +19,14 @@ ConnectionFacts = tuple[str, str, str, Connection]
 
 
 class RawMessage(NamedTuple):
-    """A message as it lies in the bag; the first four are what rosbag gives with raw=True.
+    """A message as stored in the bag; the first four fields are those of rosbag with raw=True.
 
     Attributes:
         type: "package/Type".
         data: Serialized message; a read-only memoryview of the chunk with raw="view".
         md5sum: Of its definition.
         position: (byte position of the chunk in the file, of the message in the uncompressed chunk).
-        connection: Its connection, with the definition; `BagWriter.write` stores it as it is.
+        connection: Its connection, with the definition; `BagWriter.write` stores it unchanged.
     """
 
     type: str
@@ -55,7 +55,7 @@ def raw_messages(
 
 
 class Decoders(dict[int, tuple[str, Callable[[bytes, int, int], Any]]]):
-    """Topic and decoding function by the number of a connection; each is made when it is asked for.
+    """Topic and decoding function by connection id; each is created on first use.
 
     Args:
         connections: By number.
@@ -92,9 +92,9 @@ def decoded_messages(run: ChunkMessages, decoders: Decoders) -> Iterator[tuple[s
 def message_class_of(connection: Connection) -> type[Message]:
     """The class for a connection's messages.
 
-    The md5sum decides what the bytes are. When a bundled definition (or a bundled older revision) has it,
-    that class is taken: it is the same definition, and `isinstance` works with what a program imported.
-    Otherwise the text stored in the bag is used, as rosbag does even when its md5sum is another one.
+    If a bundled definition (or a bundled older revision) has the md5sum, its class is used, so `isinstance`
+    works with imported classes. Otherwise the text stored in the bag is used; like rosbag, even if its md5sum
+    differs.
 
     Raises:
         BagError: There is no bundled definition, and the stored text is missing or wrong.
@@ -131,9 +131,8 @@ def _bundled(connection: Connection) -> type[Message] | None:
 def decode_function(cls: type[Message]) -> Decode:
     """The fast decoder for messages that lie in a chunk.
 
-    Arrays are views of the bytes they were decoded from. A message that is a large part of its chunk keeps
-    the chunk alive; a small one is copied first, or a single message that is kept would hold a whole chunk in
-    memory.
+    Arrays are views of the decoded bytes. A message that is a large part of its chunk keeps the chunk in
+    memory; a smaller one is copied first.
     """
     fast = decoder(cls)
     if not cls._has_views:

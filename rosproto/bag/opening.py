@@ -1,4 +1,4 @@
-"""Open recordings of either form: told apart by their first bytes, or, to write one, by the name."""
+"""Open bags and MCAP files: the first bytes decide the format to read, the file name the format to write."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ def open_bag(
     limits: BagLimits | None = None,
     scanning: Scanning | None = None,
 ) -> BagReader:
-    """A reader of a bag or of an MCAP file, whatever its name is.
+    """Open a bag or an MCAP file for reading; the name does not matter.
 
     Args:
-        file: Path, a URL that fsspec reaches (extra `remote`), or a seekable binary file. Of what lies behind
-            a URL only the parts that are read are fetched.
+        file: Path, a URL that fsspec supports (extra `remote`), or a seekable binary file. Of a remote file,
+            only the required parts are fetched.
         skip_damaged: See `BagReader`.
         limits: See `BagReader`.
         scanning: See `BagReader`.
 
     Raises:
-        BagError: It cannot be opened, or is neither.
+        BagError: The file cannot be opened, or is neither a bag nor an MCAP file.
     """
     source = BagFile(file, limits, scanning)
     try:
@@ -50,7 +50,7 @@ def open_bag(
 
 
 def is_mcap_name(path: str | os.PathLike[str]) -> bool:
-    """Whether a file of that name is to be MCAP."""
+    """Whether the name is that of an MCAP file."""
     return os.fspath(path).lower().endswith(".mcap")
 
 
@@ -61,16 +61,16 @@ def create_bag(
     *,
     mcap: bool | None = None,
 ) -> BagWriter | McapWriter:
-    """A writer for a new file.
+    """Create a recording and return its writer.
 
     Args:
         path: An existing file is replaced.
-        compression: "none", "lz4"; a bag also knows "bz2", MCAP "zstd".
+        compression: "none" or "lz4"; also "bz2" for a bag, "zstd" for MCAP.
         chunk_bytes: See `BagWriter`.
-        mcap: The form; None: MCAP if the name ends in `.mcap`, else a bag.
+        mcap: True for MCAP, False for a bag; None: MCAP if the name ends in `.mcap`.
 
     Raises:
-        BagError: It cannot be opened, or does not know the compression.
+        BagError: The file cannot be opened, or the format does not support the compression.
     """
     if is_mcap_name(path) if mcap is None else mcap:
         from rosproto.bag.mcap import McapWriter

@@ -1,4 +1,4 @@
-"""The file under a writer: chunks are compressed in parallel and written whole, in order."""
+"""The output file of a bag writer: chunks are compressed in parallel and written in order."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rosproto.bag.records import ChunkHeader, ChunkInfo
 from rosproto.bag.worker_pool import WorkerPool, worker_count
 from rosproto.errors import BagError
 
-LARGE = 1 << 16  # bytes from which a piece is written in place, not copied together with others
-_SMALL = 1 << 16  # a smaller chunk is compressed sooner than a thread is started
-AHEAD_BYTES = 16 << 20  # of chunks on their way to the file, uncompressed
+LARGE = 1 << 16  # bytes; a piece of at least this size is not copied to join it with others
+_SMALL = 1 << 16  # bytes; a smaller chunk is not worth a thread
+AHEAD_BYTES = 16 << 20  # of chunks not yet written, uncompressed
 _MOST_PIECES = 512  # in one system call; POSIX promises 16, Linux and the BSDs take 1024
 
 Piece = bytes | memoryview
@@ -77,7 +77,7 @@ class BagOutputFile:
         return at
 
     def truncate(self, size: int) -> None:
-        """Cut the file off there."""
+        """Truncate the file to `size` bytes."""
         self.file.truncate(size)
 
     def close(self) -> None:
@@ -91,7 +91,7 @@ class BagOutputFile:
 
 
 def _gathered(pieces: Sequence[Piece]) -> Iterator[Piece]:
-    """The same bytes in fewer pieces: small ones joined, large ones as they are, not copied."""
+    """Join small pieces; large ones are not copied."""
     small: list[Piece] = []
     for piece in pieces:
         if len(piece) < LARGE:
@@ -107,7 +107,7 @@ def _gathered(pieces: Sequence[Piece]) -> Iterator[Piece]:
 
 @dataclass(slots=True)
 class _Chunk:
-    """A chunk on its way to the file; `ahead` is its share of the bytes that wait."""
+    """A chunk not yet written; `ahead` is its share of the waiting bytes."""
 
     info: ChunkInfo
     plain: bytes
@@ -120,9 +120,9 @@ class _Chunk:
 class ChunkWriter:
     """Writes chunks in the order they are given.
 
-    Uncompressed chunks are in the file when `add` returns. Others are compressed by helper threads, and
-    whoever finishes the one that is next writes it, so a chunk is in the file as soon as it can be. At most
-    16 MB are on their way (or one chunk, when it is larger); beyond that `add` does some of the work itself.
+    Uncompressed chunks are in the file when `add` returns. Helper threads compress the others; the thread
+    that finishes the next chunk in order writes it. At most 16 MB wait (or one chunk, if it is larger);
+    beyond that `add` does part of the work.
 
     Args:
         output: The file.
@@ -146,28 +146,28 @@ class ChunkWriter:
         self._bytes = 0
         self._writing = threading.Lock()
         self._moved = threading.Condition()
-        # A program that ends without closing its bag still finishes these few chunks: not daemons.
+        # Not daemon threads: a program that ends without closing its bag still writes these chunks.
         self._workers = WorkerPool("bag writer", worker_count(), daemon=False)
         self.set_compression(compression, compress)
 
     def set_compression(self, compression: str, compress: Callable[[bytes], bytes]) -> None:
-        """Compress the chunks added from now on this way."""
+        """Set the compression of chunks added from now on."""
         self.drain()
         self._compression, self._compress = compression, compress
 
     @property
     def size(self) -> int:
-        """Bytes in the file, and those on their way, uncompressed."""
+        """Bytes in the file, plus the uncompressed bytes of waiting chunks."""
         return self.end + self._bytes
 
     def add(self, info: ChunkInfo, size: int, parts: Sequence[Piece], indexes: bytes) -> None:
-        """Take a chunk; look at `problem` afterwards.
+        """Add a chunk; check `problem` afterwards.
 
         Args:
-            info: What it holds; its position is set here.
+            info: Its contents; this method sets its position.
             size: Bytes of its data.
-            parts: The data; it may change when this has returned.
-            indexes: The index records to follow it.
+            parts: The data; the caller may change it after the call.
+            indexes: The index records after the chunk.
         """
         if self._compression == "none":
             self._put(info, size, size, parts, indexes)
@@ -188,21 +188,21 @@ class ChunkWriter:
             self._advance()
 
     def drain(self) -> None:
-        """Return when everything that was added is in the file, or writing has failed."""
+        """Wait until all added chunks are in the file, or writing has failed."""
         while self._order:
             self._advance()
 
     def _advance(self) -> None:
-        """Do some of the work, or wait until another chunk has reached the file."""
+        """Compress a waiting chunk, or wait until another chunk is written."""
         head = self._head()
         if head is None or self._workers.help():
             return
-        # A helper has begun it. Work that has begun ends, with an error if need be, and so does this wait.
+        # A helper has started it. The helper finishes or fails; both end this wait.
         with self._moved:
             self._moved.wait_for(lambda: not self._order or self._order[0] is not head)
 
     def _pack(self, chunk: _Chunk) -> None:
-        """In any thread: compress a chunk, and write what is next in the file."""
+        """Compress a chunk and write all chunks that are ready. Any thread may call it."""
         if chunk.packed is None:  # otherwise Ctrl-C came between the two steps
             try:
                 chunk.packed = self._compress(chunk.plain)
@@ -216,7 +216,7 @@ class ChunkWriter:
             # Look once more: another chunk may have become ready just before the lock was released.
 
     def _head(self) -> _Chunk | None:
-        """The chunk that is to be written next; another thread may be about to remove it."""
+        """The next chunk to write; another thread may remove it at any time."""
         try:
             return self._order[0]
         except IndexError:
@@ -246,7 +246,7 @@ class ChunkWriter:
         head = ChunkHeader(self._compression, size).encode(stored)
         try:
             end = self._output.put([head, *parts, indexes], self.end)
-        except (OSError, ValueError) as problem:  # ValueError: somebody has closed the file
+        except (OSError, ValueError) as problem:  # ValueError: the file is closed
             self.problem = problem
             try:
                 self._output.truncate(self.end)

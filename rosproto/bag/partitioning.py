@@ -1,8 +1,7 @@
-"""Cut many recordings into pieces that other processes read: for Ray, Dask, or your own process pool.
+"""Split recordings into pieces for parallel reading with Ray, Dask or a process pool.
 
-A piece is one topic in a few adjacent chunks of one file. It carries what the file's index says about those
-chunks, so a worker opens the file and reads these chunks and nothing else. Every message is in exactly one
-piece.
+A piece is one topic in a few adjacent chunks of one file. It contains the index of those chunks, so a worker
+reads only them. Every message is in exactly one piece.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ class Partition:
         message_count: Messages in it.
         size: Bytes of its chunks in the file, of all topics.
         fields: See `batches`.
-        damaged: "raise", or "skip": a chunk that is damaged is left out.
+        damaged: "raise", or "skip" to leave out damaged chunks.
     """
 
     file: str
@@ -77,7 +76,7 @@ class Partition:
         return pyarrow().Table.from_batches(list(self.batches()), self.schema())
 
     def open(self) -> BagReader:
-        """A reader that sees only this piece; use it in a `with` block."""
+        """A reader of this piece only; use it in a `with` block."""
         return _McapPartitionReader(self) if self.loose is not None else _PartitionReader(self)
 
 
@@ -90,17 +89,17 @@ def partitions(
     damaged: Damaged = "raise",
     limits: BagLimits | None = None,
 ) -> list[Partition]:
-    """Cut recordings into pieces by their indexes; no message is read.
+    """Split recordings into pieces by their indexes, without reading messages.
 
     Args:
         files: Bags and MCAP files, folders of them, patterns such as "runs/*.bag", and URLs of all three that
-            fsspec reaches (extra `remote`); one or several.
-        topics: Only these; None for all. Each piece has one.
-        size: A piece is full when its chunks take this many bytes of the file; a chunk is never cut.
-        fields: Of each message; see `BagReader.to_arrow`.
-        damaged: What pieces do where a chunk is damaged: "raise", or "skip" that chunk. With "skip", a file
-            found in a folder or by a pattern that is no recording at all is left out; the log has a warning.
-        limits: How much each file may ask for.
+                fsspec supports (extra `remote`); one or several.
+            topics: Only these; None for all. Each piece has one topic.
+            size: Bytes in the file at which a piece is complete; a chunk is never split.
+            fields: Fields to read; see `BagReader.to_arrow`.
+            damaged: "raise" at a damaged chunk, or "skip" it. With "skip", a file from a folder or pattern
+                that is no recording is left out with a warning in the log.
+            limits: Limits for reading each file.
 
     Raises:
         BagError: A file cannot be opened or is no recording; nothing is named or matches; none has these
@@ -120,8 +119,8 @@ def partitions(
         try:
             bag = open_bag(path, limits=limits)
         except BagError as problem:
-            # Of a thousand files in a folder some are empty. One that is named is meant, and what cannot be
-            # opened or reached (another error is behind it then) is not damaged.
+            # Only files from folders and patterns are left out, not named ones. A file that cannot be opened
+            # or reached (the error then has a cause) is not damaged.
             if named or damaged == "raise" or problem.__cause__ is not None:
                 raise
             _log.warning("left out: %s", problem)
@@ -143,10 +142,10 @@ def partitions(
 
 
 def cluster_module(name: str, package: str) -> Any:
-    """A module of what schedules pieces.
+    """Import a module of Ray or Dask.
 
     Raises:
-        BagError: It is missing; names what to install.
+        BagError: It is missing; the error text names the package to install.
     """
     try:
         return importlib.import_module(name)
@@ -192,7 +191,7 @@ def _pieces(
 
 
 def _ends(bag: BagReader) -> dict[int, int]:
-    """Where each chunk ends, its index records included."""
+    """The end of each chunk, with its index records."""
     if bag._spans:
         return {pos: pos + span for pos, span in bag._spans.items()}
     positions = [chunk.pos for chunk in bag.chunks]
@@ -203,7 +202,7 @@ def _ends(bag: BagReader) -> dict[int, int]:
 
 
 def _paths(files: Files) -> list[tuple[str, bool]]:
-    """Each file once, and whether it was named, not found in a folder or by a pattern."""
+    """Each file once, and whether it was named explicitly."""
     several = [files] if isinstance(files, (str, os.PathLike)) else list(files)
     found: dict[str, bool] = {}
     for each in several:
@@ -233,7 +232,7 @@ def _local(path: str) -> list[str]:
 
 
 class _PartitionReader(BagReader):
-    """A reader that is given the index instead of reading it."""
+    """A reader that receives the index as an argument."""
 
     def __init__(self, piece: Partition) -> None:
         self._source = BagFile(piece.file)
@@ -249,9 +248,9 @@ class _PartitionReader(BagReader):
 
 
 class _McapPartitionReader(McapReader, _PartitionReader):
-    """The same of an MCAP file."""
+    """A reader of a piece of an MCAP file."""
 
     def __init__(self, piece: Partition) -> None:
         _PartitionReader.__init__(self, piece)
         self._loose = set(cast("tuple[int, ...]", piece.loose))
-        self._packed = {}  # a piece is read, nobody asks how it is compressed
+        self._packed = {}  # not needed to read a piece

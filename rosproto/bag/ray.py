@@ -26,12 +26,12 @@ def read_bags(
     limits: BagLimits | None = None,
     **options: Any,
 ) -> Any:
-    """A topic of recordings as a ray.data.Dataset of Arrow blocks, with every message exactly once.
+    """Read a topic of recordings as a ray.data.Dataset of Arrow blocks, with every message exactly once.
 
     Args:
-        files: As this and `size`, `fields`, `damaged` and `limits` are for `rosproto.bag.partitions`; workers
-            must reach them under the same names.
-        topic: Which one; a table has one.
+        files: See `rosproto.bag.partitions`, also for `size`, `fields`, `damaged` and `limits`. Workers
+            must reach the files under the same names.
+        topic: The topic.
         **options: Of `ray.data.read_datasource`, such as `concurrency` and `ray_remote_args`.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Read ahead: while a chunk's messages are handed out, helper threads decompress the next chunks.
+"""Read ahead: helper threads decompress the next chunks while messages of the current one are read.
 
 Uncompressed chunks are not read ahead: the operating system already does that, and passing them between
 threads would cost more than it saves.
@@ -25,8 +25,8 @@ class ReadAhead:
     Args:
         read: Reads a chunk, in any thread; raises a BagError for a damaged one, or one of more bytes than its
             second argument (None: any size).
-        order: The chunks, in the order in which they will be taken.
-        spans: Bytes from a chunk's position to the next chunk, where that is known.
+        order: The chunks, in reading order.
+        spans: Bytes from a chunk's position to the next chunk, if known.
     """
 
     def __init__(
@@ -40,15 +40,15 @@ class ReadAhead:
         self._spans = spans
         helpers = worker_count()
         self._depth = 2 * helpers + 2 if helpers else 0  # a few more chunks than threads
-        self._most = BUDGET_BYTES // max(1, self._depth)  # a larger chunk is read when its turn comes
-        # Daemon threads: what they read is of no use to a program that is ending.
+        self._most = BUDGET_BYTES // max(1, self._depth)  # a larger chunk is not read ahead
+        # Daemon threads: a program that ends does not need their results.
         self._workers = WorkerPool("bag reader", helpers, daemon=True)
         self._tasks: dict[int, Task[ChunkData | None]] = {}
         self._begun = 0
         self._packed = False
 
     def take(self, number: int) -> ChunkData:
-        """The chunk with this number in the order; one that was taken before is read again.
+        """Return the chunk with this number in the order; a chunk taken before is read again.
 
         Raises:
             BagError: It is damaged.
@@ -66,7 +66,7 @@ class ReadAhead:
         return data
 
     def _begin(self, first: int) -> None:
-        """Have the next chunks read, from this number on, unless they were before."""
+        """Start reading the next chunks from this number on, if not started yet."""
         end = min(first + self._depth, len(self._order))
         for number in range(max(first, self._begun), end):
             info = self._order[number]
@@ -75,7 +75,7 @@ class ReadAhead:
         self._begun = max(self._begun, end)
 
     def _try(self, info: ChunkInfo) -> ChunkData | None:
-        """In any thread: the chunk; None for a large or damaged one, which is told when its turn comes."""
+        """In any thread: read the chunk; None for a large or damaged one, which `take` reads again."""
         try:
             return self._read(info, self._most)
         except BagError:
