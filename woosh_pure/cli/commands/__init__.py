@@ -1,7 +1,7 @@
 """The commands: one file each, named here. To add one, write the file and add its name.
 
-Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`, and imports what is
-heavy inside `run`. A new one also needs a place in `GROUPS` of tools/manual.py. After a change run
+Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`, with slow imports
+inside `run`. A new one also needs a place in `GROUPS` of tools/manual.py. After a change run
 `python -m tools.manual`, which writes docs/commands.md and docs/commands/.
 """
 
@@ -27,17 +27,17 @@ COMMANDS = (
 
 
 class Command(Protocol):
-    """What a command file offers."""
+    """The interface of a command file."""
 
     HELP: str
 
     def add_arguments(self, parser: ArgumentParser) -> None:
-        """Describe the command's own arguments."""
+        """Add the command's arguments."""
 
     def run(self, args: Namespace, out: Output) -> int:
-        """Do it; the result is the exit code."""
+        """Run the command and return the exit code."""
 
 
 def load(name: str) -> Command:
-    """The command file of that name."""
+    """Import the command file of that name."""
     return cast(Command, import_module(f"{__package__}.{name}"))

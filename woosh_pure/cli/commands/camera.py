@@ -64,7 +64,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _free_name(kind: str) -> Path:
-    """A name by the time that no file in this folder has: a picture overwrites no other."""
+    """Return an unused file name with the time."""
     stem = f"{kind}-{time.strftime('%Y%m%d-%H%M%S')}"
     path, number = Path(f"{stem}.png"), 2
     while path.exists():
@@ -73,14 +73,14 @@ def _free_name(kind: str) -> Path:
 
 
 def image_png(image: Image, *, millimetres: bool = False) -> bytes:
-    """A PNG of a camera image; depth is scaled to its own range, near is bright, nothing measured is black.
+    """Convert a camera image to PNG; depth is scaled to its range: near is bright, not measured is black.
 
     Args:
-        image: What the camera sent.
-        millimetres: True for depth as data: 16-bit grey in mm, 0 where nothing was measured. It looks black.
+        image: The camera's image.
+        millimetres: True for depth as 16-bit grey in mm, 0 for not measured. It looks black.
 
     Raises:
-        ValueError: The encoding cannot be shown.
+        ValueError: The encoding is not supported.
     """
     from rosproto.numeric import depth_millimetres, encode_png, picture_order, visible_depth
 

@@ -43,7 +43,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _battery(chassis: Chassis) -> Battery | None:
-    """What it says once it charges; the battery is slower to tell than the task."""
+    """Wait for the battery to report charging; it reports later than the task."""
     try:
         return chassis.battery.wait_for(lambda battery: battery.charging, 3.0)
     except RosTimeout:

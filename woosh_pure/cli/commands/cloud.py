@@ -39,7 +39,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def ply(cloud: PointCloud) -> bytes:
-    """A binary PLY file (paulbourke.net/dataformats/ply): x, y, z float in m."""
+    """Return a binary PLY file (paulbourke.net/dataformats/ply): x, y, z float in m."""
     head = (
         "ply",
         "format binary_little_endian 1.0",

@@ -38,6 +38,6 @@ def _colours() -> list[str]:
 
 
 def _marks() -> list[str]:
-    """Of the user's list; without one there is nothing to offer, since the chassis cannot list them."""
+    """Return the marks of the user's list; the chassis cannot list its own."""
 
     return MarkFile(config.mark_file()).names

@@ -1,4 +1,4 @@
-"""`woosh connect HOST`: remember the chassis that the other commands use."""
+"""`woosh connect HOST`: save the default chassis."""
 
 from __future__ import annotations
 

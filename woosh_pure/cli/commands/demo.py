@@ -1,4 +1,4 @@
-"""`woosh demo`: everything from the command to the simulated chassis, over real TCP sockets."""
+"""`woosh demo`: a tour with the simulated chassis, over real TCP sockets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`woosh doctor`: why it does not work."""
+"""`woosh doctor`: checks the connection and the chassis."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _write_report(path: Path, uri: str, resolve: Mapping[str, str], findings: list[Finding]) -> None:
-    """What `woosh_pure.doctor.report` describes, as JSON."""
+    """Write the JSON report of `woosh_pure.doctor.report`."""
     from rosproto.transport import HostNames
     from woosh_pure.doctor.report import Redaction, report
 
@@ -89,7 +89,7 @@ def _write_report(path: Path, uri: str, resolve: Mapping[str, str], findings: li
         with rosproto.MasterClient(uri, "/woosh_doctor", timeout=3.0, hosts=HostNames(resolve)) as client:
             state, types = client.get_system_state(), client.get_topic_types()
     except RosError:
-        pass  # the findings say why
+        pass  # the findings have the reason
     system = {
         "woosh-pure": __version__,
         "python": sys.version,

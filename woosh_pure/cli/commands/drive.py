@@ -1,7 +1,7 @@
-"""`woosh drive`: by the keyboard.
+"""`woosh drive`: drive by keyboard.
 
-Terminals send no key-up: a held key is a stream of repeats, and its end is silence. So each key is a velocity
-that lapses by itself, and every key that is not one of the four directions stops.
+Terminals send no key-up, only repeats of a held key. So each key sets a velocity that expires, and every key
+other than the four directions stops.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
                     share=args.share,
                 )
             )
-        keys.read(0.0)  # keys pressed before the drive was open were not meant to move the robot
+        keys.read(0.0)  # discard keys pressed before the drive was open
         linear = min(0.2, drive.limits.linear) if args.linear is None else args.linear
         turning = min(math.radians(25.0), drive.limits.angular) if angular is None else angular
         try:
@@ -130,7 +130,7 @@ def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop, out: Outpu
                 return
             drive.set(command.vx, command.wz, valid_for=VALID_FOR)
         elif not drive.active:
-            drive.set(0.0)  # raises why it is over
+            drive.set(0.0)  # raises the reason of the end
         _show(chassis, drive, teleop, command, out)
 
 
@@ -158,7 +158,7 @@ def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Press | None,
 
 @contextmanager
 def _never_asleep() -> Iterator[None]:
-    """A stopped process could not stop the robot, so a request to stop this one is ignored meanwhile."""
+    """Ignore job control stops within the block: a suspended process cannot stop the robot."""
     number_ = getattr(signal, "SIGTSTP", None)
     try:
         before = None if number_ is None else signal.signal(number_, signal.SIG_IGN)
@@ -190,7 +190,7 @@ _STEPS = (0.25, 0.5, 0.75, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """What to do now: vx in m/s, wz in rad/s."""
+    """A command: vx in m/s, wz in rad/s."""
 
     vx: float = 0.0
     wz: float = 0.0
@@ -198,12 +198,12 @@ class Press:
 
     @property
     def moves(self) -> bool:
-        """True when it is not a stop."""
+        """Whether it is not a stop."""
         return bool(self.vx or self.wz)
 
 
 class Teleop:
-    """Turns keys into what they mean.
+    """Converts keys to commands.
 
     Args:
         linear, angular: Full speed, m/s and rad/s.
@@ -215,13 +215,13 @@ class Teleop:
 
     @property
     def speed(self) -> float:
-        """Part of the full speed, 0.25 to 1; begins with half of it."""
+        """Fraction of the full speed, 0.25 to 1; initially 0.5."""
         return _STEPS[self._step]
 
     def press(self, keys: Sequence[str]) -> Press | None:
-        """What keys that came together mean; None when there were none.
+        """Return the command for simultaneous keys; None without keys.
 
-        When one of them is not a direction it wins, in whatever order they came: a stop is never overtaken.
+        A key that is not a direction has priority in any order: no direction overrides a stop.
         """
         if not keys:
             return None

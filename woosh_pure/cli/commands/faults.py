@@ -1,4 +1,4 @@
-"""`woosh faults`: what is wrong now, and what a code means."""
+"""`woosh faults`: the present faults, and the meaning of a code."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def run(args: Namespace, out: Output) -> int:
         _print(found, args, out)
         return 0 if found else 1
     with connect(args, out) as chassis:
-        faults = chassis.faults  # begins to listen
+        faults = chassis.faults  # subscribes
         with out.working("listening"):
             time.sleep(args.listen)
         faults = chassis.faults

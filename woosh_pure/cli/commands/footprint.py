@@ -1,4 +1,4 @@
-"""`woosh footprint`: the outline that the navigation keeps free."""
+"""`woosh footprint`: the robot's outline in the navigation."""
 
 from __future__ import annotations
 

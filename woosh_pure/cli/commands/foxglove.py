@@ -80,12 +80,12 @@ def run(args: Namespace, out: Output) -> int:
         try:
             until_interrupted(chassis.node, args.seconds)
         except KeyboardInterrupt:
-            pass  # the orderly end of this command
+            pass  # the normal end of this command
     return 0
 
 
 class _Marks:
-    """The list of marks, read again when its file has changed."""
+    """The list of marks; reread when its file changes."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

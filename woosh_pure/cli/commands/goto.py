@@ -21,7 +21,7 @@ HELP = "drive to a mark, or to a pose in the map"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `Command`."""
     parser.add_argument("mark", nargs="?", help="a mark of the chassis's map, or a place of your list")
-    parser.add_argument("more", nargs="*", help=SUPPRESS)  # to say what was meant by it
+    parser.add_argument("more", nargs="*", help=SUPPRESS)  # for a helpful error
     parser.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees")
     add_timeout(parser)
 
@@ -49,9 +49,9 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _place(args: Namespace, out: Output) -> Pose2D | None:
-    """The pose of a place in the user's list; None for marks of the chassis, and with --sim."""
+    """Return the pose of a place in the user's list; None for marks of the chassis, and with --sim."""
     if args.sim:
-        return None  # the user's places are of another map than the simulated hall
+        return None  # the user's places belong to another map than the simulated hall
     mark = args.mark
     try:
         marks = MarkFile(config.mark_file())
@@ -62,7 +62,7 @@ def _place(args: Namespace, out: Output) -> Pose2D | None:
 
 
 def _several(words: list[str]) -> str:
-    """What several words were probably meant to be: numbers a pose, others a name that wants quotes."""
+    """Return the hint for several words: numbers are a pose, others a name without quotes."""
     try:
         numbers = [to_float(word) for word in words]
     except ValueError:

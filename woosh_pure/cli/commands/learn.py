@@ -1,4 +1,4 @@
-"""`woosh learn`: which definitions this robot speaks, and keep those that are new."""
+"""`woosh learn`: compare the robot's message definitions, and save new ones."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _print(comparisons: list[Comparison], out: Output, *, everything: bool) -> None:
-    """One line for each topic and service, with what differs below it; each type's differences once."""
+    """Print a line per topic and service, with its differences below; each type's differences once."""
     shown: set[tuple[str, str]] = set()
     for comparison in comparisons:
         answer = comparison.answer
@@ -103,7 +103,7 @@ def _print(comparisons: list[Comparison], out: Output, *, everything: bool) -> N
 def _keep(
     comparisons: list[Comparison], folder: Path, uri: str, out: Output, skipped: list[str], *, dry: bool
 ) -> list[Path]:
-    """Write what is new; what no file can be named after goes to `skipped`."""
+    """Write new definitions; names that are invalid as files go to `skipped`."""
     from rosproto.transport import parse_uri
     from woosh_pure.firmware.learn import make_sets, why_not_kept, write_set
 

@@ -91,7 +91,7 @@ def _save(args: Namespace, out: Output) -> int:
         raise ValueError(say("{parent} is no directory; make it first", parent=target.parent))
     with connect(args, out) as chassis:
         for name in ("pose", "scan", "velocity", "plan", "tf_static"):
-            chassis.feed(name).open()  # they come while the map is fetched
+            chassis.feed(name).open()  # received while the map is fetched
         grid = _get(chassis, out)
         files = [*grid.save(target.parent / f"{target.name}.yaml")]
         if not args.no_png:
@@ -121,10 +121,7 @@ def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
 
 
 def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
-    """What a moving robot follows; it is published now and then, or once when it is planned.
-
-    A standing robot has none.
-    """
+    """Return the path of a moving robot, published now and then or once when planned; empty at rest."""
     from woosh_pure.readings import known_path
 
     if not chassis.measured_velocity.wait(listen, new=False).is_standing():

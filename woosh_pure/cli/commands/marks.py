@@ -40,7 +40,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="the chassis's map has this mark: `goto` asks for it by name (else `goto` drives to the pose)",
     )
-    owner.add_argument("--place", action="store_true", help=SUPPRESS)  # the default; older scripts give it
+    owner.add_argument("--place", action="store_true", help=SUPPRESS)  # the default; for older scripts
     add.add_argument("--note", default="", help="anything")
     add_wait(add)
     remove = verbs.add_parser("remove", help="take a mark off the list")
@@ -88,7 +88,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _simulated(args: Namespace, out: Output) -> int:
-    """With --sim: list the marks of the simulated hall; change no list of a real site."""
+    """With --sim: list the marks of the simulated hall; refuse changes."""
     if args.verb != "list":
         raise ValueError(
             "--sim ends with this command, and your list is for real robots; give another one: --file FILE"
@@ -108,10 +108,10 @@ def _print(marks: Iterable[UserMark], out: Output) -> None:
 
 
 def _here(args: Namespace, out: Output) -> Pose2D:
-    """Where the robot is, unless it says that it does not know."""
+    """Return the robot's pose, if it is localized."""
     try:
         with connect(args, out) as chassis:
-            chassis.readiness()  # begins to listen
+            chassis.readiness()  # subscribes
             where = wait_for(chassis.pose, args, out)
             lost = [r for r in chassis.readiness().reasons if r.key is ReasonKey.NOT_LOCALISED]
     except (RosError, ValueError):

@@ -1,4 +1,4 @@
-"""`woosh mode`: what the navigation does about obstacles."""
+"""`woosh mode`: the navigation's behaviour at obstacles."""
 
 from __future__ import annotations
 

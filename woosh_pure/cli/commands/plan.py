@@ -1,4 +1,4 @@
-"""`woosh plan X Y DEGREES` or `woosh plan A1`: a path, without driving it."""
+"""`woosh plan X Y DEGREES` or `woosh plan A1`: plan a path without driving."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _target(args: Namespace) -> Pose2D:
-    """Three numbers, or a mark whose pose is known on this side: the chassis tells no poses of marks."""
+    """Return the pose of three numbers or of a locally known mark: the chassis reports no poses of marks."""
     if args.degrees is not None:
         return pose((to_float(args.mark), args.y, args.degrees)).require_finite()
     target = marks_here(args).get(args.mark) if args.y is None else None

@@ -1,4 +1,4 @@
-"""`woosh ready`: whether the chassis would move now (yes, no, not known), and why."""
+"""`woosh ready`: whether the chassis can move now (yes, no, not known), with reasons."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def run(args: Namespace, out: Output) -> int:
     from rosproto.transport import Deadline
 
     with connect(args, out) as chassis:
-        chassis.readiness()  # begins to listen
+        chassis.readiness()  # subscribes
         deadline = Deadline(args.listen)
         with out.working("listening"):
             while not (deadline.expired or (chassis.status.heard and chassis.battery.heard)):
@@ -56,4 +56,4 @@ def _wait(chassis: Chassis, longest: float) -> None:
     try:
         chassis.wait_until_ready(deadline.remaining(), known=True)
     except RosTimeout:
-        pass  # what blocks, or is not known, is said by the caller
+        pass  # the caller reports blocked or unknown

@@ -1,4 +1,4 @@
-"""`woosh record`: what the chassis says, into a bag; moves nothing."""
+"""`woosh record`: record the chassis's topics into a bag, without motion."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _tell(recorder: Recorder, out: Output) -> int:
-    """What is in the bags; 1 when one is damaged, or no pose or no battery is in them: hardly the chassis."""
+    """Print the bags' contents; return 1 if one is damaged, or without pose or battery (no chassis)."""
     from rosproto.bag import open_bag
 
     counts: dict[str, int] = {}

@@ -87,19 +87,19 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _word(degrees: float) -> str:
-    """The side of the robot at which a direction is."""
+    """Return the robot's side in a direction."""
     sides = ("ahead", "ahead left", "left", "behind left", "behind", "behind right", "right", "ahead right")
     return sides[round(degrees / 45.0) % 8]
 
 
 def free_ways(points: NDArray[np.floating], width: float) -> dict[str, float]:
-    """How far the robot's middle is from the first thing in its way, m, in four directions of base_link.
+    """Return the distance in m from base_link to the first obstacle, in its four directions.
 
-    Only what lies in a lane as wide as the robot is in its way: a wall beside it is not ahead, however near.
+    Only points in a lane of `width` count: a wall beside the robot is not ahead.
 
     Args:
         points: (N, 2) m in base_link.
-        width: Of the lane, m.
+        width: Width of the lane, m.
     """
     found = {}
     for name, along, across in (
@@ -114,7 +114,7 @@ def free_ways(points: NDArray[np.floating], width: float) -> dict[str, float]:
 
 
 def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
-    """Distance in m and direction in degrees (0 ahead, to the left positive) of the nearest point."""
+    """Return distance (m) and direction (degrees, 0 ahead, left positive) of the nearest point."""
     import numpy as np
 
     if not len(points):

@@ -1,4 +1,4 @@
-"""`woosh selftest`: whether this machine is fine, without a robot and without a test tool."""
+"""`woosh selftest`: check this computer, without a robot or a test tool."""
 
 from __future__ import annotations
 

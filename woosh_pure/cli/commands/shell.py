@@ -44,7 +44,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _exit_code(code: object) -> int:
-    """As Python's own: nothing is 0, a text is said and is 1."""
+    """Return the exit code as Python does: None is 0, a text is printed and gives 1."""
     if code is None or isinstance(code, int):
         return int(code or 0)
     print(code, file=sys.stderr)

@@ -151,7 +151,7 @@ def run(args: Namespace, out: Output) -> int:
                 out.line(say("now: {fault}", fault=text))
                 inject(sim, text)
             time.sleep(0.05)
-        for at, text in schedule:  # a busy computer comes late to what was due before the end
+        for at, text in schedule:  # on a busy computer, run late faults that were due before the end
             if args.seconds is not None and at <= args.seconds:
                 out.line(say("now: {fault}", fault=text))
                 inject(sim, text)
@@ -159,7 +159,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _require_known(version: str) -> None:
-    """Newer definitions than the bundled ones are not known, so nothing can speak them."""
+    """Refuse firmware with newer definitions than the bundled ones."""
     from woosh_pure.firmware.versions import CURRENT
 
     try:
@@ -182,7 +182,7 @@ def _listening(sim: SimulatedChassis) -> Iterator[None]:
         try:
             stack.enter_context(sim)
         except ConnectionLost as error:
-            # Nobody is out of reach: this computer does not let us listen there.
+            # A local error: the address cannot be bound.
             raise ChassisError(cannot_listen(error, "--bind")) from error
         yield
 
@@ -202,7 +202,7 @@ def _parse_at(text: str) -> tuple[float, str]:
 
 
 def inject(sim: SimulatedChassis, fault: str) -> None:
-    """Let a fault of `FAULTS` happen."""
+    """Cause a fault of `FAULTS`."""
 
     name, *values = fault.split(":")
     actions: dict[str, Callable[[], object]] = {

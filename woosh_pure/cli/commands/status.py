@@ -1,4 +1,4 @@
-"""`woosh status`: what the chassis says now."""
+"""`woosh status`: the present state of the chassis."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def run(args: Namespace, out: Output) -> int:
     """See `Command`."""
     with connect(args, out) as chassis:
         faults = chassis.faults
-        chassis.readiness()  # begins to listen to what only it needs
+        chassis.readiness()  # subscribes to further topics
         with out.working("listening"):
             readings = chassis.snapshot(args.wait)
         faults, readiness = chassis.faults, readiness_of(chassis)

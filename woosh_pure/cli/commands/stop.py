@@ -26,7 +26,7 @@ def run(args: Namespace, out: Output) -> int:
     from dataclasses import asdict
 
     with connect(args, out) as chassis:
-        # This process has started nothing itself: what runs was started by somebody else.
+        # Other processes started the motion.
         with out.working("stopping"):
             report = chassis.stop(everything=True, end_drivers=args.end_drivers, timeout=args.timeout)
         out.line(report.sentence())

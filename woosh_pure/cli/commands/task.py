@@ -1,4 +1,4 @@
-"""`woosh task`: run a task, or command the one that runs."""
+"""`woosh task`: run a task, or control the running one."""
 
 from __future__ import annotations
 

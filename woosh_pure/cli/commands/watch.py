@@ -1,4 +1,4 @@
-"""`woosh watch`: live, on the whole screen."""
+"""`woosh watch`: a live full-screen display."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _on_screen(observer: Observer, args: Namespace, period: float, deadline: Dea
 
 
 def _quit_within(keys: Keys | None, period: float) -> bool:
-    """Wait for the next picture; True when the person wants to leave."""
+    """Wait for the next picture; return True to quit."""
     if keys is None:
         time.sleep(period)
         return False

@@ -111,7 +111,7 @@ def run(args: Namespace, out: Output) -> int:
             raise CommandError(error.strerror or str(error)) from error
         waiting = _Waiting(app, robots, out)
         stack.enter_context(server)
-        # A token that is not on our command line is neither printed nor put on that of a browser.
+        # Print no token, and pass none to a browser, unless it is on our command line.
         page = server.url + (f"#token={args.token}" if args.token else "")
         out.line(say("the page: {page}", page=page))
         out.line(say("for programs: {url}api/v1/status, {url}openapi.json", url=server.url))
@@ -127,7 +127,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 class _Waiting:
-    """The robots that could not be reached yet: their pages are served, and each is entered when it comes."""
+    """The robots not reached yet: their pages are served, and each is entered once it is reachable."""
 
     def __init__(self, app: FastAPI, robots: dict[str, Chassis], out: Output) -> None:
         from woosh_pure.chassis import components_of
@@ -141,7 +141,7 @@ class _Waiting:
             out.line(say("{name}: no answer; waiting for it, and serving its page meanwhile", name=name))
 
     def try_again(self) -> None:
-        """Try each of them once a second. Blocks as long as a robot that is off takes."""
+        """Try each robot once a second. Blocks while a robot does not answer."""
         if not self._left or time.monotonic() < self._due:
             return
         for name, chassis in list(self._left.items()):
@@ -158,7 +158,7 @@ class _Waiting:
 
 
 def _first(args: Namespace, *, alone: bool) -> str:
-    """What the robot of the plain paths is called."""
+    """Return the name of the robot at the plain paths."""
     name, address = next(iter(each_chassis(args)), ("", ""))
     if name or alone or not address:
         return name or ("sim" if args.sim else "robot")
@@ -166,10 +166,10 @@ def _first(args: Namespace, *, alone: bool) -> str:
 
 
 def _further(args: Namespace) -> list[tuple[str, str]]:
-    """Name and address of every robot but the first."""
+    """Return name and address of each robot but the first."""
     first, *more = each_chassis(args) or [("", "")]
     if more:
-        args.chassis = first[1]  # the others count, too, so here it is the first that goes ahead
+        args.chassis = first[1]  # with several, the first is the default
     for text in args.robot:
         name, address = named_host(text)
         if not (name and address):
@@ -188,7 +188,7 @@ def _further(args: Namespace) -> list[tuple[str, str]]:
 
 
 def _called(address: str) -> str:
-    """A robot without a name has that of its computer, and of its port where it is not the usual one."""
+    """Return the default name of a robot: its host, and its port unless it is the default."""
     from woosh_pure.connection.arguments import DEFAULT_PORT, master_uri_of
 
     master = urlsplit(master_uri_of(address))
@@ -197,7 +197,7 @@ def _called(address: str) -> str:
 
 
 def _marks(args: Namespace, out: Output) -> Iterable[UserMark]:
-    """Of the file, of the simulated hall, or of the user's own list. The page saves in the file."""
+    """Return the marks of the file, the simulated hall or the user's list; the page saves to the file."""
     from woosh_pure.cli import config
 
     if args.marks is not None:
