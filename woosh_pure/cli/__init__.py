@@ -8,9 +8,9 @@ __all__ = ["main"]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `woosh` with these arguments (by default the process's own); the exit code."""
+    """Run `woosh` with these arguments (default: `sys.argv`) and return the exit code."""
     try:
-        from woosh_pure.cli.entry import main as command  # late: Ctrl-C while it loads is no traceback either
+        from woosh_pure.cli.entry import main as command  # late: no traceback for Ctrl-C during the import
     except KeyboardInterrupt:
         return 130
     return command(argv)

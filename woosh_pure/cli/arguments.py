@@ -52,9 +52,9 @@ POSE = ("X", "Y", "DEGREES")
 
 
 class EachChassis(argparse.Action):
-    """--chassis HOST or NAME=HOST: the last one is the chassis; a command that works on several has them all.
+    """--chassis HOST or NAME=HOST: the last one is the chassis; some commands use all.
 
-    Those before and after the command are gathered apart: argparse parses these in a namespace of its own.
+    Those before and after the command are collected separately: argparse uses two namespaces.
     """
 
     def __init__(self, *args: Any, gathered_in: str, **more: Any) -> None:
@@ -76,25 +76,25 @@ class EachChassis(argparse.Action):
 
 
 def named_host(text: str) -> tuple[str, str]:
-    """NAME=HOST in its two parts; HOST alone has the name ""."""
+    """Split NAME=HOST; HOST alone has the name ""."""
     name, equals, address = text.partition("=")
     return (name.strip(), address) if equals and not set(name) & set(":/[") else ("", text)
 
 
 def each_chassis(args: argparse.Namespace) -> list[tuple[str, str]]:
-    """Name ("" where none is given) and address of every --chassis, in their order."""
+    """Return name ("" if none) and address of each --chassis, in order."""
     return [*getattr(args, "chassis_before", ()), *getattr(args, "chassis_after", ())]
 
 
 def pose(values: Sequence[float]) -> Pose2D:
-    """A pose in the map, from metres, metres and degrees."""
+    """Return a pose in the map from X (m), Y (m) and yaw (degrees)."""
 
     x, y, degrees = values
     return Pose2D(x, y, normalize_angle(math.radians(degrees)))
 
 
 def corners(text: str) -> list[tuple[float, float]]:
-    """Corners of an outline, "X,Y X,Y ...", in m."""
+    """Parse the corners of an outline, "X,Y X,Y ...", in m."""
     return [_corner(each) for each in text.split()]
 
 
@@ -107,7 +107,7 @@ def _corner(text: str) -> tuple[float, float]:
 
 
 def png_file(text: str) -> Path:
-    """The name of a picture to write: in a folder that exists, with the ending .png or none."""
+    """Parse the path of a new picture: in an existing folder, with the ending .png or none."""
     path = folder_exists(text)
     if path.suffix.lower() not in ("", ".png"):
         raise argparse.ArgumentTypeError(
@@ -117,14 +117,14 @@ def png_file(text: str) -> Path:
 
 
 def add_pose(parser: ArgumentParser) -> None:
-    """X Y DEGREES as three arguments: argparse cannot describe one of three values without a dash."""
+    """Add X Y DEGREES as three arguments: argparse cannot describe one positional of three values."""
     parser.add_argument("x", type=number, metavar="X", help="m, in the map")
     parser.add_argument("y", type=number, metavar="Y", help="m, in the map")
     parser.add_argument("degrees", type=number, metavar="DEGREES", help="heading, counter-clockwise from x")
 
 
 def marks_here(args: argparse.Namespace) -> dict[str, Pose2D | None]:
-    """Pose by name of the marks that are known on this side: those of --sim's hall, else the user's list."""
+    """Return the poses of the locally known marks by name: those of --sim's hall, else the user's list."""
     if args.sim:
         from woosh_pure.sim.site import built_in_site
 
@@ -135,7 +135,7 @@ def marks_here(args: argparse.Namespace) -> dict[str, Pose2D | None]:
 
 
 def mark_missing(args: argparse.Namespace, wanted: str) -> Sentence:
-    """The error of a command without its mark: what is expected, and the known marks."""
+    """Return the error of a missing mark: the expected arguments and the known marks."""
     names = sorted(marks_here(args))
     if names:
         return both(wanted, say("marks: {names}", names=names))
@@ -143,7 +143,7 @@ def mark_missing(args: argparse.Namespace, wanted: str) -> Sentence:
 
 
 def add_watchdog(parser: ArgumentParser) -> None:
-    """--no-watchdog, of commands that drive for long."""
+    """Add --no-watchdog, for commands that drive for long."""
     parser.add_argument(
         "--no-watchdog",
         action="store_true",
@@ -152,7 +152,7 @@ def add_watchdog(parser: ArgumentParser) -> None:
 
 
 def add_wait(parser: ArgumentParser, default: float = 5.0) -> None:
-    """--wait, for commands that need a message of the chassis."""
+    """Add --wait, for commands that need a message of the chassis."""
     parser.add_argument(
         "--wait",
         type=positive,
@@ -163,30 +163,30 @@ def add_wait(parser: ArgumentParser, default: float = 5.0) -> None:
 
 
 def add_timeout(parser: ArgumentParser, default: float = 300.0) -> None:
-    """--timeout, for commands that start a motion."""
+    """Add --timeout, for commands that start a motion."""
     parser.add_argument(
         "--timeout", type=positive, default=default, metavar="S", help=f"then it is cancelled ({default:g})"
     )
 
 
 def wait_for(feed: Feed[T], args: argparse.Namespace, out: Output) -> T:
-    """The first value of a feed, with a sign of life while it takes long."""
+    """Wait for the first value of a feed, and show that the command waits."""
     with out.working(say("waiting for {topic}", topic=feed.topic)):
         return feed.wait(args.wait, new=False)
 
 
 def enum_words(members: object) -> list[str]:
-    """Names of an enum as words of a command line: STOP_AND_WAIT is stop-and-wait."""
+    """Return the names of an enum as words: STOP_AND_WAIT becomes stop-and-wait."""
     return [m.name.lower().replace("_", "-") for m in members]  # type: ignore[attr-defined]
 
 
 def word_of(name: str) -> str:
-    """The other way: stop-and-wait is STOP_AND_WAIT."""
+    """Return the enum name of a word: stop-and-wait becomes STOP_AND_WAIT."""
     return name.upper().replace("-", "_")
 
 
 def write(path: Path, data: bytes, out: Output) -> str:
-    """Write a file and say so; its name."""
+    """Write a file, report it, and return its name."""
     write_file(path, data)
     out.line(say("wrote {path} ({size})", path=path, size=counted(len(data), "byte")))
     return str(path)

@@ -17,7 +17,7 @@ class Profile(NamedTuple):
 
     Attributes:
         chassis: Host or master URI.
-        host: Our own address as the robot reaches it; None finds it.
+        host: Our own address for the robot; None detects it.
     """
 
     chassis: str
@@ -25,7 +25,7 @@ class Profile(NamedTuple):
 
 
 def directory() -> Path:
-    """Where the files are: %APPDATA%\\woosh, ~/Library/Application Support/woosh, $XDG_CONFIG_HOME/woosh.
+    """Return the folder: %APPDATA%\\woosh, ~/Library/Application Support/woosh, $XDG_CONFIG_HOME/woosh.
 
     $WOOSH_CONFIG_DIR overrides it.
 
@@ -52,20 +52,20 @@ def _home() -> Path:
 
 
 def profile_file() -> Path:
-    """The file of the default chassis."""
+    """Return the file of the default chassis."""
     return directory() / "profile.json"
 
 
 def mark_file() -> Path:
-    """The user's list of marks, see `woosh_pure.maps.marks`."""
+    """Return the file of the user's marks, see `woosh_pure.maps.marks`."""
     return directory() / "marks.json"
 
 
 def load() -> Profile | None:
-    """The saved chassis, None when there is none.
+    """Return the saved chassis, or None.
 
     Raises:
-        ValueError: The file cannot be understood.
+        ValueError: The file is invalid.
     """
     try:
         path = profile_file()
@@ -96,7 +96,7 @@ def save(profile: Profile) -> Path:
 
 
 def forget() -> bool:
-    """Remove the file; False when there was none."""
+    """Remove the file; return False if there was none."""
     try:
         profile_file().unlink()
     except FileNotFoundError:

@@ -26,7 +26,7 @@ _ENDED_THERE = ("REPLACED", "CANCELLED", "REJECTED")
 
 
 def chosen(args: Namespace) -> tuple[str | None, str | None]:
-    """Address of the chassis and our own address, by the common options.
+    """Return the chassis's address and our own, by the common options.
 
     In this order: --master, --chassis, $ROS_MASTER_URI (as None), the profile saved by `woosh connect`.
     """
@@ -34,7 +34,7 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
         raise ValueError("--master and --chassis contradict each other; give one of them")
     for option, given in (("--master", args.master), ("--chassis", args.chassis), ("--host", args.host)):
         if given is not None and not given.strip():
-            # As from an unset variable of a script: never another chassis instead.
+            # Empty, as from an unset variable of a script: refuse, instead of using another chassis.
             raise ValueError(
                 say(
                     "{option} is empty; give an address such as 169.254.128.2, or leave {same} out",
@@ -50,7 +50,7 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
 
 
 def names(args: Namespace) -> dict[str, str]:
-    """Host names given by hand: those of --resolve, then those of the environment."""
+    """Return the host names of --resolve, then those of the environment."""
     from rosproto.node import host_names
     from rosproto.transport import parse_host_names
 
@@ -59,7 +59,7 @@ def names(args: Namespace) -> dict[str, str]:
 
 @contextmanager
 def watchdog_of(args: Namespace) -> Iterator[Watchdog | None]:
-    """The process that stops the robot when this one is killed; a simulated one ends with this process."""
+    """Start the process that stops the robot if this one is killed; None with --sim."""
     if args.no_watchdog or args.sim:
         yield None
         return
@@ -78,7 +78,7 @@ def connect(
     watchdog: Watchdog | None = None,
     patient: bool = False,
 ) -> Iterator[Chassis]:
-    """The chassis that the common options name; `patient` as for `connect_to`."""
+    """Connect to the chassis of the common options; `patient` as for `connect_to`."""
     with ExitStack() as stack:
         address: str | None
         if args.sim:
@@ -100,15 +100,15 @@ def connect_to(
     watchdog: Watchdog | None = None,
     patient: bool = False,
 ) -> Iterator[Chassis]:
-    """A chassis at an address, with what else the common options say.
+    """Connect to a chassis at an address, with the common options.
 
     Args:
-        address: Of the chassis; None takes $ROS_MASTER_URI.
+        address: The chassis's address; None uses $ROS_MASTER_URI.
         host: Our own address.
         args: The command line.
-        out: Prints what the command waits for.
+        out: Prints the progress.
         watchdog: The process that stops the robot when this process is killed.
-        patient: True yields a chassis that cannot be reached without entering it; enter it later.
+        patient: Yield an unreachable chassis, too, without entering it; enter it later.
     """
     from woosh_pure.chassis import Chassis
 
@@ -138,7 +138,7 @@ def connect_to(
                 raise
             stop_and_tell(chassis, out)
             if isinstance(error, BrokenPipeError):
-                # A motion is not followed by a command that nobody listens to.
+                # Without a reader of the output, a motion is stopped.
 
                 raise ChassisError("nobody reads the output any more: the motion was stopped") from error
             raise
@@ -146,7 +146,7 @@ def connect_to(
 
 @contextmanager
 def reaching() -> Iterator[None]:
-    """A master that does not answer becomes ConnectionLost: for scripts it is not there."""
+    """Convert the timeout of a master to ConnectionLost: for scripts it is unreachable."""
     try:
         yield
     except RosTimeout as error:
@@ -156,7 +156,7 @@ def reaching() -> Iterator[None]:
 
 
 def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0) -> str:
-    """Start the simulated chassis of --sim; its master's URI."""
+    """Start the simulated chassis of --sim and return its master's URI."""
     if args.master or args.chassis:
         raise ValueError("--sim and an address contradict each other; give one of them")
     from woosh_pure.sim import SimulatedChassis
@@ -167,9 +167,7 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
 
 
 def _may_move(chassis: Chassis, error: BaseException) -> bool:
-    """Whether something of ours may still move the robot. Motions of others are left alone: our stop would
-    send zeros into them.
-    """
+    """Whether a motion of this process may still run. A stop would also disturb motions of others."""
     from woosh_pure.chassis import components_of
 
     if chassis.under_way or components_of(chassis).motions.just_let_go:
@@ -190,4 +188,4 @@ def stop_and_tell(chassis: Chassis, out: Output) -> None:
         try:
             out.line(report.sentence())
         except (OSError, ValueError):
-            pass  # the terminal has gone; the stopping matters, not the words
+            pass  # the terminal has gone; the stop matters, not the report

@@ -1,4 +1,4 @@
-"""The progress line of a motion: the way left, the estimated time, the pose."""
+"""The progress line of a motion: remaining distance, estimated time, pose."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _WINDOW = 4.0
 
 
 def length_left(path: Sequence[Pose2D], here: Pose2D) -> float | None:
-    """Metres to the nearest point of the path, and from there to its end; None without a path.
+    """Return the distance in m to the nearest path point and on to its end; None without a path.
 
-    Where a path passes the same place twice, the nearest point may be of the other pass.
+    If a path passes a place twice, the nearest point may belong to the other pass.
     """
     if len(path) < 2:
         return here.distance_to(path[0]) if path else None
@@ -41,12 +41,12 @@ def length_left(path: Sequence[Pose2D], here: Pose2D) -> float | None:
 
 
 class DriveLine:
-    """What is known of a drive under way; make it before the goal is sent, so that no plan is missed.
+    """The state of a running drive; create it before the goal is sent, so that no plan is missed.
 
     Args:
-        chassis: The one that drives.
-        target: Where to, when that is known.
-        clock: Seconds that go on.
+        chassis: The driving chassis.
+        target: The target, if known.
+        clock: A monotonic clock, s.
     """
 
     def __init__(
@@ -61,11 +61,11 @@ class DriveLine:
         chassis.feed("plan").open()
 
     def text(self, said: str, percent: float | None = None) -> str:
-        """The line; grows by what becomes known.
+        """Return the line with all known values.
 
         Args:
-            said: What the goal itself tells, "" when it tells nothing.
-            percent: How much of it is done, for goals that say so.
+            said: The goal's own progress text, or "".
+            percent: The goal's progress, if known.
         """
         seconds = self._clock() - self._began
         here = self._chassis.pose.latest
@@ -92,7 +92,7 @@ class DriveLine:
         return None if self._target is None else here.distance_to(self._target)
 
     def _seconds_left(self, left: float) -> float | None:
-        """By how fast it came nearer in the last seconds; None while it does not."""
+        """Estimate from the progress of the last seconds; None without progress."""
         now = self._clock()
         self._lefts.append((now, left))
         while now - self._lefts[0][0] > _WINDOW:

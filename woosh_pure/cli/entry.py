@@ -93,7 +93,7 @@ def _task(args: argparse.Namespace, out: Output) -> Task:
         try:
             out.failure(text, code)
         except (OSError, ValueError):
-            pass  # stdout is what has failed
+            pass  # stdout itself failed
         where = "" if code in (INTERRUPTED, TERMINATED) else f"{args.command}: "
         say(f"woosh: {where}{out.say(text)}")
 
@@ -101,7 +101,7 @@ def _task(args: argparse.Namespace, out: Output) -> Task:
 
 
 def _speaking(language: str) -> type[Parser]:
-    """A parser class with errors in `language`; argparse uses it for the verbs, too."""
+    """Return a parser class with errors in `language`; argparse uses it for the verbs, too."""
 
     class Speaking(Parser):
         def spoken(self, text: str) -> str:
@@ -111,7 +111,7 @@ def _speaking(language: str) -> type[Parser]:
 
 
 def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentParser:
-    """A parser that knows the command named in `words` in full and the others by their help line."""
+    """Return a parser with the full command of `words`, and only the help lines of the others."""
     common = _common()
     parser = _speaking(language)(
         prog="woosh",
@@ -136,7 +136,7 @@ def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentP
 
 
 def _asked(words: Sequence[str]) -> str | None:
-    """The command among the words; what follows an option of ours that takes a value is no command."""
+    """Return the command among the words; the value of an option is no command."""
     takes_value = _common().options_with_value()
     for before, word in zip(["", *words], words, strict=False):
         if before not in takes_value and not word.startswith("-"):

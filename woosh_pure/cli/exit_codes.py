@@ -1,7 +1,7 @@
-"""Exit codes of `woosh`: those of `rosproto`, and two more for a refusal and for an answer that is not known.
+"""Exit codes of `woosh`: those of `rosproto`, and two more for a refusal and for an unknown answer.
 
-An exception decides its own code: `exit_code` in `rosproto/errors.py` and `woosh_pure/errors.py`. A command
-that ends without one returns a code from here.
+An exception has its own code: `exit_code` in `rosproto/errors.py` and `woosh_pure/errors.py`. A command
+without an exception returns a code from here.
 """
 
 from __future__ import annotations

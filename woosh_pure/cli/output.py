@@ -20,11 +20,11 @@ _FIRST_SIGN = 1.0
 
 
 class Output:
-    """Where a command prints.
+    """The output of a command.
 
     Attributes:
         as_json: True when only `result` and `record` may print on stdout.
-        language: Of the lines for people, see `woosh_pure.language`; the documents are the same in each.
+        language: Language of the lines, see `woosh_pure.language`; JSON is the same in each.
         coloured: True when stdout is a terminal that shows colours, and $NO_COLOR is not set.
     """
 
@@ -37,31 +37,31 @@ class Output:
         self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
 
     def line(self, *cells: str) -> None:
-        """A line for people, at once visible; silent with --json.
+        """Print a line for people and flush; silent with --json.
 
-        One line, whatever peers have put into it: of controls only the colours of `colour` remain.
+        Control characters and line ends are escaped, except the colours of `colour`.
 
         Args:
-            cells: Sentences, or what `cell` and `colour` have made, a blank between them.
+            cells: Sentences, or results of `cell` and `colour`; joined by blanks.
         """
         if not self.as_json:
             self._write(self._shown(" ".join(map(self.say, cells))))
 
     def say(self, text: str) -> str:
-        """The text in the language of this output; what its table does not have stays English."""
+        """Translate a text to the output's language; unknown texts stay English."""
         return spoken(text, self.language)
 
     def cell(self, text: str, width: int) -> str:
-        """A cell of a column: the text in the language of this output, as wide as the column."""
+        """Translate a text and pad it to the column's width."""
         return padded(self.say(text), width)
 
     def colour(self, text: str, name: str, width: int = 0) -> str:
-        """A cell in a colour of the terminal; without it where there are none."""
+        """Return a coloured cell; plain without colours."""
         text = self.cell(text, width)
         return f"{self._mark}[{_COLOURS[name]}m{text}{self._mark}[0m" if self.coloured else text
 
     def _shown(self, text: str) -> str:
-        """Escaped, but for what `colour` has marked: no peer knows the mark."""
+        """Escape all but the marks of `colour`, which peers do not know."""
         if not self.coloured:
             return printable(text)
         first, *rest = text.split(self._mark)
@@ -69,27 +69,27 @@ class Output:
         return printable(first) + "".join(f"\x1b{code}m{printable(more)}" for code, _, more in parts)
 
     def result(self, value: Any) -> None:
-        """The document for machines; silent without --json."""
+        """Print the JSON document; silent without --json."""
         if self.as_json:
             self._said = True
             self._write(json_text(plain(value), indent=2, allow_nan=False))
 
     def record(self, value: Any) -> None:
-        """One of many documents for machines, a line each (JSON Lines); silent without --json."""
+        """Print one of many JSON documents, a line each (JSON Lines); silent without --json."""
         if self.as_json:
             self._said = True
             self._write(json_text(plain(value), allow_nan=False))
 
     def failure(self, text: str, code: int) -> None:
-        """The document for machines of a command that failed before it had one."""
+        """Print the JSON document of a failed command, unless it has printed one."""
         if not self._said:
             self.result({"ok": False, "error": text, "exit_code": code})
 
     @contextmanager
     def working(self, what: str) -> Iterator[None]:
-        """Show on stderr that something is going on when it takes longer than a second.
+        """Show progress on stderr after one second.
 
-        On a terminal one line that counts; elsewhere a single line.
+        On a terminal, one line counts the seconds; elsewhere it is a single line.
         """
         done = threading.Event()
         what = self.say(what)
@@ -98,7 +98,7 @@ class Output:
             try:
                 thread.start()
             except RuntimeError:
-                pass  # no thread can be started: a stop is not to fail for want of words
+                pass  # no thread can be started: a stop must not fail for missing output
         try:
             yield
         finally:
@@ -115,7 +115,7 @@ class Output:
 
 
 def spoken(text: str, language: str) -> str:
-    """The text in a language of `woosh_pure.language`."""
+    """Translate a text to a language of `woosh_pure.language`."""
     if language == "en":
         return text
     from woosh_pure.language.table import translator_for
@@ -136,11 +136,11 @@ def _show_life(what: str, done: threading.Event) -> None:
             while not done.wait(0.2):
                 line.show(f"{what} ... {time.monotonic() - began:.0f} s ")
     except (OSError, ValueError):
-        return  # nobody reads it any more
+        return  # the reader has gone
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it: dataclasses as objects, arrays as lists, enums by name, NaN as null."""
+    """Convert a value for JSON: dataclasses to objects, arrays to lists, enums to names, NaN to null."""
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, Enum):
@@ -149,7 +149,7 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    if hasattr(value, "__dataclass_fields__"):  # without importing dataclasses, which --help would pay for
+    if hasattr(value, "__dataclass_fields__"):  # without the slow import of dataclasses
         return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
@@ -162,7 +162,7 @@ def plain(value: Any) -> Any:
 
 @contextmanager
 def full_screen(stream: TextIO) -> Iterator[None]:
-    """The other screen of the terminal, without a cursor; what was there before comes back, always."""
+    """Use the terminal's alternate screen without a cursor within the block; always restore it."""
     own(stream).write("\x1b[?1049h\x1b[?25l\x1b[2J")
     stream.flush()
     try:

@@ -1,6 +1,6 @@
 """A map as a picture: a grid in metres with its numbers, a scale bar, marks, path, scan and robot.
 
-Pillow draws it; it comes with the extra `cli`. Without it there is the plain map.
+Pillow (extra `cli`) draws it. Without Pillow the plain map is written.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ _NO_PILLOW = (
 
 
 def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) -> bytes:
-    """The PNG; what the picture cannot show is printed as lines.
+    """Return the PNG; print lines for what the picture cannot show.
 
     Args:
         grid: The map.
-        out: For those lines.
-        marks: The marks of the user's list, too.
+        out: Prints the lines.
+        marks: Whether to draw the user's marks.
         what: `pose`, `scan`, `path`: see `chart_of`.
     """
     from rosproto.numeric import encode_png
@@ -66,10 +66,10 @@ def chart_of(
     path: Sequence[Pose2D] = (),
     marks: Iterable[UserMark] = (),
 ) -> tuple[NDArray[np.uint8], list[str]]:
-    """A map with grid and scale, marks (green), path (blue), scan (orange) and robot (red).
+    """Draw a map with grid and scale, marks (green), path (blue), scan (orange) and robot (red).
 
     Returns:
-        (height, width, 3), and a line for each mark whose name the font lacks: it is numbered in the picture.
+        (height, width, 3), and a line for each mark shown by a number, because the font lacks its name.
 
     Raises:
         ImportError: Pillow is not installed.
@@ -94,7 +94,7 @@ def chart_of(
 
 
 def blank_around(points: NDArray[np.floating], *, resolution: float = 0.05, margin: float = 1.0) -> GridMap:
-    """An empty map that holds the points (N, 2) m and the origin, for pictures without a map."""
+    """Return an empty map that contains the points (N, 2) m and the origin, for pictures without a map."""
     corners = np.vstack([np.asarray(points, dtype=np.float64).reshape(-1, 2), [[0.0, 0.0]]])
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     width, height = (math.ceil(float(v) / resolution) for v in high - low)
@@ -103,16 +103,16 @@ def blank_around(points: NDArray[np.floating], *, resolution: float = 0.05, marg
 
 
 def step_of(metre: float, apart: float = _APART) -> float:
-    """Metres between two lines, 1, 2 or 5 times a power of ten, when a metre has so many pixels."""
+    """Return the grid spacing in m, 1, 2 or 5 times a power of ten, for `metre` pixels per m."""
     least = apart / metre
     power = 10.0 ** math.floor(math.log10(least))
     return next(power * factor for factor in (1.0, 2.0, 5.0, 10.0) if power * factor >= least * 0.999)
 
 
 def _grey(grid: GridMap) -> tuple[NDArray[np.uint8], float]:
-    """(height, width) uint8, north up, and the pixels of a metre.
+    """Return (height, width) uint8, north up, and the pixels per m.
 
-    A huge map is thinned out, a small one enlarged.
+    A huge map is subsampled, a small one enlarged.
     """
     longest = max(grid.width, grid.height)
     scale = 1 if longest >= _SHORTEST else min(8, math.ceil(_SHORTEST / longest))
@@ -122,7 +122,7 @@ def _grey(grid: GridMap) -> tuple[NDArray[np.uint8], float]:
 
 
 class _Picture:
-    """Shapes over a map, given in metres in the map's frame, and cut at its edges."""
+    """Draws shapes over a map, in m in the map's frame, clipped at its edges."""
 
     def __init__(self, grid: GridMap) -> None:
         from PIL import Image, ImageDraw, ImageFont
@@ -138,7 +138,7 @@ class _Picture:
         self._step = step_of(self._metre)
 
     def grid_lines(self) -> None:
-        """Thin lines on what is free or unknown; walls stay as they are."""
+        """Draw thin grid lines on free and unknown cells, not on walls."""
         from PIL import ImageDraw
 
         layer = self._image.copy()
@@ -151,20 +151,20 @@ class _Picture:
         self._image.paste(layer, mask=self._light)
 
     def dots(self, points: NDArray[np.floating], color: Color) -> None:
-        """(N, 2) points in m as small squares."""
+        """Draw points (N, 2) in m as small squares."""
         for x, y in np.asarray(points, dtype=np.float64):
             column, row = self._pixel(x, y)
             if 0 <= column < self._width and 0 <= row < self._height:
                 self._draw.rectangle((column - 1, row - 1, column + 1, row + 1), color)
 
     def line(self, points: Iterable[tuple[float, float]], color: Color) -> None:
-        """A line through points in m."""
+        """Draw a line through points in m."""
         corners = [self._pixel(x, y) for x, y in points]
         if len(corners) > 1:
             self._draw.line(corners, color, 3)
 
     def robot(self, pose: Pose2D, size: float = 0.35) -> None:
-        """A circle of `size` m with a line in the direction it looks."""
+        """Draw a circle of `size` m with a line in its heading."""
         column, row = self._pixel(pose.x, pose.y)
         pixels = size * self._metre
         if not (-pixels < column < self._width + pixels and -pixels < row < self._height + pixels):
@@ -175,7 +175,7 @@ class _Picture:
         self.line([(pose.x, pose.y), tip], ROBOT)
 
     def mark(self, name: str, pose: Pose2D, size: float = 0.2) -> None:
-        """A small triangle that looks where a robot at the mark does, and its name beside it."""
+        """Draw a small triangle in the mark's heading, with its name."""
         size = max(size, 6.0 / self._metre)
         corners = [(2.0 * size, 0.0), (-size, size), (-size, -size), (2.0 * size, 0.0)]
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
@@ -187,7 +187,7 @@ class _Picture:
         self._draw.text((left, top), name, MARK, self._font)
 
     def framed(self) -> Image:
-        """The picture in a white margin with the numbers of the grid, in m of the map, and a scale bar."""
+        """Add a white margin with the grid's numbers, in m of the map, and a scale bar."""
         from PIL import Image, ImageDraw
 
         whole = Image.new("RGB", (LEFT + self._width + RIGHT, TOP + self._height + BOTTOM), PAPER)
@@ -217,13 +217,13 @@ class _Picture:
     def _crossings(
         self, x_each: float, y_each: float, pixels: int, turned: bool, along: str
     ) -> Iterator[tuple[float, str]]:
-        """Where lines of the grid meet an edge that begins at the map's origin, in pixels, and their numbers.
+        """Yield pixel positions and numbers of grid lines on an edge that begins at the map's origin.
 
         Args:
             x_each, y_each: How x and y change with each metre of the edge.
             pixels: Length of the edge.
-            turned: Lines of both kinds meet it.
-            along: The kind that does otherwise.
+            turned: Whether lines of both kinds cross it.
+            along: The kind that crosses it otherwise.
         """
         for name, begin, each in (("x", self._origin.x, x_each), ("y", self._origin.y, y_each)):
             if abs(each) < 1e-9 or not (turned or name == along):
@@ -233,7 +233,7 @@ class _Picture:
                 yield (value - begin) / each * self._metre, (name if turned else "") + _number(value)
 
     def _scale_bar(self, draw: Any, row: int, width: int) -> None:
-        """About an eighth of the picture, at the lower left, with its length in m."""
+        """Draw a scale bar at the lower left, about an eighth of the picture, with its length in m."""
         length = step_of(self._metre, max(40.0, self._width / 8.0))
         end = LEFT + min(self._width, round(length * self._metre))
         draw.line((LEFT, row, end, row), INK, 2)
@@ -250,7 +250,7 @@ class _Picture:
         return int(width), int(height)
 
     def _pixel(self, x: float, y: float) -> tuple[int, int]:
-        """Column and row; far outside is as good as outside, and no number that Pillow cannot take."""
+        """Return column and row; points far outside are limited to values that Pillow accepts."""
         dx, dy = x - self._origin.x, y - self._origin.y
         across, up = self._cos * dx + self._sin * dy, self._cos * dy - self._sin * dx
         column, row = across * self._metre, self._height - up * self._metre
@@ -263,7 +263,7 @@ class _Picture:
 
 
 def _multiples(step: float, low: float, high: float) -> Iterator[float]:
-    """Multiples of the step between two values, without the values themselves."""
+    """Yield multiples of the step strictly between two values."""
     for number in range(math.floor(low / step) + 1, math.ceil(high / step)):
         yield number * step
 

@@ -1,4 +1,4 @@
-"""Readiness for the commands: the reasons of the chassis, and whether a chassis is there at all."""
+"""Readiness for the commands: the chassis's reasons, and whether a chassis exists."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
 
 
-_STEADY = 1.0  # seconds within which the measured velocity comes, also over a slow network
+_STEADY = 1.0  # s; maximum wait for the measured velocity, also over a slow network
 
 
 def is_there(chassis: Chassis) -> bool:
@@ -22,7 +22,7 @@ def is_there(chassis: Chassis) -> bool:
 
 
 def nobody_there(chassis: Chassis) -> str:
-    """What to say when there is none, or when it is there and cannot be reached."""
+    """Return the sentence for a missing or unreachable chassis."""
     if why := chassis.status.unreachable:
         return say(
             "{topic} is published at {uri}, but its publisher cannot be reached: {why}; try `woosh doctor`",
@@ -45,18 +45,18 @@ _WORDS = {
 
 
 def verdict(readiness: Readiness, out: Output, *, short: bool = False) -> str:
-    """The answer in one word or some, coloured."""
+    """Return the answer in one or a few words, coloured."""
     long_word, short_word, colour = _WORDS[readiness.answer.value]
     return out.colour(short_word if short else long_word, colour)
 
 
 def as_json(readiness: Readiness) -> bool | None:
-    """True, False, or null where it is not known."""
+    """Return True, False, or None (null) if unknown."""
     return {"yes": True, "no": False}.get(readiness.answer.value)
 
 
 def readiness_of(chassis: Chassis) -> Readiness:
-    """`Chassis.readiness()`, but no without a chassis: scripts take "nothing known against it" for a yes."""
+    """Return `Chassis.readiness()`, but no without a chassis: scripts would read "unknown" as yes."""
 
     found = chassis.readiness()
     if not is_there(chassis):
@@ -71,7 +71,7 @@ def readiness_of(chassis: Chassis) -> Readiness:
 
 
 def _is_silent(chassis: Chassis) -> bool:
-    """Whether even its steady topics are silent: its nodes are registered, but do not run."""
+    """Whether periodic topics are silent, too: then its nodes are registered, but do not run."""
     if chassis.status.heard or chassis.battery.heard:
         return False
     try:

@@ -60,7 +60,7 @@ Piece = tuple[str, str]
 
 
 class Screen:
-    """Draws scenes. Keeps what was made of the map, because that takes longest.
+    """Draws scenes. Caches the drawn map, which takes longest.
 
     Args:
         ascii_only: For terminals without block characters.
@@ -73,11 +73,11 @@ class Screen:
         self._ground: tuple[object, NDArray[np.str_]] | None = None
 
     def render(self, scene: Scene, columns: int, lines: int) -> list[str]:
-        """At most `lines` lines of at most `columns` visible characters."""
+        """Return at most `lines` lines of at most `columns` visible characters."""
         title = _title(scene.master_uri, columns)
         body = max(1, lines - 1)
         narrow = columns < _NARROW
-        # Below each other, both get a part; a screen too small for two shows the facts.
+        # Stacked, each gets a part; a small screen shows only the facts.
         room = body // 2 if narrow and body > _LOW else body
         panel = self._fitting_panel(scene, columns if narrow else _PANEL, room)
         if narrow:
@@ -106,7 +106,7 @@ class Screen:
     # -- the panel -------------------------------------------------------------------------------------------
 
     def _fitting_panel(self, scene: Scene, columns: int, room: int) -> list[list[Piece]]:
-        """With as much of the reasons as there is room for; what they say goes before the rates."""
+        """Fit the panel; the reasons have priority over the rates."""
         texts = [] if scene.readiness is None else [reason.text for reason in scene.readiness.reasons]
         longest = max((len(_wrapped(text, columns)) for text in texts), default=0)
         for most in range(min(longest, room), _LEAST, -1):
@@ -189,7 +189,7 @@ class Screen:
     # -- the map ---------------------------------------------------------------------------------------------
 
     def _map(self, scene: Scene, columns: int, rows: int) -> list[list[Piece]]:
-        """Characters are twice as high as wide."""
+        """Draw the map; characters are twice as high as wide."""
         if columns < 4 or rows < 2:
             return []
         view = _View(scene, columns, rows)
@@ -240,14 +240,14 @@ class Screen:
 
 
 def _title(uri: str, columns: int) -> list[Piece]:
-    """The address is what a narrow terminal leaves out first."""
+    """Return the title; a narrow terminal omits the address first."""
     room = columns - len("woosh watch    q: leave")
     shown = uri if len(uri) <= room else uri.removeprefix("http://").rstrip("/")[: max(0, room)]
     return [("woosh watch ", "bold"), (shown, ""), ("   q: leave", "dim")]
 
 
 def _squeezed(rows: list[list[Piece]], most: int) -> list[list[Piece]]:
-    """At most so many rows, where leaving out can do it: rates first, then blanks, remarks, the odometer."""
+    """Reduce to `most` rows, if possible: omit rates first, then blanks, remarks, the odometer."""
 
     def begins(row: list[Piece], word: str) -> bool:
         return bool(row) and row[0][0].startswith(word)
@@ -268,12 +268,12 @@ def _without_rates(rows: list[list[Piece]]) -> list[list[Piece]]:
 
 
 def _wrapped(text: str, columns: int) -> list[str]:
-    """Lines of a reason, which stand two columns to the right."""
+    """Wrap a reason, indented by two columns."""
     return textwrap.wrap(text, max(1, columns - 2))
 
 
 class _View:
-    """Which part of the world the characters show, north up.
+    """The visible part of the map, north up.
 
     Attributes:
         size: Width of a character, m; it is twice as high.
@@ -288,7 +288,7 @@ class _View:
         self.key = (columns, rows, round(self._left, 3), round(self._top, 3))
 
     def cells_of(self, points: NDArray[np.floating]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Rows and columns of those points (N, 2) that are in view."""
+        """Return rows and columns of the visible points (N, 2)."""
         columns = np.floor((points[:, 0] - self._left) / self.size).astype(np.int64)
         rows = np.floor((self._top - points[:, 1]) / (2.0 * self.size)).astype(np.int64)
         inside = (rows >= 0) & (rows < self.rows) & (columns >= 0) & (columns < self.columns)
@@ -306,7 +306,7 @@ def _extent(scene: Scene) -> tuple[float, float, float, float]:
 
 
 def _dense(corners: NDArray[np.floating], step: float) -> NDArray[np.floating]:
-    """A point every `step` m along a line, so that it has no gaps; at most 2000."""
+    """Return a point every `step` m along a line, at most 2000."""
     if len(corners) < 2:
         return corners
     ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
@@ -315,7 +315,7 @@ def _dense(corners: NDArray[np.floating], step: float) -> NDArray[np.floating]:
 
 
 def _runs(line: NDArray[np.str_], tones: NDArray[np.str_]) -> list[Piece]:
-    """Neighbours of one colour as one piece."""
+    """Join neighbours of the same colour to a piece."""
     edges = [0, *(np.flatnonzero(tones[1:] != tones[:-1]) + 1).tolist(), len(line)]
     return [("".join(line[a:b]), str(tones[a])) for a, b in itertools.pairwise(edges)]
 
@@ -332,12 +332,12 @@ _SILENT = 2.0
 
 @dataclass(slots=True)
 class Scene:
-    """One moment; None and empty where nothing was heard.
+    """The state at one time; None or empty without data.
 
     Attributes:
         scan: (N, 2) m in the map, or in base_link when the pose is not known.
-        rates: Messages per second of each feed that was heard.
-        ages: Seconds since the newest message of each feed that was heard.
+        rates: Messages per second of each feed with data.
+        ages: Seconds since the newest message of each feed with data.
     """
 
     master_uri: str
@@ -357,13 +357,13 @@ class Scene:
 
     @property
     def silence(self) -> float | None:
-        """Seconds for which nothing at all was heard, when it is longer than a living chassis is silent."""
+        """Seconds without any message, if longer than a running chassis is silent; else None."""
         least = min(self.ages.values(), default=0.0)
         return least if least > _SILENT else None
 
 
 class Observer:
-    """Looks at a chassis again and again. Opens the feeds at once; the map is fetched by `fetch_map`."""
+    """Collects a chassis's state. Opens the feeds at once; `fetch_map` fetches the map."""
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
@@ -373,14 +373,14 @@ class Observer:
         self.grid: GridMap | None = None
 
     def fetch_map(self) -> None:
-        """Ask for the map; without one, nothing is drawn under the scan."""
+        """Fetch the map; without one, only the scan is drawn."""
         try:
             self.grid = self._chassis.get_map()
         except (RosError, ValueError):
             self.grid = None
 
     def look(self) -> Scene:
-        """What is known now."""
+        """Return the present scene."""
         chassis, feeds = self._chassis, self._feeds
         pose, scan = feeds["pose"].latest, feeds["scan"].latest
         return Scene(
@@ -401,7 +401,7 @@ class Observer:
         )
 
     def _rates(self) -> dict[str, float]:
-        """Over the last two seconds."""
+        """Return the rates over the last two seconds."""
         now, counts = time.monotonic(), {name: self._feeds[name].count for name in FEEDS}
         self._counts.append((now, counts))
         while len(self._counts) > 2 and now - self._counts[0][0] > 2.0:
