@@ -85,7 +85,7 @@ class GoalTracker:
 
     @property
     def audible(self) -> list[str]:
-        """Servers whose status came lately, the latest last."""
+        """Servers whose status arrived recently, the latest last."""
         with self._changed:
             now = self._clock.monotonic()
             limit = self._status_timeout
@@ -93,7 +93,7 @@ class GoalTracker:
         return [server for _, server in sorted(heard)]
 
     def close(self) -> bool:
-        """Stop following and wake everybody who waits; False when that has been done before."""
+        """Stop following and wake all waiters; False if already closed."""
         with self._changed:
             if self.closed:
                 return False
@@ -108,7 +108,7 @@ class GoalTracker:
     # -- goals -------------------------------------------------------------------------------
 
     def follow(self, goal: SentGoal) -> None:
-        """Follow a goal; at `MOST_GOALS` the oldest is lost for it."""
+        """Follow a goal; beyond `MOST_GOALS` the oldest becomes LOST."""
         with self._changed:
             if len(self.followed) >= MOST_GOALS:
                 oldest = self.followed[next(iter(self.followed))]
@@ -153,7 +153,7 @@ class GoalTracker:
         return Deadline(timeout, self._clock)
 
     def pause(self, seconds: float) -> None:
-        """Wait for the next change, for so many seconds at the most."""
+        """Wait for the next change, at most `seconds`."""
         with self._changed:
             self._clock.wait(self._changed, seconds)
 
@@ -164,7 +164,7 @@ class GoalTracker:
             False when time is up.
 
         Raises:
-            ConnectionLost: It cannot come to hold: see `connection_error`.
+            ConnectionLost: It cannot become true: see `connection_error`.
         """
         with self._changed:
             while not condition():
@@ -178,7 +178,7 @@ class GoalTracker:
         return True
 
     def connection_error(self, goal: SentGoal) -> ConnectionLost | None:
-        """Why nothing more can be expected of a goal just now, or None."""
+        """Why a goal cannot progress at present, or None."""
         if goal.done:
             return None
         if self.closed or self._node_closed():
@@ -249,7 +249,7 @@ class GoalTracker:
             self._changed.notify_all()
 
     def _hear(self, server: str) -> float:
-        """Note that status came, and from whom; anybody may publish it, under any number of names."""
+        """Record a status and its sender; the number of senders is limited, as peers choose their names."""
         heard = self.heard
         if server not in heard and heard:
             text = "= %s: status also from %s, before from %s"

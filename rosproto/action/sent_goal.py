@@ -1,4 +1,4 @@
-"""SentGoal: what a client knows of one goal it sent.
+"""SentGoal: the client's record of one goal.
 
 The states and their transitions are `rosproto.protocol.goal_client.GoalMachine`'s; kept beside it is what the
 client needs to judge by them. No I/O, no clock and no lock: times are handed in, and `GoalTracker` does the

@@ -225,7 +225,7 @@ class ActionServer:
         def subscribe(part: str, kind: type[Message], callback: Callable[[Any], None]) -> None:
             self._parts.append(node.subscriber(f"{self.name}/{part}", kind, callback, queue_size=_QUEUE))
 
-        # Latched as actionlib does: a new client knows at once that somebody is here.
+        # Latched, as in actionlib: a new client sees the server at once.
         self._status_out = publish("status", type_.status_array, latch=True)
         self._result_out = publish("result", type_.action_result)
         self._feedback_out = publish("feedback", type_.action_feedback)
@@ -456,7 +456,7 @@ class ActionServer:
             publisher.publish(message)
         except LocalProtocolError:
             if not self._closed and not self._node.closed:
-                raise  # a handler may well end while everything closes
+                raise  # a handler may end while the server closes
 
     def _status_of(self, record: GoalRecord) -> Any:
         stamp = Time.from_nsec(record.stamp)

@@ -2,7 +2,7 @@
 
 `node.logger` (and any logger the program adds `Rosout.handler` to) is published as rosgraph_msgs/Log,
 latched, as rospy and roscpp do. The library's own records are not published: a record about /rosout on
-/rosout would go round for ever (pitfall 61).
+/rosout would loop for ever (pitfall 61).
 
 Every ROS node has the services ~get_loggers and ~set_logger_level for its log levels. Python's loggers
 belong to the process, so all nodes of a process answer alike. A level is changed only when somebody asks
@@ -41,7 +41,7 @@ LEVELS = {name: python for name, _, python in _TABLE}
 
 
 def ros_level(levelno: int) -> int:
-    """The level of rosgraph_msgs/Log for one of `logging`: the highest that is not above it."""
+    """Convert a `logging` level to rosgraph_msgs/Log: the highest level that is not above it."""
     return next((ros for _, ros, python in reversed(_TABLE) if levelno >= python), 1)
 
 
@@ -127,7 +127,7 @@ class _Handler(logging.Handler):
         self._publish = publish
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Publish one record; what goes wrong is `logging`'s to report (`raiseExceptions`)."""
+        """Publish one record; errors are handled by `logging` (`raiseExceptions`)."""
         try:
             self._publish(record, self.format(record))
         except Exception:
@@ -172,7 +172,7 @@ class Rosout:
         logger.addHandler(self.handler)
 
     def publish(self, record: logging.LogRecord, text: str) -> None:
-        """Send one record; one that arises meanwhile in the same thread is not sent (no loops)."""
+        """Send one record; records logged meanwhile in the same thread are not sent (no loops)."""
         if getattr(self._busy, "now", False) or record.name.split(".")[0] == OWN or self._lifecycle.closed:
             return
         self._busy.now = True

@@ -1,4 +1,4 @@
-"""The topics of one node: what it publishes, what it subscribes, and what the slave API says about them.
+"""The topics of one node: publications, subscriptions, and the slave API's data about them.
 
 Source: wiki.ros.org/ROS/Slave_API for the shapes of getBusStats and getBusInfo.
 """
@@ -40,7 +40,7 @@ class NameLocks:
         """Hold the lock of `name`.
 
         Raises:
-            RosTimeout: Somebody else has held it until the deadline.
+            RosTimeout: Another thread held it until the deadline.
         """
         with self._lock:
             lock, users = self._locks.get(name, (threading.Lock(), 0))
@@ -216,13 +216,13 @@ class TopicTable:
         subscription.close()
 
     def _close_subscribers(self, subscription: Subscription) -> None:
-        """It could not be registered: none of them has anything to do."""
+        """Close the handles after a failed registration."""
         for queue in subscription.queues:
             queue.end()
             self._close_subscriber(queue, subscription)
 
     def close(self) -> None:
-        """End every link; the node has taken the topics off the master already."""
+        """End every link; the topics are already unregistered."""
         publications, subscriptions = list(self._publications.values()), list(self._subscriptions.values())
         self._publications, self._subscriptions = {}, {}
         for publication in publications:
@@ -237,7 +237,7 @@ class TopicTable:
             subscription.close(0.5)
 
     def abandon(self) -> None:
-        """In a fork of this process: what the program holds is closed, without taking a lock."""
+        """Mark all handles as closed in a forked process, without taking a lock."""
         for publication in self._publications.values():
             for publisher in publication.handles:
                 publisher.end()
@@ -256,7 +256,7 @@ class TopicTable:
         return self._subscriptions.get(name)
 
     def accept(self, sock: socket.socket, fields: dict[str, str], peer: tuple[str, int]) -> None:
-        """A subscriber connects; its header names the topic."""
+        """Accept a subscriber; its header names the topic."""
         publication = self._publications.get(fields["topic"])
         if publication is None:
             text = f"{self._context.name} does not publish {fields['topic'][:200]}"
@@ -266,7 +266,7 @@ class TopicTable:
             publication.accept(sock, fields, peer)
 
     def links_changed_address(self) -> None:
-        """Our own address changed: connections from the old one are dead, though nobody says so."""
+        """Drop the connections from our old address after it changed."""
         for subscription in list(self._subscriptions.values()):
             subscription.reconnect()
         for publication in list(self._publications.values()):
@@ -380,7 +380,7 @@ class TopicTable:
 
 
 def _close_publishers(publication: Publication) -> None:
-    """It could not be registered: none of them has anything to do."""
+    """Close the handles after a failed registration."""
     for publisher in publication.handles:
         publisher.close()
 
@@ -390,5 +390,5 @@ def _text(stats: LinkStats) -> str:
 
 
 def _int32(count: int) -> int:
-    """XML-RPC has no longer integers; a counter that is full stays full."""
+    """Limit a counter to the 32 bits of an XML-RPC integer."""
     return min(count, 0x7FFFFFFF)
