@@ -59,7 +59,7 @@ class BagReader(TimeOrderedReader):
         skip_damaged: When a chunk turns out to be damaged, leave out the rest of it and note that in
             `damage`, instead of raising.
         limits: How much reading the file may cost; see `rosproto.bag.BagLimits`.
-        scanning: Called now and then during such a scan: bytes done, and of how many.
+        scanning: Called from time to time during such a scan with the bytes done and the total.
 
     Raises:
         BagError: It cannot be opened, is no bag, is of version 1, or is encrypted.

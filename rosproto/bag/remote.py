@@ -83,7 +83,7 @@ def _filesystem(url: str) -> tuple[Any, str]:
 
 
 def _why(problem: BaseException) -> str:
-    """In words for who typed the URL: fsspec says of nearly everything that there is no such file."""
+    """The reason for a failure, in words; fsspec reports nearly every failure as a missing file."""
     chain = [problem]
     while (deeper := chain[-1].__cause__ or chain[-1].__context__) is not None and deeper not in chain:
         chain.append(deeper)

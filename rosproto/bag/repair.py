@@ -49,7 +49,7 @@ def reindex(path: File, *, scanning: Scanning | None = None) -> Report:
 
     Args:
         path: The file, or a file object open for reading and writing, which stays open.
-        scanning: Called now and then while its contents are searched for: bytes done, and of how many.
+        scanning: Called from time to time during the scan with the bytes done and the total.
 
     Raises:
         BagError: It is no bag; or it is damaged before its end (use `recover`, which writes a new one); or
@@ -180,8 +180,8 @@ def recover(
         output: The new bag; must not exist.
         compression: Of the new bag; see `create_bag`.
         progress: Called with the number of messages now and then.
-        found: Called once, with how many the index has, or a scan has found; not all may be readable.
-        scanning: Called now and then during such a scan: bytes done, and of how many.
+        found: Called once with the number of messages in the index or scan; not all may be readable.
+        scanning: Called from time to time during a scan with the bytes done and the total.
 
     Raises:
         BagError: `path` is no bag, or `output` exists or cannot be written.

@@ -54,7 +54,7 @@ class Task(Generic[T]):
 
 
 class WorkerPool:
-    """Does tasks in the order they were given, several at a time.
+    """Runs tasks in the order they were added, several at a time.
 
     Args:
         name: Of the threads: "rosproto:name".

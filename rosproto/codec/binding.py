@@ -1,4 +1,4 @@
-"""What stands behind one message class: its definition, its layout, and its functions, made on first use.
+"""The binding of a message class: its definition, layout and functions, generated on first use.
 
 A class begins with stubs. The first encode, decode or construction generates that one function
 (0.3 to 2 ms) and puts it in the stub's place. Two threads that come first at once both generate; the
@@ -96,7 +96,7 @@ class Binding:
         return found
 
     def stub(self, name: str) -> Callable[..., Any]:
-        """Stands in for a function until it is needed."""
+        """A placeholder that generates the function on its first call."""
 
         def first(*args: Any) -> Any:
             return self.function(name)(*args)

@@ -246,7 +246,7 @@ def define(
 
 
 def _clear_away(characters: int) -> None:
-    """Have classes that nobody holds any more go, once their texts are long together.
+    """Collect unused classes once the total length of their texts is large.
 
     A class is in a cycle, and the collector waits for a number of objects: of texts of a megabyte each it
     lets hundreds lie around.

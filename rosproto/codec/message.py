@@ -1,4 +1,4 @@
-"""Message: the base of all message classes, with the face that genpy's have.
+"""Message: the base of all message classes, with the interface of genpy's.
 
 Source: genpy/message.py; tools written for rospy messages rely on these names.
 """

@@ -1,4 +1,4 @@
-"""How much a definition from the network may ask of us.
+"""Limits on the size of definitions from the network.
 
 A peer's full text becomes classes and generated code, so it is measured before anything is made of it.
 """

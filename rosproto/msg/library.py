@@ -318,7 +318,7 @@ class DefinitionLibrary:
         package, _, base = name[:300].partition("/")
         packages = self.packages()
         known = [*self.messages(package), *self.services(package)] if package in packages else []
-        # Bounded: a stranger's library may hold many long names, and comparing them takes its time.
+        # Bounded: a library from the network may hold many long names, which are slow to compare.
         names = [other.partition("/")[2] for other in known[:500]] if len(base) <= 64 else []
         near = get_close_matches(base, names, 3)
         if near:
