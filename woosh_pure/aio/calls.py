@@ -48,7 +48,7 @@ class ThreadCalls:
             if scope:
                 await self.finish(scope.end)
             raise
-        except GeneratorExit:  # the loop is closed: nobody awaits any more
+        except GeneratorExit:  # the loop is closed
             self.let_go(scope.end)
             raise
         self.begun.update(scope.things)
@@ -78,7 +78,7 @@ class ThreadCalls:
         self._pool.spawn(function)
 
     def close(self) -> None:
-        """Keep no idle thread."""
+        """End idle threads."""
         self._pool.close()
 
 

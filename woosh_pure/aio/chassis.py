@@ -46,7 +46,8 @@ class AwaitedChassis(Protocol):
 
 
 def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
-    """Name, documentation and signature of a threaded verb for the awaited one; its own return, if given."""
+    """Copy name, documentation and signature of a threaded verb to the awaited one; `returns` replaces its
+    return type."""
     functools.update_wrapper(made, method)  # type: ignore[arg-type]  # a function, of whatever type
     signature = inspect.signature(method)
     if returns:
@@ -305,7 +306,7 @@ class Chassis(Readings):
 
 
 def view(chassis: Threaded) -> Chassis:
-    """The awaited face of a Chassis that exists, as `chassis.aio`; both may be used at the same time."""
+    """The asyncio API of an existing Chassis, as `chassis.aio`; both may be used at the same time."""
     face = Chassis.__new__(Chassis)
     face._attach(chassis)
     return face

@@ -102,9 +102,8 @@ class Drive:
 
         Raises:
             ValueError: A value is not finite or exceeds `limits`, or `seconds` is negative or not finite.
-            ConnectionLost: Nobody subscribes to the velocity topic any more, or the chassis has fallen
-                silent.
-            MotionRefused: The drive is over; `error.readiness` tells why.
+            ConnectionLost: The velocity topic has no subscriber any more, or the chassis has fallen silent.
+            MotionRefused: The drive is over; `error.readiness` gives the reason.
         """
         seconds = as_float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):

@@ -110,7 +110,7 @@ class GoalHandle(Generic[P]):
             while True:
                 if (
                     not len(newest) and self.handle.done and not len(newest)
-                ):  # what came before the end is told
+                ):  # progress from before the end is still yielded
                     return
                 try:
                     report = await newest.get(_LOOK_AGAIN)
@@ -172,7 +172,7 @@ class GoalHandle(Generic[P]):
         return await self._calls.finish(lambda: self.handle.cancel(timeout))
 
     def _end(self) -> None:
-        """Cancel it, for a task that was cancelled; what cannot be is logged, and left to `close`."""
+        """Cancel the goal of a cancelled task; a failure is logged, and `close` tries again."""
         try:
             self.handle.cancel(5.0)
         except RosError as error:
@@ -257,7 +257,7 @@ H = TypeVar("H", bound=GoalHandle[Any])
 
 
 class Goal(Coroutine[Any, Any, Outcome], Generic[H]):
-    """What a verb that moves gives. Nothing is sent before it is used, in one of three ways, once:
+    """The result of a motion verb. It is sent only when used, once, in one of three ways:
 
         outcome = await robot.go_to_mark("A1")           # to the end: an arrival, else GoalFailed
         async with robot.go_to_mark("A1") as handle:     # under way; leaving the block cancels it
@@ -309,7 +309,7 @@ class Goal(Coroutine[Any, Any, Outcome], Generic[H]):
         elif kind is None:
             await handle.cancel()
         else:
-            await self._calls.finish(handle._end)  # what the block raised is what the caller must see
+            await self._calls.finish(handle._end)  # the exception of the block has precedence
 
     # -- a coroutine, as tasks want one
 

@@ -1,4 +1,4 @@
-"""What `woosh doctor` checks, and what a check finds: definitions against ours, nodes that cannot be reached.
+"""Checks and findings of `woosh doctor`: definitions that differ from ours, nodes that cannot be reached.
 
 Topics are asked of their publishers, services of their providers, goals of the robot's own client of each
 action (a server does not tell; its goal topic only accepts or refuses). Only headers are exchanged.
@@ -24,7 +24,7 @@ from woosh_pure.values.messages import message_type, service_type
 
 
 class Level(Enum):
-    """How bad a finding is."""
+    """The severity of a finding."""
 
     OK = "ok"
     WARNING = "warning"
@@ -37,9 +37,9 @@ class Finding:
 
     Attributes:
         check: Its name, for programs.
-        level: How bad it is.
-        text: What was found.
-        advice: What to do; "" when nothing is needed.
+        level: Its severity.
+        text: The finding.
+        advice: The remedy; "" if none is needed.
     """
 
     check: str
@@ -122,7 +122,7 @@ def _goal_of(row: Row) -> tuple[str, str]:
 
 
 def _answer(node: rosproto.Node, question: _Question) -> str:
-    """The md5sum the peer tells; "" when it cannot be asked (other checks tell that)."""
+    """The peer's md5sum; "" if it does not answer (other checks report that)."""
     deadline = Deadline(_ONE_QUESTION)
     try:
         if question.name in _SERVICES:
@@ -225,7 +225,7 @@ def _not_told(error: Exception) -> tuple[str, str]:
 
 
 def _reach(host: str, port: int, hosts: HostNames, timeout: float) -> str:
-    """Why nobody answers there; "" when somebody does."""
+    """Why the address does not answer; "" if it does."""
     sock: socket.socket | None = None
     try:
         sock = connect(host, port, Deadline(timeout), hosts=hosts)

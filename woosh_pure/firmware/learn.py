@@ -193,7 +193,7 @@ class LearnedSet:
 
     @property
     def digest(self) -> str:
-        """Eight digits that depend on the definitions only: what was learned before is found again by it."""
+        """Eight digits that depend on the definitions only, to find a set that was learned before."""
         lines = "".join(f"{name} {self._sums[name]}\n" for name in sorted(self._sums))
         return hashlib.sha256(lines.encode()).hexdigest()[:8]
 
@@ -207,7 +207,7 @@ def why_not_kept(name: str, library: DefinitionLibrary) -> str:
 
 
 def _unnameable(name: str) -> str:
-    """What is wrong with a type's name as the name of a file and its folder; "" when nothing is."""
+    """Why a type's name cannot be the name of a file and its folder; "" if it can."""
     package, _, base = name.partition("/")
     if {package.lower(), base.lower()} & _RESERVED:
         return f"{name}: a file cannot have this name on every system"
@@ -217,7 +217,7 @@ def _unnameable(name: str) -> str:
 
 
 def make_sets(learned: Iterable[tuple[str, DefinitionLibrary]]) -> list[LearnedSet]:
-    """As few sets as hold all of these without contradiction, in the order given."""
+    """Put definitions into as few sets without contradictions as possible, in the order given."""
     sets: list[LearnedSet] = []
     for name, library in learned:
         if not any(known.types.get(name) == library.md5sum(name) for known in sets) and not any(
@@ -238,7 +238,7 @@ def write_set(learned: LearnedSet, folder: Path, origin: str) -> Path:
         origin: Where from, for the name of the set: a host.
 
     Raises:
-        DefinitionError: What was written does not read back as it was learned.
+        DefinitionError: The written definitions differ when read again.
         OSError: The folder cannot be written.
     """
     label = "".join(c if c.isalnum() or c in "-." else "-" for c in origin).strip(".-") or "robot"

@@ -19,7 +19,7 @@ ONE_QUESTION = 3.0  # seconds for one peer
 
 
 class SurveyAnswer(NamedTuple):
-    """What a node has answered about its topic or service.
+    """A node's answer about its topic or service.
 
     Attributes:
         kind: "topic" or "service".
@@ -54,7 +54,7 @@ def survey(
 
     Args:
         node: In whose name to ask.
-        timeout: Seconds for all of it; what is not asked by then is told as such.
+        timeout: Seconds for the whole survey; the answers of the rest have an `error`.
         parallel: Most questions at a time.
         kinds: What to ask: "topic", "service", or both.
         progress: Called with each answer, in a thread of this function.

@@ -1,4 +1,4 @@
-"""What of the interface a recording holds, unless somebody asks for more."""
+"""The topics of the interface that are recorded by default."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from woosh_pure.interface.table import find
 from woosh_pure.interface.table import topics as rows
 
 ALWAYS = ("pose", "battery")
-"""Feeds that are in every recording: without them nobody can tell later where and how the robot was."""
+"""Feeds that are in every recording, to show where the robot was and in which state."""
 BEYOND_TABLE = ("/tf", "/tf_static", "/diagnostics", "/rosout", "/map", "/map_metadata")
 GOALS = r"/[^/]+(?:/[^/]+)*/(?:goal|cancel|status|feedback|result)"
 """The topics of actions, the chassis's own and others."""

@@ -1,4 +1,4 @@
-"""What the chassis says as values, and both ways between values and messages."""
+"""The chassis's data as values, and conversions between values and messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Making messages: the few that the verbs send. Classes are looked up late, by name."""
+"""Makes the messages that the verbs send. Classes are looked up lazily, by name."""
 
 from __future__ import annotations
 

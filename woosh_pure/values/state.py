@@ -1,4 +1,4 @@
-"""What the chassis says, as values: SI units, enums, numpy arrays. Made from messages by
+"""The chassis's data as values: SI units, enums, numpy arrays. Made from messages by
 `woosh_pure.values.convert`."""
 
 from __future__ import annotations
