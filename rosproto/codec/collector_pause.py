@@ -1,4 +1,4 @@
-"""Keeps the cyclic garbage collector away while one large message is decoded.
+"""Pauses the cyclic garbage collector while one large message is decoded.
 
 Decoding a Path of 1000 poses makes 6000 objects that all survive; the collector runs nine times in vain.
 Without the pause it takes twice as long (1434 us for 717, processor time), a Path of 200 poses 1.2 times. The

@@ -34,7 +34,7 @@ class ConversionError(CodecError):
 
 
 class ValuesLost(CodecError):
-    """Values were given that the other side's definition has no field for, and none may get lost.
+    """The other side's definition lacks fields for some of the given values.
 
     Attributes:
         fields: Paths of those fields.

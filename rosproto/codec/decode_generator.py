@@ -137,7 +137,7 @@ class _DecodeWriter(ArrayWriter):
         self.fields(field.layout, var)
 
     def call(self, layout: Layout, target: str) -> None:
-        """Leave a nested message to a function of its own."""
+        """Call a separate function for a nested message."""
         self.flush()
         function = decode_function(layout, self.value_style, self.maker, general=self.general, partial=True)
         self.src.line(f"{target}, i = {self.src.constant(function, 'd')}(b, {self.at()}, e)")

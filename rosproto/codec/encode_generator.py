@@ -209,7 +209,7 @@ class _EncodeWriter(ComprehensionWriter):
         self.fields(field.layout, inner)
 
     def call(self, layout: Layout, value: str) -> None:
-        """Leave a nested message to a function of its own."""
+        """Call a separate function for a nested message."""
         self.flush()
         function = encode_function(layout, self.value_style, general=self.general, nested=True)
         self.src.line(f"{self.src.constant(function, 'e')}({value}, parts)")

@@ -1,4 +1,4 @@
-"""What a definition looks like on the wire: kinds, sizes, bounds. Resolved once, before code is made.
+"""The wire layout of a definition: kinds, sizes, bounds. Resolved once, before code is generated.
 
 Definitions may come from a peer (connection header, bag), so nothing here trusts them: names that end up
 in generated source are checked again, recursion is refused, and the size of one message is bounded.

@@ -30,7 +30,7 @@ class Tree(Protocol):
         """Text of a file, line ends as line feeds, bytes that are not UTF-8 kept as surrogates."""
 
     def describe(self, *parts: str) -> str:
-        """The file's name for a person."""
+        """The file's name for error messages."""
 
 
 class FileTree:

@@ -209,7 +209,7 @@ def _misfit(cls: type[Message], parts: list[bytes], topic: str) -> Exception:
 
 
 class MessagesDiffer(Exception):
-    """They differ in more than numbers, or are not followed here."""
+    """The messages differ in more than numbers, or have an unsupported layout."""
 
 
 class _Grid(NamedTuple):

@@ -1,4 +1,4 @@
-"""The messages of one MCAP chunk, and the optional library that takes it apart."""
+"""Read the messages of one MCAP chunk with the optional library mcap."""
 
 from __future__ import annotations
 
