@@ -48,7 +48,7 @@ class KnownDefinitions:
         # The user's types mean what the user's folders together say: one may use a type of the next.
         self._own = None if not own else self._folders[0] if len(own) == 1 else bundled().fork(own)
         self.fetched = DefinitionLookup()
-        # Keyed by md5sums from peers. `define` keeps definitions for one peer, `learn` keeps them for all.
+        # Keyed by md5sums from peers. `define` has its own cache; `learn` shares a definition with all peers.
         self._found: BoundedCache[tuple[type, str], _SearchResult] = BoundedCache(MOST_FOUND)
         self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
             MOST_LEARNED, MOST_LEARNED_CHARACTERS
