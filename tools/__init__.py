@@ -1,1 +1,1 @@
-"""Programs that make parts of this source tree; none of them is in the wheel."""
+"""Generators and checks of this source tree; not in the wheel."""

@@ -25,7 +25,7 @@ DIRECTIVE = re.compile(r"^::: (\S+)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Entry:
-    """One page to be made."""
+    """One generated page."""
 
     uri: str  # "api/woosh_pure/Chassis.md"
     title: str
@@ -34,7 +34,7 @@ class Entry:
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Hang the pages below the page that lists them, in the menu."""
+    """Put the pages below their listing page in the menu."""
     config.nav = _with_entries(config.nav, Path(config.docs_dir))
     return config
 
@@ -60,7 +60,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Links in place of the directives of a page that lists."""
+    """Replace the directives of a listing page by links."""
     uri = page.file.src_uri
     if not re.fullmatch(r"api/\w+\.md", uri):
         return markdown
@@ -70,7 +70,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def entries(docs: Path, uri: str) -> list[Entry]:
-    """The pages that one listing page stands for, in its order.
+    """The pages of one listing page, in its order.
 
     Raises:
         ImportError, AttributeError: A directive names nothing that exists.

@@ -64,7 +64,7 @@ def source(text: str) -> tuple[list[int], list[str]]:
 
 
 def lost(docs: Path, site: Path) -> Iterator[str]:
-    """Pages that have not as many headings and blocks of code, in the same order, with the same words."""
+    """Pages whose headings or code blocks differ from the source."""
     for page in sorted([*docs.glob("*.md"), *docs.glob("commands/*.md")]):
         headings, blocks = source(page.read_text("utf-8"))
         built = Counted((site / page.relative_to(docs)).with_suffix(".html").read_text("utf-8"))
@@ -75,7 +75,7 @@ def lost(docs: Path, site: Path) -> Iterator[str]:
 
 
 def too_large(site: Path) -> Iterator[str]:
-    """Pages that are not small enough to be opened on a phone; classes without a page of their own."""
+    """Pages that are too large for a phone; classes without their own page."""
     for page in site.rglob("*.html"):
         if page.stat().st_size >= LARGEST:
             yield f"{page.relative_to(site)} has {page.stat().st_size} bytes"
@@ -89,7 +89,7 @@ def too_large(site: Path) -> Iterator[str]:
 
 
 def not_found(site: Path) -> Iterator[str]:
-    """What the search does not know: English, and Chinese cut into words."""
+    """English and segmented Chinese words that the search does not find."""
     index = json.loads((site / "search/search_index.json").read_text("utf-8"))
     words = {page["location"]: page["text"] for page in index["docs"]}
     if index["config"]["lang"] != ["en", "zh"] or r"\u200b" not in index["config"]["separator"]:

@@ -43,7 +43,7 @@ def table(name: str, language: str) -> Iterator[str]:
 
 
 def page(text: str, language: str) -> str:
-    """The page with its tables made anew; all else stays."""
+    """The page with its tables renewed."""
     tables = iter("\n".join(table(name, language)) + "\n" for name in NAMES)
     text, count = re.subn(r"^\| \|.*\n(?:\|.*\n)*", lambda _: next(tables), text, flags=re.MULTILINE)
     if count != len(NAMES):

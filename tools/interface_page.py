@@ -23,7 +23,7 @@ __all__ = ["VERBS", "Verb", "how", "page"]
 
 
 class Verb(NamedTuple):
-    """One method of `Chassis` that makes the robot do something, or asks it.
+    """One method of `Chassis` that commands or queries the robot.
 
     Attributes:
         name: The method.
@@ -146,7 +146,7 @@ def _sentence(verb: Verb) -> str:
 
 
 def _call(verb: Verb) -> str:
-    """The call with the arguments that must be given."""
+    """The call with its required arguments."""
     parameters = list(inspect.signature(getattr(Chassis, verb.name)).parameters.values())[1:]
     needed = [
         f"{p.name}=" if p.kind is p.KEYWORD_ONLY else p.name
@@ -183,7 +183,7 @@ def _row_lines(flow: str) -> Iterator[list[str]]:
 
 
 def _field_tables() -> Iterator[str]:
-    """One table for each woosh_msgs type of the vendor's page, and for the steps that one of them holds."""
+    """One table for each woosh_msgs type of the vendor's page, and for the nested steps."""
     types = [found.type for found in ROWS if found.source == "page" and found.type.startswith("woosh_msgs/")]
     for type_ in dict.fromkeys([*types, "woosh_msgs/StepControl.msg"]):
         package, _, name = type_.partition("/")
@@ -195,7 +195,7 @@ def _field_tables() -> Iterator[str]:
 
 
 def _field_lines(definition: str, suffix: str) -> Iterator[list[str]]:
-    """Fields and constants with the comment behind them, or with that which stands right above them."""
+    """Fields and constants with the comment behind or directly above them."""
     parts = iter({".msg": ("",), ".srv": ("", "answer: "), ".action": ("", "result: ", "feedback: ")}[suffix])
     part, above = next(parts), ""
     for line in definition.splitlines():
@@ -218,7 +218,7 @@ def _field_lines(definition: str, suffix: str) -> Iterator[list[str]]:
 
 
 def page() -> str:
-    """The whole page, as it is in docs/interface.md."""
+    """The text of docs/interface.md."""
     lines = [_HEAD, "## Verbs of `Chassis`"]
     lines += _table(("verb", "what it does", "units and frame", "behind it"), _verb_lines())
     lines.append(_BEHIND.rstrip())

@@ -38,7 +38,7 @@ LAYERS = [
     "rosproto",
     "woosh_pure",
 ]
-"""From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
+"""From the ground up. The package `rosproto` itself is the public API: only woosh_pure may import it."""
 
 PURE = [
     "rosproto.msg",
@@ -62,4 +62,4 @@ TESTS_OF = {
     "woosh_pure": "tests/unit/woosh",
     "tools": "tests/unit/tools",
 }
-"""Where the tests of a folder are whose name is not the same below tests/unit."""
+"""Test folders with another name below tests/unit."""

@@ -132,7 +132,7 @@ def _all_commands() -> Iterator[str]:
 
 
 def _section(prog: str, name: str) -> str:
-    """Where a command is described, from docs/."""
+    """The link to a command's description, relative to docs/."""
     page = next(group.page for group in GROUPS if group.prog == prog and name in group.commands)
     return f"commands/{page}.md#{prog}-{name}"
 
@@ -168,7 +168,7 @@ def _rosproto() -> Iterator[str]:
 
 
 def _rosproto_shared() -> list[Parser]:
-    """Options of every command, and of every one that talks to a graph."""
+    """Options of every command, and of every command with a graph."""
     from rosproto.cli.entry import add_general_options
     from rosproto.cli.graph_options import add_graph_options
 
@@ -222,7 +222,7 @@ def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:
 
 
 Known = set[tuple[tuple[str, ...], str]]
-"""Options that stand in a table of their own: their names and their help."""
+"""Names and help of the options in separate tables."""
 
 
 def _identity(action: argparse.Action) -> tuple[tuple[str, ...], str]:
@@ -251,7 +251,7 @@ def _body(command: str, parser: argparse.ArgumentParser, known: Known) -> Iterat
 
 
 def _synopsis(command: str, parser: argparse.ArgumentParser, known: Known) -> str:
-    """The same line as an error of the command shows, without what every command takes."""
+    """The usage line, without the common options."""
     common = {text for names, _ in known for text in names}
     return synopsis(command, parser, {"-h", "--help", *common})
 

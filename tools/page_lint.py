@@ -36,7 +36,7 @@ def without_code(page: str) -> str:
 
 
 def links(root: Path) -> Iterator[str]:
-    """Every relative link names a file that is there, and every anchor a heading of it."""
+    """Every relative link names an existing file, and every anchor one of its headings."""
     for page in pages(root):
         for target in re.findall(r"\]\(([^)\s]+)\)", read(page)):
             if "://" in target:
@@ -50,13 +50,13 @@ def links(root: Path) -> Iterator[str]:
 
 
 def anchors(page: str) -> set[str]:
-    """What headings are called in links (as both MkDocs and code hosts make them, mostly)."""
+    """Anchors of the headings (mostly as MkDocs and code hosts make them)."""
     headings = re.findall(r"^#+ (.+)$", page, re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
 def menu(root: Path) -> Iterator[str]:
-    """Each page of docs/ stands in mkdocs.yml, and so can be found."""
+    """Each page of docs/ is in mkdocs.yml."""
     entries = read(root / "mkdocs.yml")
     for page in (root / "docs").rglob("*.md"):
         name = page.relative_to(root / "docs").as_posix()
@@ -69,7 +69,7 @@ OTHER_LENGTHS = {"architecture.md": 260}
 
 
 def length(root: Path) -> Iterator[str]:
-    """A page can be read in one sitting."""
+    """A page is not too long."""
     for page in (root / "docs").rglob("*.md"):
         lines, limit = len(read(page).splitlines()), OTHER_LENGTHS.get(page.name, LONGEST)
         if lines > limit:
@@ -82,7 +82,7 @@ COMMANDS = ["pip install . && woosh demo", 'pip install -e ".[test]" && pytest']
 
 
 def readme(root: Path) -> Iterator[str]:
-    """It shows, says the least that is safe, and leads on; the rest stands in docs/."""
+    """README is short, has the safety note, and links to docs/."""
     for name in ("README.md", "README.zh-CN.md"):
         text = read(root / name)
         if len(text.splitlines()) > 100:
@@ -123,11 +123,11 @@ def installing(root: Path) -> Iterator[str]:
 # -- docs/architecture.md ------------------------------------------------------------------------------------
 
 FLOORS = ("rosproto", "rosproto/node", "woosh_pure")
-"""Packages whose rooms a reader walks through."""
+"""Packages that the page describes."""
 
 
 def architecture(root: Path) -> Iterator[str]:
-    """Every path on it exists, it opens every room, and each change has its place and its tests."""
+    """Every path on it exists, it describes every package, and each kind of change has a place and tests."""
     page = read(root / "docs/architecture.md")
     named = sorted(set(re.findall(r"`([^`\s]+)`", page)))
     for name in named:
@@ -165,7 +165,7 @@ BUILDING_BLOCKS = {"BagSeries", "MessageBuffer", "Pacer", "bag_name"}
 
 
 def reference(root: Path) -> Iterator[str]:
-    """It has every public name, by itself or with the module that defines it, and nothing that has gone."""
+    """It has every public name, directly or with the defining module, and no removed one."""
     shown = {
         name
         for page in (root / "docs/api").glob("*.md")
@@ -245,12 +245,12 @@ def headings(page: str) -> list[str]:
 
 
 def points(page: str) -> list[str]:
-    """How points of lists, and paragraphs in bold, begin; a number for any number."""
+    """Beginnings of list items and bold paragraphs, with numbers replaced."""
     return re.findall(r"^(- |(?=\d+\. )|\*\*)", without_code(page), re.MULTILINE)
 
 
 def programs(page: str) -> list[tuple[str, str, str]]:
-    """Language, flags and code of each block, without comments and the texts that people read."""
+    """Language, flags and code of each block, without comments and texts for users."""
     return [(kind, flags, bare(code)) for kind, flags, code in FENCE.findall(page)]
 
 
@@ -263,7 +263,7 @@ def bare(code: str) -> str:
 
 
 def commands(page: str) -> list[str]:
-    """Indented lines but for what stands in quotes (the name of a network card)."""
+    """Indented lines without quoted texts (the name of a network card)."""
     lines = re.findall(r"^ {4}(\S.*)$", without_code(page), re.MULTILINE)
     return [re.sub(r'"[^"]*"', '""', line) for line in lines]
 
@@ -280,7 +280,7 @@ def tables(page: str) -> list[list[tuple[list[str], str]]]:
 
 
 def names(text: str) -> list[str]:
-    """What stands in backquotes, sorted: languages put words in another order.
+    """Texts in backquotes, sorted, because the order of words differs.
 
     A text of a program in Chinese is no name: it has another one on the English page.
     """
@@ -292,7 +292,7 @@ def names_in(page: str) -> set[str]:
 
 
 def translated_links(english: str, folder: Path) -> Counter[str]:
-    """Where links of an English page lead to on its twin: to Chinese pages and pictures where they are."""
+    """Link targets of an English page on its twin: Chinese pages and pictures if they exist."""
     return Counter(
         twin if (folder / (twin := re.sub(r"\.(md|svg)$", r".zh-CN.\1", link))).exists() else link
         for link in LINK.findall(english)
@@ -334,12 +334,12 @@ CHECKS = (links, menu, length, readme, installing, architecture, reference, chin
 
 
 def findings(root: Path = ROOT) -> list[str]:
-    """What is wrong with the pages, a sentence each."""
+    """The faults of the pages, a sentence each."""
     return [found for check in CHECKS for found in check(root)]
 
 
 def on_pre_build(**_: Any) -> None:
-    """A hook of MkDocs: what is found is a warning, which ends a strict build."""
+    """A hook of MkDocs: each fault is a warning, which fails a strict build."""
     log = logging.getLogger("mkdocs.hooks.page_lint")
     for found in findings():
         log.warning(found)

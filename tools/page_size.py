@@ -12,5 +12,5 @@ _SHOWN_OR_BLANK = re.compile(r"(<(?P<tag>pre|script|style|textarea)\b.*?</(?P=ta
 
 
 def on_post_page(output: str, **_: Any) -> str:
-    """The page as it is written."""
+    """The page without blank lines and indentation."""
     return _SHOWN_OR_BLANK.sub(lambda found: found[1] or "\n", output)

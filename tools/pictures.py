@@ -70,14 +70,14 @@ def save_map(work: Path) -> None:
 
 
 def watch(work: Path) -> list[str]:
-    """The screen of a terminal in which somebody watched the robot leave."""
+    """The terminal's screen of `woosh watch` when the robot leaves."""
     with SimulatedChassis() as sim, Chassis(sim.master_uri) as chassis:
         words = ["watch", "--for", "8"]
         return last_frame(run_woosh(work, sim.master_uri, words, begun=lambda: chassis.go_to_mark("B1")))
 
 
 def run_woosh(work: Path, uri: str, words: Sequence[str], begun: Callable[[], object] = lambda: None) -> str:
-    """What the command writes to a terminal of its own.
+    """The output of the command in its own terminal.
 
     Args:
         begun: Called when the first screen has been drawn.
@@ -114,7 +114,7 @@ def run_woosh(work: Path, uri: str, words: Sequence[str], begun: Callable[[], ob
 
 
 def _all_of(terminal: int, program: subprocess.Popen[bytes], end: float) -> Iterator[bytes]:
-    """Everything until the program leaves the terminal; it is killed when the time is over."""
+    """The output until the program closes the terminal; it is killed after the timeout."""
     import select
 
     while select.select([terminal], [], [], max(0.0, end - time.monotonic()))[0]:
@@ -165,7 +165,7 @@ def _css(value: str) -> str:
 
 
 def photograph(browser: str, page: Path, picture: Path, work: Path) -> None:
-    """Save what a browser shows of a page."""
+    """Save a browser's picture of a page."""
     size = f"--window-size={round(COLUMNS * 8.43) + 32},{LINES * 17 + 28}"
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--no-first-run"]
     profile = f"--user-data-dir={work / 'browser'}"

@@ -54,7 +54,7 @@ ENVELOPES = (
 
 
 class _Module:
-    """One stub file: its classes, and the imports they turn out to need."""
+    """One stub file: its classes and their imports."""
 
     def __init__(self, package: str, kind: str) -> None:
         self.package = package
@@ -97,7 +97,7 @@ class _Module:
     # Types
 
     def one(self, base: str, taken: frozenset[str]) -> str:
-        """The type of a single value; `taken` are names that mean something else inside the class."""
+        """The type of a single value; `taken` are names with another meaning inside the class."""
         known = SCALARS.get(base)
         if known is not None:
             if known.startswith("_"):
@@ -127,7 +127,7 @@ class _Module:
         return f"{'_builtins.' if 'list' in taken else ''}list[{self.one(kind.base, taken)}]"
 
     def argument(self, kind: FieldType, taken: frozenset[str]) -> str:
-        """The type of what the constructor takes for a field."""
+        """The type of the constructor's argument for a field."""
         if not kind.is_array:
             return self.one(kind.base, taken)
         if kind.base in ARRAYS:
@@ -235,7 +235,7 @@ def stub_files(library: DefinitionLibrary) -> dict[str, str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the stubs, or with `--check` say which are not current."""
+    """Write the stubs, or list the outdated ones with `--check`."""
     if arguments not in ([], ["--check"]):
         sys.stderr.write("usage: python -m tools.stubs [--check]\n")
         return 2

@@ -1,4 +1,4 @@
-"""The sentences of the sources, and those of them that a language's table lacks.
+"""The sentences of the sources, and those without a translation.
 
 python -m tools.templates            lists what has no Chinese, ready to be pasted, and rows that nobody says
 python -m tools.templates --check    lists, and fails by, what the owners of a robot see
@@ -155,7 +155,7 @@ def _is_left_out(node: ast.AST) -> bool:
 
 
 def missing(language: str = "zh") -> list[tuple[str, Said]]:
-    """(place, sentence) of what owners see and the table does not have, or what is an f-string there."""
+    """(place, sentence) of user-visible texts that the table lacks or that are f-strings."""
     words = translator_for(language)
     return [
         (f"{name}:{said.line}", said)
@@ -166,7 +166,7 @@ def missing(language: str = "zh") -> list[tuple[str, Said]]:
 
 
 def untold(language: str = "zh") -> list[tuple[str, Said]]:
-    """(place, sentence) of the other templates that the table does not have: they are shown in English."""
+    """(place, sentence) of the other templates that the table lacks: they are shown in English."""
     words = translator_for(language)
     return [
         (f"{path.relative_to(ROOT).as_posix()}:{said.line}", said)
@@ -188,7 +188,7 @@ def mixed() -> list[tuple[str, Said]]:
 
 
 def unsaid() -> list[str]:
-    """Rows of the tables that no source says."""
+    """Rows of the tables that no source uses."""
     members = [each for kind in {**vars(enums), **vars(faults)}.values() if _is_enum(kind) for each in kind]
     said = {*map(str, members), *(each.name.lower() for each in members), *FROM_ARGPARSE, *texts()}
     rows = (row for path in TABLES for row in read_table(path.read_text("utf-8"), path.name))
@@ -225,7 +225,7 @@ def _sources() -> Iterator[Path]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print what is missing."""
+    """Print the missing sentences."""
     argv = sys.argv[1:] if argv is None else argv
     lacking, others, rows = missing(), untold(), unsaid()
     for place, said in lacking if "--check" in argv else [*lacking, *others]:

@@ -1,4 +1,4 @@
-"""Build the wheel and the sdist, look inside, and use them as strangers do. `python tests/packaging/check.py [--keep FOLDER]`
+"""Build the wheel and the sdist, check their content, and use them as users do. `python tests/packaging/check.py [--keep FOLDER]`
 
 Needs `build` and `hatchling` in the interpreter that runs it; pip brings the rest. Each
 check prints one line; the first that fails ends it with an AssertionError. `--keep` copies the two that passed.
@@ -29,7 +29,7 @@ APPLICATIONS = {
     "application": ("moved 0.2 m", "action: 7", "lz4 /robot_status 5 dock"),
     "rospy_application": ("action: 7",),
 }
-"""What is frozen, and what it says when it has worked."""
+"""The frozen programs, and their output on success."""
 FROZEN = "import sys\nif sys.argv[1:] == ['application']:\n    import application\nelse:\n    import rospy_application\n"
 """One program of both: the hooks put all of rosproto and rosproto.rospy into any that uses either."""
 PASSED_ON = ("PIP_", "UV_", "SSL_CERT_", "REQUESTS_", "CURL_")  # ways to a registry
@@ -235,7 +235,7 @@ def make_read_only(folder: Path) -> None:
 
 
 def make_writable(folder: Path) -> None:
-    """Also so that the directory can be removed by others than root."""
+    """Make the directory removable by users other than root."""
     for path in [folder, *folder.rglob("*")]:
         if not path.is_symlink():
             path.chmod(path.stat().st_mode | stat.S_IWUSR)

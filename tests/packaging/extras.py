@@ -34,7 +34,7 @@ OF_USERS = {
     "web": ["woosh web --port 0 --no-browser => http://"],
     "fleet": ["woosh vda5050 --broker mqtt://127.0.0.1:9 --manufacturer m --serial s => cannot be reached"],
 }
-"""What is started with each; behind `=>` what a command shows that runs until it is interrupted."""
+"""The commands of each extra; behind `=>` the output of a command that runs until interrupted."""
 OF_THE_PROJECT = {
     "test": [
         "pytest -q -n 0 -p no:cacheprovider tests/unit/test_names.py"
@@ -42,7 +42,7 @@ OF_THE_PROJECT = {
     "docs": ["mkdocs build --strict -d {out}/site"],
     "dev": ["ruff check .", "ruff format --check -q .", "mypy --version", "coverage --version"],
 }
-"""What is for working on the project runs in its folder."""
+"""Development extras run in the project's folder."""
 
 
 def run(words: Sequence[object], *, seconds: float = 300, **options: object) -> str:
@@ -69,7 +69,7 @@ def install(python: Path, what: str) -> None:
 
 
 def start(line: str, folder: Path, environment: dict[str, str]) -> None:
-    """Run one command to its end, or until it shows what it is to show."""
+    """Run one command to its end, or until its expected output."""
     command, _, shown = line.partition(" => ")
     if not shown:
         run(["sh", "-c", command], cwd=folder, env=environment)
@@ -94,7 +94,7 @@ def text_of(file: object) -> str:
 
 
 def main() -> None:
-    """All of them, or those that are named."""
+    """All extras, or the named ones."""
     text = (ROOT / "pyproject.toml").read_text("utf-8").partition("[project.optional-dependencies]")[2]
     extras = re.findall(r"^(\w+) = \[", text.partition("\n[")[0], re.MULTILINE)
     assert sorted(extras) == sorted(OF_USERS | OF_THE_PROJECT), extras

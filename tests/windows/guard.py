@@ -38,7 +38,7 @@ def server_runs(prefix: str) -> bool:
 
 
 def end_programs(prefix: str) -> None:
-    """Kill what the dead server left: services that nobody can reach any more."""
+    """Kill the unreachable services that the dead server left."""
     mark = f"WINEPREFIX={prefix}".encode()
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -50,7 +50,7 @@ def end_programs(prefix: str) -> None:
 
 
 def copy(source: BinaryIO) -> None:
-    """Hand on what the program prints, at once."""
+    """Forward the program's output at once."""
     while data := os.read(source.fileno(), 65536):
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
@@ -69,7 +69,7 @@ def kill(program: subprocess.Popen[bytes]) -> None:
 
 
 def watch(program: subprocess.Popen[bytes], seconds: float, prefix: str) -> int:
-    """Wait for its end, or for what prevents it; the exit code."""
+    """Wait for its end, or for a failure that prevents it; the exit code."""
     end, seen = time.monotonic() + seconds, time.monotonic()
     while True:
         try:
@@ -117,7 +117,7 @@ def main(seconds: float, log: Path, command: list[str]) -> int:
 
 
 def words(log: Path) -> str:
-    """What the server said last."""
+    """The last lines of the server's log."""
     try:
         return (log.read_text(errors="replace").strip().splitlines() or ["it said nothing"])[-1]
     except OSError as error:

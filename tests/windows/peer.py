@@ -22,7 +22,7 @@ def say(*words: object) -> None:
 
 
 def leftovers() -> list[str]:
-    """Threads of ours that are still there."""
+    """Our threads that still run."""
     return [thread.name for thread in threading.enumerate() if thread.name.startswith("rosproto:")]
 
 

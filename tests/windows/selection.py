@@ -1,4 +1,4 @@
-"""Which tests a process under Wine takes; a plugin of pytest, `-p tests.windows.selection`.
+"""Select the tests of a process under Wine; a plugin of pytest, `-p tests.windows.selection`.
 
 `--passed FILE` leaves out what earlier processes noted there, and notes what passes or skips: after a crash of
 Wine's server the next process goes on where that one ended.
@@ -31,7 +31,7 @@ KEPT = 3
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Both are off unless they are asked for."""
+    """Both are off by default."""
     group = parser.getgroup("windows", "CPython for Windows under Wine")
     group.addoption("--passed", type=Path, help="leave out the tests named in this file, add those that pass")
     group.addoption("--few", action="store_true", help="three cases of each test of pure logic")
@@ -49,7 +49,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before other plugins shuffle them
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Take out what is represented by other cases of the same test."""
+    """Deselect cases that other cases of the same test represent."""
     if not config.getoption("--few"):
         return
     cases: dict[str, list[pytest.Item]] = defaultdict(list)

@@ -1,4 +1,4 @@
-"""What the examples print goes into a pipe of Windows, which has the machine's code page."""
+"""Output of the examples in a Windows pipe, which has the machine's code page."""
 
 from __future__ import annotations
 

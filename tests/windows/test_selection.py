@@ -1,4 +1,4 @@
-"""What a process of tests under Wine takes, and what is left for the next one when it was cut off."""
+"""The tests that a process under Wine selects, and the rest for the next one after an abort."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_pure_logic_is_represented_and_what_touches_the_system_is_not_cut(tmp_pa
 
 @pytest.mark.whole
 def test_the_next_process_takes_what_has_not_passed(tmp_path: Path) -> None:
-    """Also what had failed before the end, which nobody was told of."""
+    """Also tests that had failed before the end without a report."""
     (tmp_path / "tests").mkdir()
     (tmp_path / "tests/test_cut_off.py").write_text(CUT_OFF)
     noted = f"--passed={tmp_path / 'passed'}"
