@@ -352,8 +352,8 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             timeout: Seconds until the stop must be confirmed by the measured velocity.
 
         Returns:
-            The report: actions, failures, and whether the robot is known to stand still. Failures are not
-            raised.
+            The report: actions, failures, and whether the robot is known to stand still. It never raises
+            for a failure: the report says it.
         """
         return _stop(
             self._components, everything=everything, end_drivers=end_drivers, timeout=stop_seconds(timeout)
