@@ -1,4 +1,4 @@
-"""rosservice as far as programs import it: names, types and calls of services."""
+"""rosservice's functions for programs: names, types and calls of services."""
 
 import rosgraph
 
@@ -19,7 +19,7 @@ def _services():
 
 
 def get_service_list(node=None, namespace=None, include_nodes=False):
-    """Names of all services, of those of a node, or below a namespace."""
+    """Names of all services, of a node's services, or of the services in a namespace."""
     found = [
         (name, nodes)
         for name, nodes in _services()
@@ -30,7 +30,7 @@ def get_service_list(node=None, namespace=None, include_nodes=False):
 
 
 def get_service_node(service_name):
-    """Name of the node that provides it; None when nobody does."""
+    """Name of the node that provides the service; None if there is none."""
     return next((nodes[0] for name, nodes in _services() if name == service_name), None)
 
 
@@ -50,7 +50,7 @@ def get_service_headers(service_name, service_uri=None):
 
 
 def get_service_uri(service_name):
-    """rosrpc://host:port of its provider; None when nobody provides it."""
+    """rosrpc://host:port of the service's provider; None if there is none."""
     try:
         return rosgraph.Master("/rosservice").lookupService(service_name)
     except rosgraph.MasterException:
@@ -60,7 +60,7 @@ def get_service_uri(service_name):
 
 
 def get_service_args(service_name):
-    """Names of the fields of its request, separated by blanks."""
+    """Names of the request's fields, separated by spaces."""
     from genpy.message import get_printable_message_args
 
     return get_printable_message_args(get_service_class_by_name(service_name)._request_class())
@@ -72,17 +72,17 @@ def rosservice_find(service_type):
 
 
 def get_service_type(service_name):
-    """Its type; None when nobody provides it."""
+    """Type of the service; None if it has no provider."""
     if get_service_node(service_name) is None:
         return None
     return get_service_headers(service_name).get("type")
 
 
 def get_service_class_by_name(service_name):
-    """Its class.
+    """Class of the service.
 
     Raises:
-        ROSServiceException: It is unknown.
+        ROSServiceException: The service or its type is unknown.
     """
     from genpy.message import get_service_class
 
@@ -96,7 +96,7 @@ def get_service_class_by_name(service_name):
 
 
 def call_service(service_name, service_args, service_class=None):
-    """Call a service with a list of values, or of one dict; returns (request, response)."""
+    """Call a service with a list of values, or a list of one dict; return (request, response)."""
     import rospy
     from genpy.message import fill_message_args
 

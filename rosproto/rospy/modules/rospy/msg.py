@@ -1,4 +1,4 @@
-"""rospy.msg: AnyMsg, and the message from the arguments of publish()."""
+"""rospy.msg: AnyMsg; converts the arguments of publish() to a message."""
 
 import struct
 
@@ -9,7 +9,7 @@ from .names import TOPIC_ANYTYPE
 
 
 class AnyMsg(genpy.Message):
-    """A message of any type: its encoded bytes in `_buff`."""
+    """A message of any type; `_buff` holds its encoded bytes."""
 
     _md5sum = TOPIC_ANYTYPE
     _type = TOPIC_ANYTYPE
@@ -24,19 +24,19 @@ class AnyMsg(genpy.Message):
         self._buff = None
 
     def serialize(self, buff):
-        """Write the bytes."""
+        """Write the encoded message to `buff`."""
         if self._buff is None:
             raise ROSException("AnyMsg is not initialized")
         buff.write(self._buff)
 
     def deserialize(self, str):
-        """Take the bytes."""
+        """Store the encoded message; returns itself."""
         self._buff = str
         return self
 
 
 def args_kwds_to_message(data_class, args, kwds):
-    """The message that `publish(message)`, `publish(value, ...)` or `publish(field=value)` means."""
+    """Return the message of `publish(message)`, `publish(value, ...)` or `publish(field=value)`."""
     if args and kwds:
         raise TypeError("publish() can be called with arguments or keywords, but not both.")
     if kwds:
@@ -55,7 +55,7 @@ def args_kwds_to_message(data_class, args, kwds):
 
 
 def serialize_message(b, seq, msg):
-    """Write length and message to a buffer."""
+    """Write the message, preceded by its length, to a buffer."""
     if getattr(msg.__class__, "_has_header", False):
         msg.header.seq = seq
         if msg.header.frame_id is None:

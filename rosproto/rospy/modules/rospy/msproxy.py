@@ -1,4 +1,4 @@
-"""rospy.msproxy: the master, with this node's name and its names resolved; parameters as in a dict."""
+"""rospy.msproxy: the master API with resolved names and this node's caller id; parameters as in a dict."""
 
 import threading
 
@@ -26,7 +26,7 @@ _RESOLVED = {  # methods whose first argument is a name
 
 
 class MasterProxy:
-    """Every method of the master's API, and `master[key]` for parameters."""
+    """All methods of the master API, and `master[key]` for parameters."""
 
     def __init__(self, uri):
         self._uri = uri
@@ -36,11 +36,11 @@ class MasterProxy:
 
     @property
     def target(self):
-        """The master as Python's ServerProxy."""
+        """The master as an `xmlrpc.client.ServerProxy`."""
         return core.xmlrpcapi(self._uri)
 
     def is_cached(self, key):
-        """True when `get_param_cached` was called for this global name."""
+        """True if `get_param_cached` was called for this global name."""
         return key in self._cached
 
     def __getattr__(self, key):
@@ -87,7 +87,7 @@ class MasterProxy:
         return iter(value)
 
     def search_param(self, key):
-        """Name of the parameter found upwards; None when there is none."""
+        """Name of the parameter found in this or a parent namespace; None if not found."""
         key = names.get_mappings().get(key, key)
         code, text, value = self._call("searchParam", key)
         if code == 1:
@@ -97,7 +97,7 @@ class MasterProxy:
         raise ROSException("cannot search for parameter: %s" % text)
 
     def get_param_cached(self, key):
-        """Value of a parameter, fetched once and then kept up to date by the master."""
+        """Value of a parameter; fetched once, then updated by the master."""
         from .impl import init
 
         resolved = names.resolve_name(key)

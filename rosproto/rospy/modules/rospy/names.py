@@ -1,4 +1,4 @@
-"""rospy.names: names of this node, remappings of its command line."""
+"""rospy.names: this node's name, name resolution and command-line remappings."""
 
 import sys
 
@@ -63,13 +63,13 @@ canonicalize_name = rosgraph.names.canonicalize_name
 
 
 def reload_mappings(argv):
-    """Read the remappings of another command line."""
+    """Replace the remappings by those of `argv`."""
     global _mappings
     _mappings = load_mappings(argv)
 
 
 def initialize_mappings(node_name):
-    """Resolve the remappings for a node."""
+    """Resolve the remappings relative to a node."""
     global _resolved_mappings
     _resolved_mappings = {
         name if name.startswith("__") else rosgraph.names.resolve_name(name, node_name): (
@@ -85,12 +85,12 @@ def get_mappings():
 
 
 def get_resolved_mappings():
-    """The remappings, both sides global."""
+    """The remappings, both sides resolved."""
     return _resolved_mappings
 
 
 def get_name():
-    """Global name of this node; "/unnamed" before there is one."""
+    """Global name of this node; "/unnamed" before `init_node`."""
     return _caller_id
 
 
@@ -98,12 +98,11 @@ get_caller_id = get_name
 
 
 def get_namespace():
-    """Namespace of this node, with a slash at its end."""
+    """Namespace of this node, with a trailing slash."""
     return _caller_namespace
 
 
 def set_caller_id(caller_id):
-    """Set the name of this node."""
     global _caller_id, _caller_namespace
     _caller_id = caller_id
     _caller_namespace = namespace(caller_id)
@@ -113,7 +112,7 @@ _set_caller_id = set_caller_id  # rospy's name for it
 
 
 def resolve_name(name, caller_id=None):
-    """The global name for a name, remapped."""
+    """Resolve and remap a name to a global name."""
     if not caller_id:
         caller_id = get_name()
     if not name:
@@ -129,7 +128,7 @@ def resolve_name(name, caller_id=None):
 
 
 def resolve_name_without_node_name(name):
-    """As `resolve_name`, for a topic made before the node has a name."""
+    """As `resolve_name`, for a topic created before the node has a name."""
     if is_private(name):
         raise ValueError("~name topics cannot be created before init_node() has been called")
     node = ns_join(get_namespace(), "node")
@@ -146,7 +145,7 @@ def resolve_name_without_node_name(name):
 
 
 def remap_name(name, caller_id=None, resolved=True):
-    """The name, resolved only when it is remapped."""
+    """Remap and resolve a name; a name without a remapping is returned unchanged."""
     if name in _mappings:
         return rosgraph.names.resolve_name(_mappings[name], caller_id or get_caller_id())
     return name

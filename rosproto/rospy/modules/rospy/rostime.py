@@ -1,4 +1,4 @@
-"""rospy.rostime: the clock, of this computer or simulated."""
+"""rospy.rostime: wall-clock or simulated time."""
 
 import threading
 import time
@@ -33,12 +33,12 @@ class Time(genpy.Time):
 
     @staticmethod
     def now():
-        """The present time of this node's clock."""
+        """Current ROS time."""
         return get_rostime()
 
     @classmethod
     def from_seconds(cls, float_secs):
-        """The old name of `from_sec`."""
+        """Old name of `from_sec`."""
         return cls.from_sec(float_secs)
 
 
@@ -59,10 +59,10 @@ _set_rostime = set_rostime  # rospy's name for it
 
 
 def get_rostime():
-    """The present time.
+    """Current ROS time.
 
     Raises:
-        ROSInitException: There is no node yet, so nobody knows whether time is simulated.
+        ROSInitException: `init_node` was not called, so it is unknown whether time is simulated.
     """
     if not _rostime_initialized:
         raise ROSInitException("time is not initialized. Have you called init_node()?")
@@ -74,23 +74,23 @@ def get_rostime():
 
 
 def get_time():
-    """The present time as float seconds."""
+    """Current ROS time in seconds, a float."""
     return Time.now().to_sec()
 
 
 def set_rostime_initialized(val):
-    """Say whether the time is available."""
+    """Set whether the time is available."""
     global _rostime_initialized
     _rostime_initialized = val
 
 
 def is_rostime_initialized():
-    """True when the time is available."""
+    """True if the time is available."""
     return _rostime_initialized
 
 
 def get_rostime_cond():
-    """The condition that is notified with every step of simulated time."""
+    """The condition that every step of simulated time notifies."""
     return _rostime_cond
 
 
@@ -100,7 +100,7 @@ def is_wallclock():
 
 
 def switch_to_wallclock():
-    """Leave simulated time."""
+    """Switch from simulated time to the wall clock."""
     global _rostime_current
     with _rostime_cond:
         _rostime_current = None
@@ -108,9 +108,9 @@ def switch_to_wallclock():
 
 
 def wallsleep(duration):
-    """Sleep by this computer's clock; ends early when the node is shut down meanwhile.
+    """Sleep by the wall clock; return early if the node shuts down.
 
-    In steps, because time.sleep continues after a signal, and an Event must not be set in a signal handler.
+    Sleeps in steps: time.sleep continues after a signal, and a signal handler must not set an Event.
     """
     from . import core
 

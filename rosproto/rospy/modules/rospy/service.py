@@ -1,8 +1,8 @@
-"""rospy.service: ServiceException."""
+"""rospy.service: ServiceException and ServiceManager."""
 
 
 class ServiceException(Exception):
-    """A service call failed, or a handler says no."""
+    """A service call failed; raised by a handler, it rejects the request."""
 
 
 class ServiceManager:
@@ -16,7 +16,7 @@ class ServiceManager:
         return [(name, service.uri) for name, service in list(self.map.items())]
 
     def get_service(self, resolved_service_name):
-        """The service of that name, None when there is none."""
+        """The service of that name; None if there is none."""
         return self.map.get(resolved_service_name)
 
 

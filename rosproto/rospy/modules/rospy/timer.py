@@ -10,13 +10,13 @@ from .exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
 
 
 def sleep(duration):
-    """Sleep by the node's clock; ends early when the node is shut down, as by Ctrl-C.
+    """Sleep by the node's clock; end early if the node shuts down, for example by Ctrl-C.
 
-    By this computer's clock it then returns at once, where rospy 1.15 sleeps to the end; by simulated time it
-    raises, as there (measured).
+    With wall-clock time it then returns at once, while rospy 1.15 sleeps to the end; with simulated time it
+    raises, as rospy does (measured).
 
     Raises:
-        ROSInterruptException: The node was shut down meanwhile, and time is simulated.
+        ROSInterruptException: The node was shut down, and time is simulated.
         ROSTimeMovedBackwardsException: Simulated time jumped back.
     """
     if rostime.is_wallclock():
@@ -48,7 +48,7 @@ def _sleep_simulated(duration):
 
 
 class Rate:
-    """Keeps a loop at `hz` rounds per second."""
+    """Run a loop at `hz` cycles per second."""
 
     def __init__(self, hz, reset=False):
         self.last_time = rostime.get_rostime()
@@ -61,14 +61,14 @@ class Rate:
         return self.sleep_dur - (now - self.last_time)
 
     def remaining(self):
-        """The time left of this round."""
+        """Time until the end of this cycle."""
         return self._remaining(rostime.get_rostime())
 
     def sleep(self):
-        """Sleep until the round is over.
+        """Sleep until the end of this cycle.
 
         Raises:
-            ROSInterruptException: The node was shut down meanwhile.
+            ROSInterruptException: The node was shut down.
             ROSTimeMovedBackwardsException: Simulated time jumped back (unless `reset`).
         """
         now = rostime.get_rostime()
@@ -80,17 +80,17 @@ class Rate:
             self.last_time = rostime.get_rostime()
             return
         self.last_time = self.last_time + self.sleep_dur
-        if now - self.last_time > self.sleep_dur * 2:  # too slow, or time jumped: start over
+        if now - self.last_time > self.sleep_dur * 2:  # too slow, or time jumped: restart
             self.last_time = now
 
 
 class TimerEvent:
-    """What a timer's callback gets.
+    """Argument of a timer's callback.
 
     Attributes:
-        last_expected, last_real: When the previous call was due, and made; None in the first.
-        current_expected, current_real: The same of this call.
-        last_duration: Seconds the callback took then.
+        last_expected, last_real: Scheduled and real time of the previous call; None in the first call.
+        current_expected, current_real: Scheduled and real time of this call.
+        last_duration: Duration of the previous call in seconds.
     """
 
     def __init__(self, last_expected, last_real, current_expected, current_real, last_duration):
@@ -102,7 +102,7 @@ class TimerEvent:
 
 
 class Timer(threading.Thread):
-    """Calls `callback(event)` every `period`, in a thread of its own, until `shutdown`."""
+    """Call `callback(event)` every `period` in a separate thread, until `shutdown`."""
 
     def __init__(self, period, callback, oneshot=False, reset=False):
         super().__init__()
@@ -115,11 +115,11 @@ class Timer(threading.Thread):
         self.start()
 
     def shutdown(self):
-        """Stop calling."""
+        """Stop the calls."""
         self._shutdown = True
 
     def run(self):
-        """Call back until told to stop."""
+        """Call the callback until `shutdown`."""
         rate = Rate(1.0 / self._period.to_sec(), reset=self._reset)
         expected = rostime.get_rostime() + self._period
         last_expected = last_real = last_duration = None

@@ -1,8 +1,8 @@
 """rospy.topics: Publisher and Subscriber.
 
 All publishers of a topic in this process share one implementation, as do all subscribers: one registration,
-one connection per peer, callbacks one after the other in the thread that receives. They may be made before
-init_node; the implementation is attached to the node when there is one.
+one connection per peer, callbacks in sequence in the receiving thread. They may be created before init_node,
+which attaches the implementation to the node.
 """
 
 import sys
@@ -39,12 +39,12 @@ _TopicManager = TopicManager
 
 
 def get_topic_manager():
-    """The table of this process's topics."""
+    """The topic table of this process."""
     return manager
 
 
 class Topic:
-    """What Publisher and Subscriber have in common."""
+    """Base class of Publisher and Subscriber."""
 
     def __init__(self, name, data_class, reg_type, options):
         if not name or not isinstance(name, str):
@@ -76,11 +76,11 @@ class Topic:
             self.impl = manager.acquire_impl(reg_type, self.resolved_name, data_class, options)
 
     def get_num_connections(self):
-        """Peers connected now."""
+        """Number of connected peers."""
         return self.impl.get_num_connections()
 
     def unregister(self):
-        """Give up the topic; it is unregistered with its last Publisher or Subscriber."""
+        """Release the topic; the last Publisher or Subscriber unregisters it."""
         if self.resolved_name and self.impl:
             with core.uninterrupted:
                 manager.release_impl(self.reg_type, self.resolved_name)
@@ -88,7 +88,7 @@ class Topic:
 
 
 class Subscriber(Topic):
-    """Calls `callback(message)`, or `callback(message, callback_args)`, with each message."""
+    """Call `callback(message)` or `callback(message, callback_args)` for each message."""
 
     def __init__(
         self,
@@ -115,7 +115,7 @@ class Subscriber(Topic):
         super().__init__(name, data_class, Registration.SUB, options)
 
     def unregister(self):
-        """Give up the topic; may be called in the callback."""
+        """Release the topic; may be called in the callback."""
         if self.impl:
             if self.callback is not None:
                 self.impl.remove_callback(self.callback, self.callback_args)
@@ -124,13 +124,13 @@ class Subscriber(Topic):
 
 
 class SubscribeListener:
-    """Base of listeners: called when subscribers connect and disconnect."""
+    """Base class of listeners for subscribers that connect and disconnect."""
 
     def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        """A subscriber connected: `topic_publish(message)` sends to all, `peer_publish(message)` to it."""
+        """A subscriber connected; `topic_publish` sends a message to all, `peer_publish` only to it."""
 
     def peer_unsubscribe(self, topic_name, num_peers):
-        """A subscriber disconnected; `num_peers` are left."""
+        """A subscriber disconnected; `num_peers` remain."""
 
 
 class Publisher(Topic):
@@ -169,11 +169,11 @@ class Publisher(Topic):
             )
 
     def publish(self, *args, **kwds):
-        """Send a message: itself, its fields by position, or by keyword.
+        """Send a message, given as a message or by its fields (positional or keyword).
 
         Raises:
-            ROSException: There is no node, or this publisher is unregistered.
-            ROSSerializationException: A value does not fit its field (noticed only with a subscriber).
+            ROSException: `init_node` was not called, or this publisher is unregistered.
+            ROSSerializationException: A value does not fit its field (detected only with a subscriber).
         """
         if self.impl is None:
             raise ROSException("publish() to an unregistered() handle")

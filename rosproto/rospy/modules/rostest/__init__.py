@@ -1,6 +1,6 @@
-"""rostest as test files import it: runs their unittest cases against the master that is there.
+"""rostest's functions for test files: runs unittest cases against the running master.
 
-A .test or .launch file that starts nodes first needs roslaunch: start the nodes, then the test file.
+.test and .launch files are not supported, they need roslaunch: start the nodes, then the test file.
 """
 
 import sys
@@ -12,7 +12,7 @@ __all__ = ["get_master", "is_publisher", "is_subscriber", "rosrun", "run", "unit
 
 
 def get_master():
-    """The master, by its API."""
+    """The master API as an `xmlrpc.client.ServerProxy`."""
     from rospy.core import xmlrpcapi
 
     return xmlrpcapi(rosgraph.get_master_uri())
@@ -26,17 +26,17 @@ def _state(table):
 
 
 def is_subscriber(topic, subscriber_id):
-    """True when the master knows this node as a subscriber of the topic."""
+    """True if the node is registered as a subscriber of the topic."""
     return subscriber_id in _state(1).get(topic, ())
 
 
 def is_publisher(topic, publisher_id):
-    """True when the master knows this node as a publisher of the topic."""
+    """True if the node is registered as a publisher of the topic."""
     return publisher_id in _state(0).get(topic, ())
 
 
 def rosrun(package, test_name, test, sysargs=None):
-    """Run a TestCase class, or the tests of a name; ends the node, and the process with 1 when one fails."""
+    """Run a TestCase class, or tests by name; end the node, and on a failure the process with exit code 1."""
     import rospy
 
     result = rosunit.run(package, test_name, test, sys.argv if sysargs is None else sysargs)
@@ -49,7 +49,7 @@ run = rosrun
 
 
 def unitrun(package, test_name, test, sysargs=None, coverage_packages=None):
-    """The old name of `rosunit.unitrun`."""
+    """Old name of `rosunit.unitrun`."""
     import warnings
 
     warnings.warn("Call to deprecated function unitrun.", category=DeprecationWarning, stacklevel=2)

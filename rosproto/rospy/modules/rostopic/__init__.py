@@ -1,4 +1,4 @@
-"""rostopic as far as programs import it: types and peers of topics, their rates and bandwidth."""
+"""rostopic's functions for programs: types, peers, rates and bandwidth of topics."""
 
 import sys
 
@@ -40,9 +40,9 @@ def _types():
 
 
 def get_topic_type(topic, blocking=False):
-    """(type, topic, function) of a topic, or of a field written behind its name; Nones when it is unknown.
+    """(type, topic, function) of a topic, or of a field appended to its name; Nones if unknown.
 
-    The function takes the field out of a message; None without a field.
+    The function extracts the field from a message; None without a field.
     """
     import time
 
@@ -61,7 +61,7 @@ def _typed(topic):
     known = dict(_types())
     name = topic if topic in known else None
     if name is None:
-        # The longest name first; a topic whose messages have no such field is skipped.
+        # Longest name first; skip topics whose messages do not have the field.
         below = sorted((one for one in known if topic.startswith(one + "/")), reverse=True)
         name = next((one for one in below if _has_field(known[one], topic[len(one) + 1 :])), None)
     if name is None or known[name] == "*":
@@ -70,7 +70,7 @@ def _typed(topic):
 
 
 def _has_field(type_, path):
-    """True when messages of a type have the field (up to the first bracket), or the type is unknown."""
+    """True if messages of a type have the field (up to the first bracket), or the type is unknown."""
     from genpy.message import get_message_class
 
     found = get_message_class(type_)
@@ -85,7 +85,7 @@ def _has_field(type_, path):
 
 
 def get_topic_class(topic, blocking=False):
-    """(class, topic, None) of a topic; Nones when it is unknown."""
+    """(class, topic, None) of a topic; Nones if unknown."""
     from genpy.message import get_message_class
 
     type_, name, function = get_topic_type(topic, blocking)
@@ -103,7 +103,7 @@ def find_by_type(topic_type):
 
 
 def get_topic_list(master=None):
-    """([(topic, type, [publishers])], [(topic, type, [subscribers])])."""
+    """Return ([(topic, type, [publishers])], [(topic, type, [subscribers])])."""
     master = master or rosgraph.Master("/rostopic")
     try:
         publishers, subscribers, _ = master.getSystemState()
@@ -117,7 +117,7 @@ def get_topic_list(master=None):
 
 
 def get_api(master, caller_id):
-    """URI of a node, or a text that says it is unknown."""
+    """URI of a node, or a text for an unknown node."""
     try:
         return master.lookupNode(caller_id)
     except rosgraph.MasterError:
@@ -127,7 +127,7 @@ def get_api(master, caller_id):
 
 
 def get_info_text(topic):
-    """What `rostopic info` prints: the type, and who publishes and subscribes."""
+    """Output of `rostopic info`: type, publishers and subscribers."""
     master = rosgraph.Master("/rostopic")
     tables = [[row for row in table if row[0] == topic] for table in get_topic_list(master)]
     if not any(tables):
@@ -141,7 +141,7 @@ def get_info_text(topic):
 
 
 def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
-    """(publisher, class) of a type's name; makes this process a node, /rostopic_..., if it is none yet."""
+    """(publisher, class) for a type name; starts the node /rostopic_... if this process has no node."""
     import rospy
     from genpy.message import get_message_class
 

@@ -1,4 +1,4 @@
-"""Selecting a part of a message by a pattern like "/poses[1:]/pose/position/x"."""
+"""Selects a part of a message by a pattern like "/poses[1:]/pose/position/x"."""
 
 import sys
 
@@ -6,10 +6,9 @@ _PARTS = ("start", "stop", "step")
 
 
 def msgevalgen(pattern):
-    """A function that takes what the pattern names out of a message; None when it names nothing.
+    """Return a function that extracts a part of a message; None for an empty or malformed pattern.
 
-    A message that has no such field, or no such element, gives None, and stderr says why; so does
-    a malformed pattern.
+    The function returns None for a missing field or element. Errors are reported on stderr.
     """
     steps = []
     for part in (part for part in pattern.split("/") if part):
@@ -48,10 +47,10 @@ def _walk(value, steps, pattern):
 
 
 def _index(text):
-    """The Python index or slice that stands between brackets.
+    """The Python index or slice between brackets.
 
     Raises:
-        ValueError: It is not one.
+        ValueError: The text is neither an index nor a slice.
     """
     if not text:
         raise ValueError("empty array index")

@@ -8,11 +8,11 @@ import rospy
 
 from rosproto import rates
 
-MOST = 50000  # messages looked at without a given window
+MOST = 50000  # messages in the window if no size is given
 
 
 class ROSTopicHz:
-    """Rate: give `callback_hz` to Subscribers, with the topic as callback_args when there are several."""
+    """Rate; pass `callback_hz` to Subscribers, with the topic as callback_args for several topics."""
 
     def __init__(self, window_size, filter_expr=None, use_wtime=False):
         self.lock = threading.Lock()
@@ -29,28 +29,28 @@ class ROSTopicHz:
             _add(self._windows[topic], time.time() if self.use_wtime else rospy.get_rostime().to_sec())
 
     def get_hz(self, topic=None):
-        """(rate, least, greatest, deviation of the gaps in seconds, messages); None without a new message."""
+        """(Hz; min, max, standard deviation of the gaps in s; messages); None without a new message."""
         with self.lock:
             found = self._windows[topic].news()
         return found and (found.rate, found.least, found.most, found.deviation, found.messages)
 
     def get_times(self, topic=None):
-        """The gaps between messages, seconds."""
+        """Gaps between messages in seconds."""
         return list(self._windows[topic].values)
 
     def get_msg_tn(self, topic=None):
-        """When the last one came, seconds."""
+        """Arrival time of the last message in seconds."""
         return self._windows[topic].last
 
     def print_hz(self, topics=(None,)):
-        """Print it."""
+        """Print the rate of each topic."""
         with self.lock:
             found = {topic: self._windows[topic].news() for topic in topics}
         print(rates.hz_text(*found.values()) if len(topics) == 1 else rates.hz_table(found))
 
 
 def _add(window, now, delay=None):
-    """Note a message; 0 is simulated time that has restarted."""
+    """Add a message; a time of 0 means that simulated time restarted."""
     if now:
         window.add(now, delay)
     elif window.values:
@@ -59,7 +59,7 @@ def _add(window, now, delay=None):
 
 
 class ROSTopicDelay:
-    """Delay between a message's stamp and its arrival: give `callback_delay` to a Subscriber."""
+    """Delay between a message's stamp and its arrival; pass `callback_delay` to a Subscriber."""
 
     def __init__(self, window_size):
         self.lock = threading.Lock()
@@ -68,7 +68,7 @@ class ROSTopicDelay:
 
     @property
     def delays(self):
-        """Seconds."""
+        """Delays in seconds."""
         return list(self._window.values)
 
     def callback_delay(self, msg):
@@ -81,20 +81,20 @@ class ROSTopicDelay:
             _add(self._window, now, now - msg.header.stamp.to_sec())
 
     def get_delay(self):
-        """(mean, least, greatest, deviation in seconds, messages); None without a new message."""
+        """(mean, min, max and standard deviation in s, messages); None without a new message."""
         with self.lock:
             found = self._window.news()
         return found and (found.mean, found.least, found.most, found.deviation, found.messages)
 
     def print_delay(self):
-        """Print it."""
+        """Print the delay."""
         with self.lock:
             if self._window.values:
                 print(rates.delay_text(self._window.news()))
 
 
 class ROSTopicBandwidth(rates.Bandwidth):
-    """Bytes: give `callback` to a Subscriber of AnyMsg."""
+    """Bandwidth; pass `callback` to a Subscriber of AnyMsg."""
 
     def __init__(self, window_size=100):
         self.lock = threading.Lock()
@@ -107,7 +107,7 @@ class ROSTopicBandwidth(rates.Bandwidth):
             self.add(time.time(), len(data._buff))
 
     def print_bw(self):
-        """Print it."""
+        """Print the bandwidth."""
         with self.lock:
             text = rates.bandwidth_text(self, time.time())
         if text is not None:

@@ -1,7 +1,7 @@
-"""rosunit: runs unittest cases the way ROS does: a summary on stdout, a JUnit file, exit code 1 for failures.
+"""rosunit: runs unittest cases as ROS does, with a summary on stdout, a JUnit file, exit code 1 for failures.
 
-The file is what `--gtest_output=xml:FILE` says, or PACKAGE/rosunit-NAME.xml in $ROS_TEST_RESULTS_DIR or
-~/.ros/test_results. `--text` prints unittest's own report instead of writing one.
+`--gtest_output=xml:FILE` sets the file; the default is PACKAGE/rosunit-NAME.xml in $ROS_TEST_RESULTS_DIR or
+~/.ros/test_results. `--text` prints unittest's report instead of writing the file.
 """
 
 import os
@@ -16,13 +16,13 @@ XML_OUTPUT_FLAG = "--gtest_output=xml:"
 
 
 def unitrun(package, test_name, test, sysargs=None, coverage_packages=None):
-    """Run a TestCase class, or the tests of a name; ends the process with 1 when one fails."""
+    """Run a TestCase class, or tests by name; end the process with exit code 1 on a failure."""
     if not run(package, test_name, test, sys.argv if sysargs is None else sysargs).wasSuccessful():
         sys.exit(1)
 
 
 def run(package, test_name, test, words):
-    """Run the tests as the command line says, print the summary; the unittest result."""
+    """Run the tests with the options in `words` and print the summary; return the unittest result."""
     loader = unittest.TestLoader()
     named = isinstance(test, str)
     suite = loader.loadTestsFromName(test) if named else loader.loadTestsFromTestCase(test)
@@ -37,7 +37,7 @@ def run(package, test_name, test, words):
 
 
 def xml_results_file(test_pkg, test_name, is_rostest=False, env=None):
-    """Where the results of a test go; the folder is made."""
+    """Path of a test's result file; creates its folder."""
     env = os.environ if env is None else env
     home = env.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
     folder = os.path.join(env.get("ROS_TEST_RESULTS_DIR") or os.path.join(home, "test_results"), test_pkg)
@@ -47,7 +47,7 @@ def xml_results_file(test_pkg, test_name, is_rostest=False, env=None):
 
 
 def create_xml_runner(test_pkg, test_name, results_file=None, is_rostest=False):
-    """A runner that writes a JUnit file."""
+    """Return a test runner that writes a JUnit file."""
     file = results_file or xml_results_file(test_pkg, os.path.basename(test_name), is_rostest)
     os.makedirs(os.path.dirname(os.path.abspath(file)), exist_ok=True)
     print("[ROSUNIT] Outputting test results to " + file)
@@ -55,7 +55,7 @@ def create_xml_runner(test_pkg, test_name, results_file=None, is_rostest=False):
 
 
 class _Result(unittest.TestResult):
-    """Notes how long each test took and what went wrong in it."""
+    """Records the duration and the errors of each test."""
 
     def __init__(self):
         super().__init__()
@@ -84,7 +84,7 @@ class _XmlRunner:
         self._file = file
 
     def run(self, test):
-        """Run the tests; what they print goes to the file."""
+        """Run the tests; the file includes their output."""
         from contextlib import redirect_stderr, redirect_stdout
         from io import StringIO
 
@@ -116,7 +116,7 @@ class _XmlRunner:
 
 
 def _printable(text):
-    """The text without characters that XML cannot hold."""
+    """Escape characters that XML does not allow."""
     return "".join(c if c.isprintable() or c in "\t\n\r" else "&#x%04X;" % ord(c) for c in text)
 
 
@@ -132,7 +132,7 @@ def _report(method, wrong):
 
 
 def print_unittest_summary(result):
-    """Print how many tests ran and which failed."""
+    """Print the number of tests and the failed ones."""
 
     def named(rows):
         names = [getattr(test, "_testMethodName", None) or "%s: %s\n" % (test, text) for test, text in rows]

@@ -6,7 +6,7 @@ class ParameterInvalid(Exception):
 
 
 def non_empty(param_name):
-    """A check of an argument of the slave API: not None, not empty."""
+    """Return a validator of a slave API argument that must not be None or empty."""
 
     def validator(param, context):
         if not param:
