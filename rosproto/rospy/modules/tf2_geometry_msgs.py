@@ -1,4 +1,4 @@
-"""tf2_geometry_msgs: transforming stamped geometry, by KDL."""
+"""tf2_geometry_msgs: transforms stamped geometry messages with KDL."""
 
 from geometry_msgs.msg import PointStamped, PoseStamped, Vector3Stamped, WrenchStamped
 from PyKDL import Frame, Rotation, Vector
@@ -13,7 +13,7 @@ def _frame(rotation, translation):
 
 
 def to_msg_msg(msg):
-    """Returns the message: nothing is to be converted."""
+    """Return the message unchanged."""
     return msg
 
 
@@ -21,12 +21,12 @@ from_msg_msg = to_msg_msg
 
 
 def transform_to_kdl(t):
-    """The Frame of a TransformStamped."""
+    """Convert a TransformStamped to a KDL Frame."""
     return _frame(t.transform.rotation, t.transform.translation)
 
 
 def do_transform_point(point, transform):
-    """A PointStamped in the transform's frame."""
+    """Transform a PointStamped."""
     result = PointStamped()
     p = point.point
     moved = transform_to_kdl(transform) * Vector(p.x, p.y, p.z)
@@ -36,7 +36,7 @@ def do_transform_point(point, transform):
 
 
 def do_transform_vector3(vector3, transform):
-    """A Vector3Stamped in the transform's frame."""
+    """Transform a Vector3Stamped."""
     result = Vector3Stamped()
     v = vector3.vector
     turned = Frame(transform_to_kdl(transform).M) * Vector(v.x, v.y, v.z)
@@ -46,7 +46,7 @@ def do_transform_vector3(vector3, transform):
 
 
 def do_transform_pose(pose, transform):
-    """A PoseStamped in the transform's frame."""
+    """Transform a PoseStamped."""
     result = PoseStamped()
     moved = transform_to_kdl(transform) * _frame(pose.pose.orientation, pose.pose.position)
     p, q = result.pose.position, result.pose.orientation
@@ -57,7 +57,7 @@ def do_transform_pose(pose, transform):
 
 
 def do_transform_wrench(wrench, transform):
-    """A WrenchStamped in the transform's frame."""
+    """Transform a WrenchStamped."""
     result = WrenchStamped()
     for part in ("force", "torque"):
         vector = Vector3Stamped(vector=getattr(wrench.wrench, part))

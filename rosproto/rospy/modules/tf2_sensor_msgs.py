@@ -1,4 +1,4 @@
-"""tf2_sensor_msgs: transforming point clouds."""
+"""tf2_sensor_msgs: transforms point clouds."""
 
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.point_cloud2 import create_cloud, read_points
@@ -7,7 +7,7 @@ from tf2_ros import ConvertRegistration, TransformRegistration
 
 
 def to_msg_msg(msg):
-    """Returns the message: nothing is to be converted."""
+    """Return the message unchanged."""
     return msg
 
 
@@ -15,7 +15,7 @@ from_msg_msg = to_msg_msg
 
 
 def do_transform_cloud(cloud, transform):
-    """A PointCloud2 in the transform's frame: its first three fields are x, y, z."""
+    """Transform a PointCloud2 whose first three fields are x, y, z."""
     frame = transform_to_kdl(transform)
     rows = [[frame[row, column] for column in range(4)] for row in range(3)]
     points = []

@@ -1,4 +1,4 @@
-"""tf: the listener and broadcaster from before tf2, and transformations."""
+"""tf: the listener and broadcaster that precede tf2, and transformations."""
 
 from tf2_ros import ConnectivityException, ExtrapolationException, LookupException
 from tf2_ros import TransformException as Exception
@@ -20,7 +20,7 @@ __all__ = [
 
 
 def __getattr__(name):
-    # Late: it imports numpy.
+    # Imported on first use: needs numpy.
     if name == "transformations":
         from importlib import import_module
 

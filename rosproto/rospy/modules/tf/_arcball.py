@@ -1,4 +1,4 @@
-"""Rotating objects with a mouse: K. Shoemake's Arcball (Graphics Gems IV), with tf's names and results."""
+"""Mouse rotation by K. Shoemake's Arcball (Graphics Gems IV), with tf's names and results."""
 
 import math
 
@@ -16,7 +16,7 @@ from .transformations import (
 
 
 def arcball_map_to_sphere(point, center, radius):
-    """The point of the unit sphere below a point of the window."""
+    """Map a point of the window to the unit sphere."""
     x, y = (point[0] - center[0]) / radius, (center[1] - point[1]) / radius
     beyond = x * x + y * y
     if beyond > 1.0:
@@ -25,7 +25,7 @@ def arcball_map_to_sphere(point, center, radius):
 
 
 def arcball_constrain_to_axis(point, axis):
-    """The point of the sphere nearest to another, at right angles to an axis."""
+    """The point of the unit sphere nearest to `point` and perpendicular to `axis`."""
     point, axis = numpy.array(point, dtype=float), numpy.array(axis, dtype=float)
     flat = point - axis * numpy.dot(axis, point)
     length = vector_norm(flat)
@@ -37,13 +37,13 @@ def arcball_constrain_to_axis(point, axis):
 
 
 def arcball_nearest_axis(point, axes):
-    """The axis whose arc is nearest to a point."""
+    """The axis whose great circle is nearest to a point."""
     distances = [numpy.dot(arcball_constrain_to_axis(point, axis), point) for axis in axes]
     return axes[distances.index(max(distances))] if distances else None
 
 
 class Arcball:
-    """A ball in a window, turned by dragging."""
+    """A virtual trackball in a window, rotated by dragging."""
 
     def __init__(self, initial=None):
         turn = numpy.array((0.0, 0.0, 0.0, 1.0) if initial is None else initial, dtype=float)
@@ -60,20 +60,20 @@ class Arcball:
         self._constrained = False
 
     def place(self, center, radius):
-        """Where the ball is in the window, and how big."""
+        """Set position and radius of the ball in the window."""
         self._center[:] = center[:2]
         self._radius = float(radius)
 
     def setaxes(self, *axes):
-        """Axes to turn about when constrained."""
+        """Set the rotation axes of the constrained mode."""
         self._axes = [unit_vector(axis) for axis in axes]
 
     def setconstrain(self, constrain):
-        """Say whether it turns about those axes only."""
+        """Enable or disable the constrained mode: rotation about the set axes only."""
         self._constrained = bool(constrain is True or constrain == 1)
 
     def getconstrain(self):
-        """Whether it does."""
+        """True in constrained mode."""
         return self._constrained
 
     def _on_ball(self, point):
@@ -81,7 +81,7 @@ class Arcball:
         return found if self._axis is None else arcball_constrain_to_axis(found, self._axis)
 
     def down(self, point):
-        """The button went down at a point of the window; the axis is chosen."""
+        """Start a drag at a point of the window; selects the constraint axis."""
         self._axis = None
         grip = self._on_ball(point)
         if self._constrained and self._axes is not None:
@@ -91,7 +91,7 @@ class Arcball:
         self._at_down = self._before = self._turn
 
     def drag(self, point):
-        """The mouse is at a point now."""
+        """Rotate the ball for the mouse at a point of the window."""
         at = self._on_ball(point)
         self._before = self._turn
         across = numpy.cross(self._grip, at)
@@ -106,5 +106,5 @@ class Arcball:
         self._before, self._turn = self._turn, turn
 
     def matrix(self):
-        """The (4, 4) rotation."""
+        """The (4, 4) rotation matrix."""
         return quaternion_matrix(self._turn)

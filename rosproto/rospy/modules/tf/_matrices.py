@@ -1,4 +1,4 @@
-"""More (4, 4) matrices: rotations about axes, scalings, mirrors, shears; composing and decomposing.
+"""(4, 4) matrices: rotation, scaling, reflection, projection, shear; composition and decomposition.
 
 Source: wiki.ros.org/tf, tf.transformations (names, arguments, results).
 """
@@ -16,7 +16,7 @@ def _array(values):
 
 
 def rotation_matrix(angle, direction, point=None):
-    """A rotation about an axis, through a point when given."""
+    """Rotation by an angle in radians about an axis through a point or the origin."""
     sine, cosine = math.sin(angle), math.cos(angle)
     axis = unit_vector(direction[:3])
     turn = numpy.diag((cosine, cosine, cosine)) + numpy.outer(axis, axis) * (1.0 - cosine)
@@ -31,7 +31,7 @@ def rotation_matrix(angle, direction, point=None):
 
 
 def _fixed_direction(matrix, value=1.0):
-    """The real eigenvector of an eigenvalue, the last one of several."""
+    """Real eigenvector of an eigenvalue; the last one of several."""
     values, vectors = numpy.linalg.eig(matrix)
     found = numpy.where(abs(numpy.real(values) - value) < 1e-8)[0]
     if not len(found):
@@ -56,7 +56,7 @@ def rotation_from_matrix(matrix):
 
 
 def scale_matrix(factor, origin=None, direction=None):
-    """A scaling about the origin or a point, along one direction when given."""
+    """Scaling about the origin or a point, uniform or along one direction."""
     if direction is None:
         matrix = numpy.diag((factor, factor, factor, 1.0)).astype(numpy.float64)
         if origin is not None:
@@ -78,14 +78,14 @@ def scale_from_matrix(matrix):
     try:
         direction = _fixed_direction(m[:3, :3], factor)
         direction = direction / vector_norm(direction)
-    except ValueError:  # in all directions
+    except ValueError:  # uniform
         factor, direction = (factor + 2.0) / 3.0, None
     origin = _fixed_direction(m)
     return factor, origin / origin[3], direction
 
 
 def reflection_matrix(point, normal):
-    """A mirror: a plane by a point and its normal."""
+    """Reflection at the plane given by a point and a normal."""
     normal = unit_vector(normal[:3])
     matrix = identity_matrix()
     matrix[:3, :3] -= 2.0 * numpy.outer(normal, normal)
@@ -94,7 +94,7 @@ def reflection_matrix(point, normal):
 
 
 def reflection_from_matrix(matrix):
-    """(point, normal) of a mirror."""
+    """(point, normal) of a reflection."""
     m = numpy.array(matrix, dtype=numpy.float64)
     normal = _fixed_direction(m[:3, :3], -1.0)
     point = _fixed_direction(m)
@@ -102,7 +102,7 @@ def reflection_from_matrix(matrix):
 
 
 def projection_matrix(point, normal, direction=None, perspective=None, pseudo=False):
-    """A projection onto a plane: at right angles, along a direction, or from a point of view."""
+    """Projection onto a plane: orthogonal, along a direction, or from a perspective point."""
     point, normal = _array(point), unit_vector(normal[:3])
     matrix = identity_matrix()
     if perspective is not None:
@@ -125,7 +125,7 @@ def projection_matrix(point, normal, direction=None, perspective=None, pseudo=Fa
 
 
 def shear_matrix(angle, direction, point, normal):
-    """A shear along a direction in a plane."""
+    """Shear along a direction in a plane; angle in radians."""
     normal, direction = unit_vector(normal[:3]), unit_vector(direction[:3])
     if abs(numpy.dot(normal, direction)) > 1e-6:
         raise ValueError("direction and normal vectors are not orthogonal")
@@ -175,14 +175,14 @@ def projection_from_matrix(matrix, pseudo=False):
 
 
 def _lost_direction(matrix):
-    """The direction that a (3, 3) matrix maps to zero, None when there is none."""
+    """Direction that a (3, 3) matrix maps to zero; None if there is none."""
     values, vectors = numpy.linalg.eig(matrix)
     lost = numpy.where(abs(numpy.real(values)) < 1e-8)[0]
     return unit_vector(numpy.real(vectors[:, lost[0]])) if len(lost) else None
 
 
 def clip_matrix(left, right, bottom, top, near, far, perspective=False):
-    """What brings a box, or a truncated pyramid with its eye at the origin, to -1 to 1 in all directions."""
+    """Map a box, or a frustum with its apex at the origin, to normalised coordinates from -1 to 1."""
     if left >= right or bottom >= top or near >= far:
         raise ValueError("invalid frustrum")
     if perspective and near <= EPS:
@@ -201,7 +201,7 @@ def clip_matrix(left, right, bottom, top, near, far, perspective=False):
 
 
 def orthogonalization_matrix(lengths, angles):
-    """From the coordinates of a crystal's cell (lengths, angles in degrees) to right-angled ones."""
+    """Map crystallographic cell coordinates (lengths, angles in degrees) to Cartesian ones."""
     a, b, c = lengths
     sines, cosines = numpy.sin(numpy.radians(angles)), numpy.cos(numpy.radians(angles))
     slant = (cosines[0] * cosines[1] - cosines[2]) / (sines[0] * sines[1])
@@ -217,7 +217,7 @@ def orthogonalization_matrix(lengths, angles):
 
 
 def superimposition_matrix(v0, v1, scaling=False, usesvd=True):
-    """The motion that brings points v0 closest to points v1, both (3, N) or (4, N)."""
+    """Least-squares rigid transform (`scaling`: similarity) of points v0 to v1, both (3, N) or (4, N)."""
     v0 = numpy.array(v0, dtype=numpy.float64)[:3]
     v1 = numpy.array(v1, dtype=numpy.float64)[:3]
     if v0.shape != v1.shape or v0.shape[1] < 3:
@@ -240,7 +240,7 @@ def superimposition_matrix(v0, v1, scaling=False, usesvd=True):
 
 
 def compose_matrix(scale=None, shear=None, angles=None, translate=None, perspective=None):
-    """Perspective, translation, Euler angles (sxyz), shear and scaling, in this order from the left."""
+    """Product of perspective, translation, Euler angles (sxyz), shear and scaling, from left to right."""
     whole = numpy.identity(4)
     if perspective is not None:
         part = numpy.identity(4)
@@ -267,7 +267,7 @@ def decompose_matrix(matrix):
     """(scale, shear, angles, translation, perspective) of a matrix.
 
     Raises:
-        ValueError: It has no such parts.
+        ValueError: The matrix cannot be decomposed.
     """
     m = numpy.array(matrix, dtype=numpy.float64).T
     if abs(m[3, 3]) < EPS:

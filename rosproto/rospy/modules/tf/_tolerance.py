@@ -1,4 +1,4 @@
-"""The smallest number that tf.transformations takes for more than rounding."""
+"""Tolerance of tf.transformations for rounding errors."""
 
 import numpy
 

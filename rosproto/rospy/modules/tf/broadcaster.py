@@ -5,13 +5,13 @@ from geometry_msgs.msg import TransformStamped
 
 
 class TransformBroadcaster:
-    """Publishes /tf. `queue_size` is tf2's."""
+    """Publishes /tf; `queue_size` is ignored, tf2's applies."""
 
     def __init__(self, queue_size=100):
         self.tf2_broadcaster = tf2_ros.TransformBroadcaster()
 
     def sendTransform(self, translation, rotation, time, child, parent):
-        """Publish the pose of `child` in `parent`: (x, y, z), (x, y, z, w), at a time."""
+        """Publish the pose of `child` in `parent`: translation (x, y, z) in m, rotation (x, y, z, w)."""
         message = TransformStamped()
         message.header.frame_id, message.header.stamp, message.child_frame_id = parent, time, child
         t, r = message.transform.translation, message.transform.rotation

@@ -1,4 +1,4 @@
-"""tf.TransformListener, and tf.TransformerROS that moves stamped messages to other frames."""
+"""tf.TransformListener and tf.TransformerROS."""
 
 import tf2_ros
 
@@ -11,7 +11,7 @@ class TransformerROS(Transformer):
     """A Transformer that also transforms stamped messages."""
 
     def asMatrix(self, target_frame, hdr):
-        """The (4, 4) matrix that takes data with that header to a frame."""
+        """The (4, 4) matrix from a header's frame and stamp to the target frame."""
         return self.fromTranslationRotation(*self.lookupTransform(target_frame, hdr.frame_id, hdr.stamp))
 
     def fromTranslationRotation(self, translation, rotation):
@@ -26,28 +26,28 @@ class TransformerROS(Transformer):
         return getattr(moving, how)(self.asMatrix(target_frame, message.header), target_frame, message)
 
     def transformPoint(self, target_frame, ps):
-        """A PointStamped in another frame."""
+        """Transform a PointStamped."""
         return self._moved("point", target_frame, ps)
 
     def transformVector3(self, target_frame, v3s):
-        """A Vector3Stamped in another frame."""
+        """Transform a Vector3Stamped."""
         return self._moved("vector3", target_frame, v3s)
 
     def transformQuaternion(self, target_frame, ps):
-        """A QuaternionStamped in another frame."""
+        """Transform a QuaternionStamped."""
         return self._moved("quaternion", target_frame, ps)
 
     def transformPose(self, target_frame, ps):
-        """A PoseStamped in another frame."""
+        """Transform a PoseStamped."""
         return self._moved("pose", target_frame, ps)
 
     def transformPointCloud(self, target_frame, point_cloud):
-        """A sensor_msgs/PointCloud in another frame."""
+        """Transform a sensor_msgs/PointCloud."""
         return self._moved("point_cloud", target_frame, point_cloud)
 
 
 class TransformListener(TransformerROS):
-    """Fills itself from /tf and /tf_static."""
+    """A transformer fed by /tf and /tf_static."""
 
     def __init__(self, *args, **kwargs):
         super().__init__(*args, **kwargs)

@@ -1,4 +1,4 @@
-"""Stamped messages in another frame by (4, 4) matrices, as tf did it before tf2. Apart: it imports numpy."""
+"""Transforms stamped messages by (4, 4) matrices, as tf did before tf2. A separate module: needs numpy."""
 
 import numpy
 from geometry_msgs.msg import (
@@ -37,14 +37,14 @@ def pose_matrix(translation, rotation):
 
 
 def point(matrix, target_frame, ps):
-    """A PointStamped in another frame."""
+    """Transform a PointStamped."""
     result = _stamped(PointStamped, target_frame, ps.header)
     result.point = Point(*_times(matrix, ps.point))
     return result
 
 
 def vector3(matrix, target_frame, v3s):
-    """A Vector3Stamped in another frame."""
+    """Transform a Vector3Stamped."""
     matrix[:3, 3] = 0.0
     result = _stamped(Vector3Stamped, target_frame, v3s.header)
     result.vector = Vector3(*_times(matrix, v3s.vector))
@@ -52,7 +52,7 @@ def vector3(matrix, target_frame, v3s):
 
 
 def quaternion(matrix, target_frame, ps):
-    """A QuaternionStamped in another frame."""
+    """Transform a QuaternionStamped."""
     turned = transformations.quaternion_from_matrix(numpy.dot(matrix, _turn(ps.quaternion)))
     result = _stamped(QuaternionStamped, target_frame, ps.header)
     result.quaternion = Quaternion(*turned.tolist())
@@ -60,7 +60,7 @@ def quaternion(matrix, target_frame, ps):
 
 
 def pose(matrix, target_frame, ps):
-    """A PoseStamped in another frame."""
+    """Transform a PoseStamped."""
     p = ps.pose.position
     own = numpy.dot(transformations.translation_matrix((p.x, p.y, p.z)), _turn(ps.pose.orientation))
     moved = numpy.dot(matrix, own)
@@ -73,7 +73,7 @@ def pose(matrix, target_frame, ps):
 
 
 def point_cloud(matrix, target_frame, cloud):
-    """A sensor_msgs/PointCloud in another frame."""
+    """Transform a sensor_msgs/PointCloud."""
     from sensor_msgs.msg import PointCloud
 
     result = _stamped(PointCloud, target_frame, cloud.header)

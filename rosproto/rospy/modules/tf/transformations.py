@@ -1,10 +1,10 @@
 """Homogeneous matrices, Euler angles and quaternions (x, y, z, w); angles in radians.
 
-Axes of Euler angles are four letters: "s" for rotations about the fixed axes or "r" about the rotated ones,
-then three of x, y, z: "sxyz" (roll, pitch, yaw) by default.
+Euler axes are four letters: "s" for rotations about static axes or "r" about rotating ones, then three of
+x, y, z; the default is "sxyz" (roll, pitch, yaw).
 
-Source: the conventions of tf.transformations (wiki.ros.org/tf); the mathematics is K. Shoemake's, "Euler
-angle conversion", Graphics Gems IV.
+Source: the conventions of tf.transformations (wiki.ros.org/tf); mathematics of K. Shoemake, "Euler angle
+conversion", Graphics Gems IV.
 """
 
 import math
@@ -32,7 +32,7 @@ def translation_from_matrix(matrix):
 
 
 def concatenate_matrices(*matrices):
-    """Their product."""
+    """Product of (4, 4) matrices."""
     product = numpy.identity(4)
     for matrix in matrices:
         product = numpy.dot(product, matrix)
@@ -40,18 +40,18 @@ def concatenate_matrices(*matrices):
 
 
 def inverse_matrix(matrix):
-    """The inverse."""
+    """Inverse of a matrix."""
     return numpy.linalg.inv(matrix)
 
 
 def is_same_transform(matrix0, matrix1):
-    """True for two matrices of the same transform."""
+    """True if both matrices describe the same transform."""
     one, other = (numpy.array(m, dtype=float) / m[3][3] for m in (matrix0, matrix1))
     return numpy.allclose(one, other)
 
 
 def vector_norm(data, axis=None, out=None):
-    """Length of a vector, or of many along an axis."""
+    """Length of a vector, or lengths along an axis."""
     data = numpy.array(data, dtype=numpy.float64)
     if out is None and data.ndim == 1:
         return math.sqrt(numpy.dot(data, data))
@@ -63,7 +63,7 @@ def vector_norm(data, axis=None, out=None):
 
 
 def unit_vector(data, axis=None, out=None):
-    """Vectors of length 1."""
+    """Normalise a vector, or vectors along an axis, to length 1."""
     given = numpy.array(data, dtype=numpy.float64)
     if out is None and given.ndim == 1:
         return given / math.sqrt(numpy.dot(given, given))
@@ -79,9 +79,9 @@ def unit_vector(data, axis=None, out=None):
 
 
 def _axes(axes):
-    """Indices of the three axes of rotations about fixed axes, whether the angles come in reverse, and odd.
+    """Indices of the three axes for rotations about static axes, reverse order of the angles, odd parity.
 
-    Odd: the second axis does not follow the first in the order x, y, z, x.
+    Odd parity: the second axis does not follow the first in the order x, y, z, x.
     """
     try:
         frame, letters = axes[0], axes[1:]
@@ -90,7 +90,7 @@ def _axes(axes):
         raise KeyError(axes) from None
     if frame not in "sr" or first == second or second == third:
         raise KeyError(axes)
-    if frame == "r":  # about rotated axes is about fixed ones, in reverse
+    if frame == "r":  # rotating axes equal static axes in reverse order
         first, third = third, first
     return first, second, third, frame == "r", (first + 1) % 3 != second
 
@@ -102,7 +102,7 @@ def _ordered(ai, aj, ak, reverse, odd):
 
 
 def quaternion_from_euler(ai, aj, ak, axes="sxyz"):
-    """(4,) x, y, z, w of three angles."""
+    """(4,) quaternion x, y, z, w of three Euler angles."""
     i, j, last, reverse, odd = _axes(axes)
     k = 3 - i - j
     if reverse:
@@ -124,7 +124,7 @@ def quaternion_from_euler(ai, aj, ak, axes="sxyz"):
 
 
 def euler_matrix(ai, aj, ak, axes="sxyz"):
-    """(4, 4) of three angles."""
+    """(4, 4) rotation matrix of three Euler angles."""
     i, j, last, reverse, odd = _axes(axes)
     k = 3 - i - j
     ai, aj, ak = _ordered(ai, aj, ak, reverse, odd)
@@ -143,7 +143,7 @@ def euler_matrix(ai, aj, ak, axes="sxyz"):
 
 
 def euler_from_matrix(matrix, axes="sxyz"):
-    """Three angles of a rotation matrix."""
+    """Three Euler angles of a rotation matrix."""
     i, j, last, reverse, odd = _axes(axes)
     k = 3 - i - j
     m = numpy.array(matrix, dtype=float)[:3, :3]
@@ -167,13 +167,13 @@ def euler_from_matrix(matrix, axes="sxyz"):
             )
         else:
             angles = (math.atan2(-m[j, k], m[j, j]), math.atan2(-m[k, i], middle), 0.0)
-    if odd:  # an odd order of the axes reverses the sense of rotation
+    if odd:  # odd parity reverses the rotation
         angles = tuple(-angle for angle in angles)
     return angles[::-1] if reverse else angles
 
 
 def euler_from_quaternion(quaternion, axes="sxyz"):
-    """Three angles of x, y, z, w."""
+    """Three Euler angles of a quaternion x, y, z, w."""
     return euler_from_matrix(quaternion_matrix(quaternion), axes)
 
 
@@ -192,23 +192,23 @@ def _multiply(q1, q0):
 
 
 def quaternion_multiply(quaternion1, quaternion0):
-    """Their product: first 0, then 1."""
+    """Product of two quaternions: rotation 0, then rotation 1."""
     return numpy.array(_multiply(quaternion1, quaternion0), dtype=numpy.float64)
 
 
 def quaternion_conjugate(quaternion):
-    """The conjugate, which is the inverse of a unit quaternion."""
+    """Conjugate; for a unit quaternion the inverse."""
     x, y, z, w = quaternion
     return numpy.array((-x, -y, -z, w), dtype=numpy.float64)
 
 
 def quaternion_inverse(quaternion):
-    """The inverse."""
+    """Inverse of a quaternion."""
     return quaternion_conjugate(quaternion) / numpy.dot(quaternion, quaternion)
 
 
 def quaternion_about_axis(angle, axis):
-    """A rotation about an axis of any length."""
+    """Quaternion of a rotation about an axis of any length."""
     q = numpy.zeros((4,), dtype=numpy.float64)
     q[:3] = axis[:3]
     length = vector_norm(q)
@@ -219,7 +219,7 @@ def quaternion_about_axis(angle, axis):
 
 
 def quaternion_matrix(quaternion):
-    """(4, 4) of a rotation; the quaternion need not have length 1."""
+    """(4, 4) rotation matrix of a quaternion of any length."""
     q = numpy.array(quaternion[:4], dtype=numpy.float64)
     square = numpy.dot(q, q)
     if square < _EPS:
@@ -236,7 +236,7 @@ def quaternion_matrix(quaternion):
 
 
 def quaternion_from_matrix(matrix):
-    """x, y, z, w of a rotation matrix."""
+    """Quaternion x, y, z, w of a rotation matrix."""
     m = numpy.array(matrix, dtype=numpy.float64)[:4, :4]
     q = numpy.empty(4)
     trace = numpy.trace(m)
@@ -251,7 +251,7 @@ def quaternion_from_matrix(matrix):
 
 
 def quaternion_slerp(quat0, quat1, fraction, spin=0, shortestpath=True):
-    """Between two rotations, at steady speed."""
+    """Spherical linear interpolation between two quaternions."""
     q0, q1 = unit_vector(quat0[:4]), unit_vector(quat1[:4])
     if fraction in (0.0, 1.0):
         return q1 if fraction else q0
@@ -268,7 +268,7 @@ def quaternion_slerp(quat0, quat1, fraction, spin=0, shortestpath=True):
 
 
 def random_quaternion(rand=None):
-    """A uniformly random rotation."""
+    """Uniformly distributed random unit quaternion."""
     u = numpy.random.rand(3) if rand is None else rand
     a, b = math.sqrt(1.0 - u[0]), math.sqrt(u[0])
     s, t = 2.0 * math.pi * u[1], 2.0 * math.pi * u[2]
@@ -276,12 +276,12 @@ def random_quaternion(rand=None):
 
 
 def random_rotation_matrix(rand=None):
-    """The same as a (4, 4) matrix."""
+    """Uniformly distributed random (4, 4) rotation matrix."""
     return quaternion_matrix(random_quaternion(rand))
 
 
 def random_vector(size):
-    """Numbers between 0 and 1."""
+    """Random numbers between 0 and 1."""
     return numpy.random.random(size)
 
 

@@ -6,12 +6,12 @@ _ALONE = "cannot wait for transform without a dedicated thread that listens to i
 
 
 def strip_leading_slash(name):
-    """The name as tf2 knows it: without the leading slash."""
+    """The tf2 name: without the leading slash."""
     return name[1:] if name.startswith("/") else name
 
 
 def _between(target_frame, target_time, source_frame, source_time, fixed_frame):
-    """Arguments of a lookup between two times, with the frames as tf2 knows them."""
+    """Arguments of a lookup between two times, with tf2 frame names."""
     target, source, fixed = map(strip_leading_slash, (target_frame, source_frame, fixed_frame))
     return target, target_time, source, source_time, fixed
 
@@ -29,34 +29,34 @@ class Transformer:
         self._using_dedicated_thread = False
 
     def allFramesAsDot(self, current_time=None):
-        """The frames as a graph for graphviz; with their ages when the time is given."""
+        """Frames as a Graphviz graph, with ages relative to `current_time` if given."""
         return self._buffer.all_frames_as_dot(*([current_time] if current_time else []))
 
     def allFramesAsString(self):
-        """Every frame and its parent."""
+        """All frames with their parents."""
         return self._buffer.all_frames_as_string()
 
     def setTransform(self, transform, authority="default_authority"):
-        """Take a TransformStamped."""
+        """Store a TransformStamped."""
         self._buffer.set_transform(transform, authority)
 
     def canTransform(self, target_frame, source_frame, time):
-        """True when `lookupTransform` would give an answer."""
+        """True if `lookupTransform` would succeed."""
         return self._buffer.can_transform(
             strip_leading_slash(target_frame), strip_leading_slash(source_frame), time
         )
 
     def canTransformFull(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """The same between two times."""
+        """As `canTransform`, between two times."""
         return self._buffer.can_transform_full(
             *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
         )
 
     def waitForTransform(self, target_frame, source_frame, time, timeout, polling_sleep_duration=None):
-        """Wait until the transform is known.
+        """Wait until the transform is available.
 
         Raises:
-            tf.Exception: It is not known in time.
+            tf.Exception: The transform is not available within `timeout`.
         """
         self._require_thread()
         done, why = self._buffer.can_transform(
@@ -78,7 +78,7 @@ class Transformer:
         timeout,
         polling_sleep_duration=None,
     ):
-        """The same between two times."""
+        """As `waitForTransform`, between two times."""
         self._require_thread()
         done, why = self._buffer.can_transform_full(
             *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
@@ -99,11 +99,11 @@ class Transformer:
             )
 
     def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """The frames between the two."""
+        """Frames between source and target."""
         return self._buffer.chain(target_frame, target_time, source_frame, source_time, fixed_frame)
 
     def lookupTransform(self, target_frame, source_frame, time):
-        """[x, y, z], [x, y, z, w] of the source frame in the target frame."""
+        """Pose of the source frame in the target frame: [x, y, z] in m, [x, y, z, w]."""
         return _parts(
             self._buffer.lookup_transform(
                 strip_leading_slash(target_frame), strip_leading_slash(source_frame), time
@@ -111,7 +111,7 @@ class Transformer:
         )
 
     def lookupTransformFull(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """The same between two times."""
+        """As `lookupTransform`, between two times."""
         return _parts(
             self._buffer.lookup_transform_full(
                 *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
@@ -119,7 +119,7 @@ class Transformer:
         )
 
     def lookupTwist(self, tracking_frame, observation_frame, time, averaging_interval):
-        """(vx, vy, vz) m/s, (wx, wy, wz) rad/s of a frame as another sees it, averaged."""
+        """Mean velocity of a frame relative to another: (vx, vy, vz) in m/s, (wx, wy, wz) in rad/s."""
         return self.lookupTwistFull(
             tracking_frame,
             observation_frame,
@@ -140,7 +140,7 @@ class Transformer:
         time,
         averaging_interval,
     ):
-        """The same, expressed in a third frame."""
+        """As `lookupTwist`, expressed in a third frame."""
         from .twist import between
 
         return between(
@@ -154,25 +154,25 @@ class Transformer:
         )
 
     def getLatestCommonTime(self, source_frame, dest_frame):
-        """The newest time for which the transform is known."""
+        """The newest time for which the transform is available."""
         return self._buffer.get_latest_common_time(
             strip_leading_slash(source_frame), strip_leading_slash(dest_frame)
         )
 
     def frameExists(self, frame_id):
-        """True for a frame whose pose in another is known; not for the root."""
+        """True if the frame has a known parent; False for the root."""
         return frame_id in self.getFrameStrings()
 
     def getFrameStrings(self):
-        """Names of those frames."""
+        """Names of all frames with a known parent."""
         return self._buffer.child_frames()
 
     def clear(self):
-        """Forget everything but static transforms."""
+        """Remove all transforms except static ones."""
         self._buffer.clear()
 
     def setUsingDedicatedThread(self, value):
-        """Say whether another thread fills this buffer, so that waiting makes sense."""
+        """Set whether another thread fills this buffer; required for waiting."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self):

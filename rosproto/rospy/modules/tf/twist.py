@@ -1,4 +1,4 @@
-"""The velocity of a frame relative to another, averaged over an interval."""
+"""Mean velocity of a frame relative to another over an interval."""
 
 import numpy
 import rospy
@@ -7,7 +7,7 @@ from . import transformations
 
 
 def between(tf, tracking, observation, reference, reference_point, time, interval):
-    """Velocity m/s and rate rad/s of `tracking` relative to `observation`, expressed in `reference`."""
+    """Velocity (m/s) and angular rate (rad/s) of `tracking` relative to `observation`, in `reference`."""
     latest = tf.getLatestCommonTime(observation, tracking)
     at = time or latest
     end = min(at + rospy.Duration(0.5 * interval.to_sec()), latest)
@@ -30,5 +30,5 @@ def between(tf, tracking, observation, reference, reference_point, time, interva
     moved, turned = tf.lookupTransform(reference, reference_point, at)
     pose = numpy.dot(transformations.translation_matrix(moved), transformations.quaternion_matrix(turned))
     offset = numpy.dot(pose, origin) - origin
-    velocity += numpy.dot(rate, offset[:3])  # a scalar on every part: tf's own formula
+    velocity += numpy.dot(rate, offset[:3])  # adds a scalar to each component, as tf does
     return tuple(velocity), tuple(rate)

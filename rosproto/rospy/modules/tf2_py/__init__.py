@@ -1,7 +1,7 @@
-"""tf2_py: the buffer core of tf2 and its exceptions.
+"""tf2_py: tf2's buffer core and exceptions.
 
-The engine is that of `rosproto.tf`, whose arithmetic is tf2's, to the last digit: programs print what they
-look up. The texts of errors, the warnings on stderr and what counts as a name are tf2's here.
+The engine is `rosproto.tf`; its results equal tf2's to the last digit, since programs print them. Error
+texts, warnings on stderr and rules for names are tf2's.
 """
 
 from ._core import (

@@ -1,7 +1,7 @@
-"""BufferCore: the transforms of all frames, and lookups that do not wait.
+"""BufferCore: the transforms of all frames, and lookups without waiting.
 
-Source: tf2 buffer_core.cpp and tf2_py.cpp (names, texts, what is a warning on stderr). The exceptions'
-names in tracebacks are those of its C module, tf2; the graph of all frames is view_frames'.
+Source: tf2 buffer_core.cpp and tf2_py.cpp (names, texts, warnings on stderr). Tracebacks show the exceptions
+under the name of its C module, tf2; the graph of all frames is that of view_frames.
 """
 
 import math
@@ -37,20 +37,20 @@ ROOT = (
 
 
 def span(edge):
-    """(newest, oldest) stamp, nanoseconds; a static transform has no time of its own."""
+    """(newest, oldest) stamp in nanoseconds; (0, 0) for a static transform."""
     return (0, 0) if edge.static else (edge.newest.stamp, edge.earliest)
 
 
 def all_frames_as_dot(names, edges, now):
-    """The graph's text.
+    """The graph of all frames as Graphviz text.
 
     Args:
-        names: All frames, in the order in which they became known.
-        edges: The history of each frame that has a parent.
-        now: Seconds, for the age of each transform; 0 for none.
+        names: All frames, in the order of their first use.
+        edges: History of each frame that has a parent.
+        now: Current time in seconds, for the ages of transforms; 0 omits the ages.
     """
     if not names:
-        return 'digraph G {\n"no tf data recieved"}'  # spelled as tf2 does
+        return 'digraph G {\n"no tf data recieved"}'  # tf2's spelling
     lines = ["digraph G {\n"]
     roots = []
     for name in names:
@@ -73,7 +73,7 @@ class TransformException(Exception):
 
 
 class ConnectivityException(TransformException):
-    """Both frames are known, but not connected."""
+    """The frames are known but not connected."""
 
 
 class LookupException(TransformException):
@@ -81,15 +81,15 @@ class LookupException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """It is known, but not for that time."""
+    """The transform is known, but not for the requested time."""
 
 
 class InvalidArgumentException(TransformException):
-    """An argument makes no sense."""
+    """An argument is invalid."""
 
 
 class TimeoutException(TransformException):
-    """It took too long."""
+    """The timeout expired."""
 
 
 for _error in (TransformException, *TransformException.__subclasses__()):
@@ -116,7 +116,7 @@ def _why(gap):
         return (
             "Lookup would require extrapolation at time %.09f, but only time %.09f is in the buffer"
             % (seconds(stamp), seconds(known.earliest))
-        )[:115]  # the size of tf2's buffer for it
+        )[:115]  # size of tf2's text buffer
     if stamp > known.newest.stamp:
         return _beyond(stamp, known.newest.stamp, "future", "latest")
     return _beyond(stamp, known.earliest, "past", "earliest")
@@ -135,7 +135,7 @@ _NOT_TAKEN = {
     REPEATED: "TF_REPEATED_DATA ignoring data with redundant timestamp",
 }
 UNIT_TOLERANCE = 10e-3  # of the squared norm of a quaternion
-# tf2 names the line of its source (0.7.6) with each message.
+# Line numbers in tf2's source (0.7.6), part of each message.
 _LINES = {
     "TF_SELF_TRANSFORM": 221,
     "TF_NO_CHILD_FRAME_ID": 227,
@@ -146,7 +146,7 @@ _LINES = {
 
 
 def nanoseconds(time):
-    """Time in nanoseconds, rounded as tf2's module does: through a double of seconds."""
+    """Time in nanoseconds, rounded through a double of seconds as in tf2."""
     try:
         seconds = time.to_sec()
     except AttributeError:
@@ -156,12 +156,12 @@ def nanoseconds(time):
 
 
 def _say(kind, text, line):
-    """Write a message as console_bridge does, tf2's logger."""
+    """Write a message in the format of console_bridge, tf2's logger."""
     sys.stderr.write("%-9s%s\n         at line %d in ./tf2/src/buffer_core.cpp\n" % (kind, text, line))
 
 
 class BufferCore:
-    """Poses of frames over the last `cache_time`; every method may be called in any thread."""
+    """Poses of frames over the last `cache_time`; all methods are thread-safe."""
 
     def __init__(self, cache_time=None):
         self._duration = nanoseconds(genpy.Duration(10)) if cache_time is None else nanoseconds(cache_time)
@@ -172,11 +172,11 @@ class BufferCore:
     # -- filling --------------------------------------------------------------------------------------------
 
     def set_transform(self, transform, authority):
-        """Take a TransformStamped."""
+        """Store a TransformStamped."""
         self._set(transform, authority, False)
 
     def set_transform_static(self, transform, authority):
-        """Take a static one."""
+        """Store a static TransformStamped."""
         self._set(transform, authority, True)
 
     def _set(self, transform, authority, static):
@@ -191,7 +191,7 @@ class BufferCore:
                 self._leave_out(child, authority)
                 return
             edge = self._tree.edges.get(child)
-            if edge is None:  # the first pose decides whether it is static, as in tf2
+            if edge is None:  # static if the first pose is, as in tf2
                 edge = self._tree.edges[child] = History(self._duration, MOST_SAMPLES, static=static)
             self._tree.remember_names(child, parent)
             why = edge.add(Sample(stamp, parent, translation, rotation))
@@ -202,7 +202,7 @@ class BufferCore:
         _say("Warning:", (_NOT_TAKEN[why] + where) % (child, parent, seconds(stamp), authority), 278)
 
     def _leave_out(self, child, authority):
-        """tf2 has no bound; told of once, since a sender that makes up names has no end."""
+        """Report a frame beyond the bounds (tf2 has none), only once: invented names are unlimited."""
         if not self._told:
             self._told = True
             text = 'Ignoring transform for child_frame_id "%s" from authority "%s"'
@@ -219,7 +219,7 @@ class BufferCore:
         return bool(problems)
 
     def clear(self):
-        """Forget everything but static transforms."""
+        """Remove all transforms except static ones."""
         with self._lock:
             for edge in self._tree.edges.values():
                 edge.clear()
@@ -227,7 +227,7 @@ class BufferCore:
     # -- looking up -----------------------------------------------------------------------------------------
 
     def lookup_transform_core(self, target_frame, source_frame, time):
-        """The pose of the source in the target, a TransformStamped.
+        """Pose of the source frame in the target frame, a TransformStamped.
 
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException
@@ -237,7 +237,7 @@ class BufferCore:
             return _message(*self._lookup(target_frame, source_frame, stamp), target_frame, source_frame)
 
     def lookup_transform_full_core(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """The same between two times, through a frame that did not move."""
+        """As `lookup_transform_core`, between two times through a frame that does not move."""
         then, now = nanoseconds(source_time), nanoseconds(target_time)
         with self._lock:
             for which, frame in (("target", target_frame), ("source", source_frame), ("fixed", fixed_frame)):
@@ -247,7 +247,7 @@ class BufferCore:
         return _message(combined(back, there), stamp, target_frame, source_frame)
 
     def can_transform_core(self, target_frame, source_frame, time):
-        """(1, "") when there is one, else (0, why)."""
+        """Return (1, "") if the transform is available, else (0, reason)."""
         stamp = nanoseconds(time)
         if target_frame == source_frame:
             return 1, ""
@@ -258,7 +258,7 @@ class BufferCore:
             return (0, missing) if missing else self._can(target_frame, source_frame, stamp)
 
     def can_transform_full_core(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """The same between two times."""
+        """As `can_transform_core`, between two times."""
         then, now = nanoseconds(source_time), nanoseconds(target_time)
         frames = {"target": target_frame, "source": source_frame, "fixed": fixed_frame}
         if any(self._is_odd(which, frame) for which, frame in frames.items()):
@@ -280,7 +280,7 @@ class BufferCore:
         return 1, ""
 
     def _lookup(self, target, source, stamp):
-        """((translation, rotation), nanoseconds)."""
+        """Return ((translation, rotation), nanoseconds)."""
         if target != source:
             self._validate("lookupTransform argument target_frame", target)
             self._validate("lookupTransform argument source_frame", source)
@@ -295,7 +295,7 @@ class BufferCore:
         return "The tf tree is invalid because it contains a loop.\n%s\n" % self.all_frames_as_string()
 
     def get_latest_common_time(self, target_frame, source_frame):
-        """The newest time for which a transform is known."""
+        """The newest time for which the transform is available."""
         with self._lock:
             for frame in (target_frame, source_frame):
                 self._validate("get_latest_common_time", frame)
@@ -303,7 +303,7 @@ class BufferCore:
                 stamp = self._tree.latest_common_time(target_frame, source_frame)
             except FrameLoop:
                 raise TransformException(self._loop()) from None
-            except NoPath as no_path:  # tf2 does not tell which kind here
+            except NoPath as no_path:  # tf2 raises the base class here
                 raise TransformException(str(error_of(no_path, target_frame, source_frame))) from None
         return _time(stamp)
 
@@ -347,7 +347,7 @@ class BufferCore:
         return [(name, edges[name]) for name in self._tree.names if name in edges]
 
     def all_frames_as_yaml(self):
-        """Every frame, its parent and its times, as YAML."""
+        """All frames with parents and times, as YAML."""
         with self._lock:
             if not self._tree.names:
                 return "{}"
@@ -367,7 +367,7 @@ class BufferCore:
         return "%s: \n" % name + "".join("  %s: %s\n" % row for row in rows.items())
 
     def all_frames_as_string(self):
-        """Every frame and its parent, a line each."""
+        """All frames with parents, one per line."""
         with self._lock:
             return "".join(
                 "Frame %s exists with parent %s.\n" % (name, edge.newest.parent if edge else "NO_PARENT")
@@ -375,7 +375,7 @@ class BufferCore:
             )
 
     def all_frames_as_dot(self, current_time=None):
-        """The same as a graph for graphviz."""
+        """All frames as a Graphviz graph."""
         if current_time is not None and not hasattr(current_time, "to_sec"):
             raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration")
         now = current_time.to_sec() if current_time is not None else 0.0
@@ -383,20 +383,20 @@ class BufferCore:
             return all_frames_as_dot(list(self._tree.names), self._tree.edges, now)
 
     def child_frames(self):
-        """Names of the frames whose pose in another is known."""
+        """Names of all frames with a known parent."""
         with self._lock:
             return [name for name, edge in self._in_order() if edge]
 
     def frame_exists(self, frame):
-        """True for a frame that has been named, the root too."""
+        """True for a known frame, including the root."""
         return frame in self._tree.names
 
     def frame_names(self):
-        """Names of all frames, the root's too."""
+        """Names of all frames, including the root."""
         return list(self._tree.names)
 
     def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """Frames on the way from the source to the target."""
+        """Frames on the path from source to target."""
         with self._lock:
             there = self._walk(fixed_frame, source_frame, nanoseconds(source_time))
             back = self._walk(target_frame, fixed_frame, nanoseconds(target_time))
@@ -418,7 +418,7 @@ class BufferCore:
 
 
 def _problems(child, parent, translation, rotation, authority):
-    """What may be wrong with a transform: (whether it is, tf2's text)."""
+    """Checks of a transform: (True if it fails, tf2's text)."""
     x, y, z, w = rotation
     yield (
         child == parent,
@@ -473,9 +473,9 @@ def _dot(a, b):
 
 
 def combined(second, first):
-    """(translation, rotation) of `first`, then `second`: by matrices, as tf2 combines two lookups.
+    """(translation, rotation) of `first`, then `second`, computed by matrices as in tf2.
 
-    Source: tf2/LinearMath/Transform.h (the order of each sum).
+    Source: tf2/LinearMath/Transform.h (order of each sum).
     """
     (translation, rotation), (there, turned) = second, first
     a, b = to_matrix(rotation), to_matrix(turned)

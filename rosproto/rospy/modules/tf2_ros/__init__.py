@@ -50,7 +50,7 @@ __all__ = [
 
 
 def __getattr__(name):
-    if name != "BufferClient":  # with actionlib: later
+    if name != "BufferClient":  # imported on first use: needs actionlib
         raise AttributeError("module 'tf2_ros' has no attribute %r" % name)
     from .buffer_client import BufferClient
 

@@ -1,4 +1,4 @@
-"""tf2_ros.Buffer: a buffer core that can wait, and lists its frames with the service ~tf2_frames."""
+"""tf2_ros.Buffer: a buffer core with waiting lookups and the service ~tf2_frames."""
 
 import rosgraph
 import rospy
@@ -12,7 +12,7 @@ LONGEST_JUMP = rospy.Duration(3.0)
 
 
 class Buffer(BufferCore, BufferInterface):
-    """Transforms of the last `cache_time` (10 s)."""
+    """Transforms of the last `cache_time` (default 10 s)."""
 
     def __init__(self, cache_time=None, debug=True):
         BufferCore.__init__(self, cache_time)
@@ -28,10 +28,10 @@ class Buffer(BufferCore, BufferInterface):
         return FrameGraphResponse(self.all_frames_as_yaml())
 
     def lookup_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """The transform from source to target, waiting for it at most `timeout`.
+        """The transform from source to target; wait for it up to `timeout`.
 
         Raises:
-            LookupException, ConnectivityException, ExtrapolationException: It is not available.
+            LookupException, ConnectivityException, ExtrapolationException: The transform is not available.
         """
         self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
@@ -39,14 +39,14 @@ class Buffer(BufferCore, BufferInterface):
     def lookup_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
-        """The same between two times."""
+        """As `lookup_transform`, between two times."""
         self.can_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
         return self.lookup_transform_full_core(
             target_frame, target_time, source_frame, source_time, fixed_frame
         )
 
     def can_transform(self, target_frame, source_frame, time, timeout=ZERO, return_debug_tuple=False):
-        """True when there is one, within `timeout`."""
+        """True if the transform becomes available within `timeout`."""
         return self._waited(
             lambda: self.can_transform_core(target_frame, source_frame, time), timeout, return_debug_tuple
         )
@@ -61,7 +61,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout=ZERO,
         return_debug_tuple=False,
     ):
-        """The same between two times."""
+        """As `can_transform`, between two times."""
         return self._waited(
             lambda: self.can_transform_full_core(
                 target_frame, target_time, source_frame, source_time, fixed_frame
@@ -74,7 +74,7 @@ class Buffer(BufferCore, BufferInterface):
         if timeout != ZERO:
             began = rospy.Time.now()
             pause = timeout * self.CAN_TRANSFORM_POLLING_SCALE
-            # The clock jumps back when a bag is restarted; then there is nothing to wait for.
+            # Stop waiting if the clock jumps back, as after the restart of a bag.
             while rospy.Time.now() < began + timeout and not ask()[0]:
                 if rospy.Time.now() + LONGEST_JUMP < began or rospy.is_shutdown():
                     break

@@ -1,4 +1,4 @@
-"""tf2_ros.BufferClient: lookups answered by a buffer server, through an action."""
+"""tf2_ros.BufferClient: lookups on a buffer server, through an action."""
 
 import actionlib
 import rospy
@@ -19,7 +19,7 @@ PADDING = rospy.Duration.from_sec(2.0)
 
 
 class BufferClient(BufferInterface):
-    """A client of the buffer server in namespace `ns`."""
+    """A client of the buffer server at namespace `ns`."""
 
     def __init__(self, ns, check_frequency=None, timeout_padding=PADDING):
         super().__init__()
@@ -29,7 +29,7 @@ class BufferClient(BufferInterface):
         self.timeout_padding = timeout_padding
 
     def wait_for_server(self, timeout=ZERO):
-        """True when the server is there, within `timeout`."""
+        """True if the server becomes available within `timeout`."""
         return self.client.wait_for_server(timeout)
 
     def lookup_transform(self, target_frame, source_frame, time, timeout=ZERO):
@@ -41,20 +41,20 @@ class BufferClient(BufferInterface):
     def lookup_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
-        """The same between two times."""
+        """As `lookup_transform`, between two times."""
         goal = LookupTransformGoal(target_frame=target_frame, source_frame=source_frame)
         goal.source_time, goal.timeout, goal.advanced = source_time, timeout, True
         goal.target_time, goal.fixed_frame = target_time, fixed_frame
         return self._answer(goal)
 
     def can_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """True when there is one."""
+        """True if the transform is available within `timeout`."""
         return self._can(lambda: self.lookup_transform(target_frame, source_frame, time, timeout))
 
     def can_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
-        """The same between two times."""
+        """As `can_transform`, between two times."""
         return self._can(
             lambda: self.lookup_transform_full(
                 target_frame, target_time, source_frame, source_time, fixed_frame, timeout

@@ -1,4 +1,4 @@
-"""tf2_ros.BufferInterface: transforming stamped data of any registered type."""
+"""tf2_ros.BufferInterface: transforms stamped data of registered types."""
 
 from copy import deepcopy
 
@@ -16,34 +16,34 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """A buffer cannot look up."""
+    """The buffer does not implement lookups."""
 
     def __init__(self):
         self.errstr = "CanTransform or LookupTransform not implemented"
 
 
 def Stamped(obj, stamp, frame_id):
-    """An object with a header."""
+    """Add a header to an object."""
     obj.header = Header(frame_id=frame_id, stamp=stamp)
     return obj
 
 
 class _Table:
-    """Functions by type, one table for all objects of a class."""
+    """Functions by type, shared by all objects of a class."""
 
     def __init__(self, problem):
         self._functions = {}
         self._problem = problem
 
     def add(self, key, function):
-        """Register one."""
+        """Register the function of a type."""
         self._functions[key] = function
 
     def get(self, key):
         """The function of a type.
 
         Raises:
-            TypeException: There is none.
+            TypeException: The type has no function.
         """
         if key not in self._functions:
             raise TypeException(self._problem % str(key))
@@ -51,7 +51,7 @@ class _Table:
 
 
 class TransformRegistration:
-    """Functions that transform stamped data, by type: `function(data, transform) -> data`."""
+    """Transform functions by type: `function(data, transform) -> data`."""
 
     _table = _Table("Type %s if not loaded or supported")
 
@@ -60,7 +60,7 @@ class TransformRegistration:
         print(self._table._functions)
 
     def add(self, key, callback):
-        """Register one."""
+        """Register the function of a type."""
         self._table.add(key, callback)
 
     def get(self, key):
@@ -69,39 +69,39 @@ class TransformRegistration:
 
 
 class ConvertRegistration:
-    """Functions that convert between types: to a message, from one, or directly."""
+    """Conversion functions: to a message, from a message, or directly."""
 
     _to = _Table("Type %s if not loaded or supported")
     _from = _Table("Type %s if not loaded or supported")
     _straight = _Table("Type %s if not loaded or supported")
 
     def add_to_msg(self, key, callback):
-        """Register one that makes a message."""
+        """Register a function that converts a type to a message."""
         self._to.add(key, callback)
 
     def add_from_msg(self, key, callback):
-        """Register one that takes a message."""
+        """Register a function that converts a message to a type."""
         self._from.add(key, callback)
 
     def add_convert(self, key, callback):
-        """Register one for a pair of types."""
+        """Register a direct function for a pair of types."""
         self._straight.add(key, callback)
 
     def get_to_msg(self, key):
-        """The function that makes a message."""
+        """The function that converts a type to a message."""
         return self._to.get(key)
 
     def get_from_msg(self, key):
-        """The function that takes a message."""
+        """The function that converts a message to a type."""
         return self._from.get(key)
 
     def get_convert(self, key):
-        """The function of a pair of types."""
+        """The direct function of a pair of types."""
         return self._straight.get(key)
 
 
 def convert(a, b_type):
-    """Convert an object to another type, through a message when there is no direct function."""
+    """Convert an object to another type; through a message if there is no direct function."""
     table = ConvertRegistration()
     if type(a) is b_type:
         return deepcopy(a)
@@ -112,13 +112,13 @@ def convert(a, b_type):
 
 
 class BufferInterface:
-    """Provides `transform` on top of a subclass's `lookup_transform`."""
+    """Base class that implements `transform` with a subclass's `lookup_transform`."""
 
     def __init__(self):
         self.registration = TransformRegistration()
 
     def transform(self, object_stamped, target_frame, timeout=ZERO, new_type=None):
-        """Stamped data in another frame."""
+        """Transform stamped data to another frame."""
         function = self.registration.get(type(object_stamped))
         header = object_stamped.header
         moved = function(
@@ -129,7 +129,7 @@ class BufferInterface:
     def transform_full(
         self, object_stamped, target_frame, target_time, fixed_frame, timeout=ZERO, new_type=None
     ):
-        """The same between two times."""
+        """As `transform`, between two times."""
         function = self.registration.get(type(object_stamped))
         header = object_stamped.header
         transform = self.lookup_transform_full(
@@ -139,21 +139,21 @@ class BufferInterface:
         return convert(moved, new_type) if new_type else moved
 
     def lookup_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """To be defined by a subclass."""
+        """Defined by subclasses."""
         raise NotImplementedException
 
     def lookup_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
-        """To be defined by a subclass."""
+        """Defined by subclasses."""
         raise NotImplementedException
 
     def can_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """To be defined by a subclass."""
+        """Defined by subclasses."""
         raise NotImplementedException
 
     def can_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
-        """To be defined by a subclass."""
+        """Defined by subclasses."""
         raise NotImplementedException

@@ -5,7 +5,7 @@ from tf2_msgs.msg import TFMessage
 
 
 class StaticTransformBroadcaster:
-    """Publishes /tf_static, latched: late subscribers get what was sent last."""
+    """Publishes /tf_static, latched: late subscribers receive the last message."""
 
     def __init__(self):
         self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)

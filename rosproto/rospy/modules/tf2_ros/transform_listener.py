@@ -7,7 +7,7 @@ from tf2_msgs.msg import TFMessage
 
 
 class TransformListener:
-    """Fills a buffer from /tf and /tf_static."""
+    """Fill a buffer from /tf and /tf_static."""
 
     def __init__(self, buffer, queue_size=None, buff_size=65536, tcp_nodelay=False):
         self.buffer = buffer
@@ -51,12 +51,12 @@ class TransformListener:
             self.last_update = now
 
     def callback(self, data):
-        """Take messages of /tf."""
+        """Store the transforms of a /tf message."""
         self._check_time()
         self._take(data, self.buffer.set_transform)
 
     def static_callback(self, data):
-        """Take messages of /tf_static."""
+        """Store the transforms of a /tf_static message."""
         self._check_time()
         self._take(data, self.buffer.set_transform_static)
 

@@ -1,4 +1,4 @@
-"""tf_conversions: `transformations` (those of tf) and `posemath`."""
+"""tf_conversions: `posemath`, and tf's `transformations`."""
 
 from importlib import import_module
 
@@ -6,7 +6,7 @@ __all__ = ["posemath", "transformations"]
 
 
 def __getattr__(name):
-    # Imported late: the one needs numpy, the other PyKDL.
+    # Imported on first use: they need numpy and PyKDL.
     if name == "transformations":
         return import_module("tf.transformations")
     if name in ("posemath", "fromMsg", "toMsg", "fromTf", "toTf", "fromMatrix", "toMatrix"):

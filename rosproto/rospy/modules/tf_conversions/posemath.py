@@ -1,4 +1,4 @@
-"""tf_conversions.posemath: PyKDL frames from poses, lookups and matrices, and back."""
+"""tf_conversions.posemath: converts PyKDL frames from and to poses, lookups and matrices."""
 
 import numpy
 import PyKDL
@@ -11,18 +11,18 @@ __all__ += PyKDL.__dict__.get("__all__", ())
 
 
 def fromTf(tf):
-    """A frame from what `lookupTransform` returns: (position, quaternion)."""
+    """Frame from the result of `lookupTransform`: (position, quaternion)."""
     position, turn = tf
     return Frame(Rotation.Quaternion(*turn), Vector(*position))
 
 
 def toTf(f):
-    """(position, quaternion)."""
+    """Convert a frame to (position, quaternion)."""
     return (f.p[0], f.p[1], f.p[2]), f.M.GetQuaternion()
 
 
 def fromMsg(p):
-    """A frame from a Pose."""
+    """Frame from a Pose."""
     position, turn = p.position, p.orientation
     return Frame(
         Rotation.Quaternion(turn.x, turn.y, turn.z, turn.w), Vector(position.x, position.y, position.z)
@@ -30,17 +30,17 @@ def fromMsg(p):
 
 
 def toMsg(f):
-    """A Pose."""
+    """Convert a frame to a Pose."""
     return Pose(Point(f.p[0], f.p[1], f.p[2]), Quaternion(*f.M.GetQuaternion()))
 
 
 def fromMatrix(m):
-    """A frame from a (4, 4) matrix."""
+    """Frame from a (4, 4) matrix."""
     return Frame(
         Rotation(*[m[row, i] for row in range(3) for i in range(3)]), Vector(*[m[i, 3] for i in range(3)])
     )
 
 
 def toMatrix(f):
-    """(4, 4) matrix."""
+    """Convert a frame to a (4, 4) matrix."""
     return numpy.array([[f[row, i] for i in range(4)] for row in range(3)] + [[0, 0, 0, 1]], dtype=float)
