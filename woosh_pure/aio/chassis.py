@@ -27,8 +27,8 @@ __all__ = ["Chassis", "block", "goal", "like", "stopping", "verb", "view"]
 
 # -- from a verb of the threaded `Chassis` to the awaited one: same name, same arguments, same types ---------
 #
-# The signature is taken over by type checkers (a ParamSpec) and at run time (`help`, `inspect.signature`), so
-# that an argument that a verb gets is there, too, and nothing is written twice.
+# Type checkers (by a ParamSpec), `help` and `inspect.signature` see the signature of the threaded verb, so it
+# is written only once.
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -60,7 +60,7 @@ def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
 def verb(
     method: Callable[Concatenate[Any, P], R],
 ) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
-    """A verb that is awaited. Cancelled, what has not been sent is not sent any more."""
+    """An awaited verb. Cancelling it drops everything not yet sent."""
 
     async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
         return await self._calls.call(lambda: method(self.chassis, *args, **kwargs))
@@ -71,7 +71,7 @@ def verb(
 def stopping(
     method: Callable[Concatenate[Any, P], R],
 ) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
-    """A verb that ends something: it completes, and a cancelled task waits for that."""
+    """A stopping verb: it always completes, and a cancelled task waits for it."""
 
     async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
         return await self._calls.finish(lambda: method(self.chassis, *args, **kwargs))
@@ -82,7 +82,7 @@ def stopping(
 def goal(
     method: Callable[Concatenate[Any, P], threaded.GoalHandle[Any]], handle: type[H]
 ) -> Callable[Concatenate[AwaitedChassis, P], Goal[H]]:
-    """A verb that begins a goal: see `Goal`."""
+    """A verb that starts a goal: see `Goal`."""
 
     def begin(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
         def send() -> threaded.GoalHandle[Any]:
@@ -122,23 +122,23 @@ class Chassis(Readings):
         async with Chassis("169.254.128.2") as robot:
             await robot.go_to_mark("A1")
 
-    Entering the block connects; leaving it cancels what still runs and leaves the graph. `Chassis(...).aio`
-    is the same for a `woosh_pure.Chassis` that exists: leaving `async with chassis.aio` closes it, unless it
-    is in its own `with` block, which closes it later; then what was begun in the inner block is ended only.
+    Entering the block connects; leaving it cancels running goals and leaves the graph. `Chassis(...).aio`
+    is the same for an existing `woosh_pure.Chassis`: leaving `async with chassis.aio` closes it. Inside the
+    chassis's own `with` block it only ends the motions begun in the inner block.
 
     Reading: `await robot.battery` (the newest value, or the first), `async for pose in robot.pose`, and
     `latest`, `age` ... without waiting; `await robot.faults`, `await robot.readiness()`.
-    Moving: `await robot.go_to_mark("A1")` is there, or raises `GoalFailed`; `async with
+    Moving: `await robot.go_to_mark("A1")` returns on arrival, or raises `GoalFailed`; `async with
     robot.go_to_mark("A1") as handle` and `await robot.go_to_mark("A1").start()` give a handle (see `Goal`).
     Driving by velocity: `async with robot.velocity(bypasses_protection=True) as drive`.
     Everything else is awaited: `await robot.stop()`, `await robot.get_map()`, `await robot.say("hello")`.
 
-    Cancelling a task (by `asyncio.timeout`, a TaskGroup, Ctrl-C in `asyncio.run` ...) ends what it has begun,
-    at any point: what is only being prepared is not sent any more, a goal is cancelled and a velocity block
-    ends before the task goes, in bounded time. `stop`, `cancel`, `pause` and `close` complete once called.
+    Cancelling a task (by `asyncio.timeout`, a TaskGroup, Ctrl-C in `asyncio.run` ...) ends its motions at any
+    point: unsent commands are dropped, a goal is cancelled and a velocity block ends before the task ends, in
+    bounded time. `stop`, `cancel`, `pause` and `close` complete once called.
 
     Attributes:
-        chassis: The threaded one underneath.
+        chassis: The underlying threaded `Chassis`.
     """
 
     @_made_like(Threaded.__init__)
@@ -157,7 +157,7 @@ class Chassis(Readings):
     # -- opening and closing
 
     def __await__(self) -> Generator[Any, None, Chassis]:
-        """Connect, without a block: `robot = await Chassis(...)`; then `await robot.close()` at the end."""
+        """Connect without a block: `robot = await Chassis(...)`; call `await robot.close()` at the end."""
         return self._connect().__await__()
 
     async def _connect(self) -> Chassis:
@@ -182,7 +182,7 @@ class Chassis(Readings):
         if self._depth:
             return
         leave = self._end_begun if self._shared else lambda: self.chassis.__exit__(kind, error, trace)
-        if kind is GeneratorExit:  # the loop was closed over the block
+        if kind is GeneratorExit:  # the loop was closed inside the block
             self._calls.let_go(leave)
             return
         try:
@@ -201,7 +201,7 @@ class Chassis(Readings):
 
     async def close(self) -> None:
         """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
-        bounded; begun it completes, also when this task is cancelled.
+        bounded; it completes even if this task is cancelled.
 
         Raises:
             ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
@@ -211,7 +211,7 @@ class Chassis(Readings):
         finally:
             self._calls.close()
 
-    # -- what is known
+    # -- state
 
     @property
     def master_uri(self) -> str:
@@ -228,7 +228,7 @@ class Chassis(Readings):
         """Who commands this robot now, among those who use this object: the page, the REST API, your
         program.
 
-        Its methods answer at once.
+        Its methods do not wait.
         """
         return self.chassis.lease
 

@@ -1,7 +1,7 @@
-"""The sequence of checks of `woosh doctor`. Nothing is moved and nothing is sent to the robot.
+"""The sequence of checks of `woosh doctor`. It moves nothing and sends nothing to the robot.
 
-Each check looks at one link of the chain from our network card to the values of the robot, and stops the
-chain when the following ones would only repeat its failure.
+Each check covers one link of the chain from our network card to the values of the robot, and stops the
+chain if the following checks would only repeat its failure.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from woosh_pure.interface.schema import Row
 from woosh_pure.values.messages import message_type
 
 CORE = ("/robot_status", "/exec_task", "/move_base")
-"""Without these it is no chassis; all else depends on the model."""
+"""Present on every chassis; all other rows depend on the model."""
 _CABLE = ipaddress.ip_network("169.254.128.0/24")
 _FIRST, _LAST = ipaddress.IPv4Address("169.254.128.20"), ipaddress.IPv4Address("169.254.128.49")
 _HARMLESS = "/rgbled"
-"""Announced, but nothing is published on it: the chassis's node connects back to us all the same."""
+"""Advertised without publishing: the chassis's node still connects back to us."""
 
 
 def examine(
@@ -39,14 +39,14 @@ def examine(
     timeout: float = 3.0,
     resolve: Mapping[str, str] | None = None,
 ) -> Iterator[Finding]:
-    """Look at everything between here and a chassis; findings come as they are made.
+    """Check everything from this computer to a chassis; yield findings as they are made.
 
     Args:
         master_uri: The master.
-        host: Our own address, when it is given by hand.
+        host: Our own address; None to detect it.
         listen: Seconds to listen to the topics.
         timeout: Seconds for each connection.
-        resolve: Host name -> address, for names that this computer does not know.
+        resolve: Host name -> address, for names that this computer cannot resolve.
     """
     name, port = parse_uri(master_uri, default_port=11311)
     hosts = HostNames(resolve, master=name, quiet=True)
@@ -70,7 +70,7 @@ def examine(
             return
         yield from check_nodes(client, state, hosts, timeout)
     yield from _competitors(state)
-    guessed = dict.fromkeys(hosts.unknown, address)  # which has been told
+    guessed = dict.fromkeys(hosts.unknown, address)  # already reported
     yield from _with_a_node(master_uri, host, state, listen, timeout, {**hosts.given, **guessed})
 
 
@@ -97,7 +97,7 @@ def _own_address(address: str, port: int, given: str | None) -> Finding:
     family = socket.AF_INET6 if ":" in address else socket.AF_INET
     try:
         with socket.socket(family, socket.SOCK_DGRAM) as probe:
-            probe.connect((address, port or 1))  # sends nothing: it only asks for the route
+            probe.connect((address, port or 1))  # sends nothing, only looks up the route
             own = given or str(probe.getsockname()[0])
     except OSError as error:
         advice = "connect the cable or the Wi-Fi; give this computer an address of the robot's network"
@@ -111,7 +111,7 @@ def _own_address(address: str, port: int, given: str | None) -> Finding:
 
 
 def check_own_address(robot: str, own: str) -> Finding:
-    """Whether our address fits the robot's network. Pure."""
+    """Check that our address fits the robot's network. Pure."""
     if ipaddress.ip_address(robot) not in _CABLE:
         return Finding("own_address", Level.OK, say("our address towards it is {own}", own=own))
     if not _FIRST <= ipaddress.IPv4Address(own) <= _LAST:
@@ -204,7 +204,7 @@ def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
 
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
-    """Programs that send it commands, apart from the chassis's own nodes."""
+    """Find programs that send commands to the chassis, except its own nodes."""
     others: dict[str, list[str]] = {}
     topics = {f"{row.name}/goal": row.name for row in interface.actions()}
     topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}

@@ -1,7 +1,7 @@
-"""`woosh doctor --report FILE`: findings, versions and the graph, without addresses and names of people.
+"""`woosh doctor --report FILE`: findings, versions and the graph, without addresses and personal names.
 
-Addresses, host names and the user's folder become `address-1`, `host-1` and `~`, the same everywhere in one
-report, so that its reader sees which of them are equal. Nodes, topics and types stay: help needs them.
+Addresses, host names and the user's folder become `address-1`, `host-1` and `~`, consistently in one report,
+so equal ones remain recognisable. Nodes, topics and types stay: they are needed for support.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _KEPT = frozenset({"127.0.0.1", "::1", "0.0.0.0", "localhost"})
 
 
 class Redaction:
-    """Replaces addresses and names of hosts and people, each by a numbered placeholder.
+    """Replaces addresses and host names by numbered placeholders, and the user's folder by `~`.
 
     Args:
-        hosts: Names of computers to replace, beside those that stand in URIs.
-        home: The user's folder, "" for none.
+        hosts: Host names to replace, besides those in URIs.
+        home: The user's folder; "" for none.
     """
 
     def __init__(self, hosts: Iterable[str] = (), home: str = "") -> None:
@@ -39,7 +39,7 @@ class Redaction:
             self._host(host)
 
     def __call__(self, value: Any) -> Any:
-        """A text, or every text in lists and mappings, keys included."""
+        """Redact a text, or all texts in lists and mappings, including keys."""
         if isinstance(value, str):
             return self._text(value)
         if isinstance(value, Mapping):
@@ -81,14 +81,14 @@ def report(
     system: Mapping[str, str],
     redact: Redaction,
 ) -> dict[str, Any]:
-    """The report as JSON takes it.
+    """Return the report as a JSON-compatible dict.
 
     Args:
-        findings: What the doctor found.
-        state: The graph, None when the master could not be asked.
-        types: Topic -> type, as the master knows them.
-        system: What is told of this computer: versions.
-        redact: Takes out who and where.
+        findings: The doctor's findings.
+        state: The graph; None if the master did not answer.
+        types: Topic -> type, from the master.
+        system: Versions on this computer.
+        redact: Replaces hosts, addresses and the user's folder.
     """
     graph = None
     if state is not None:

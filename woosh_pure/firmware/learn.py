@@ -1,6 +1,6 @@
 """Compares the definitions of a robot (a `survey`'s answers) with the known ones, and stores new ones.
 
-A peer may send anything: a definition is used only if it can be parsed within `DefinitionLimits` and has the
+Peers are untrusted: a definition is used only if it can be parsed within `DefinitionLimits` and has the
 announced md5sum.
 """
 
@@ -26,13 +26,13 @@ class Comparison(NamedTuple):
 
     Attributes:
         answer: The answer.
-        verdict: "bundled" (the definition that ships with this package), "revision" (another one that ships),
-            "folder" (one in a folder of the user's), "new" (can be learned), "unknown" (a service whose .srv
-            is needed), "unusable" (the text sent is none, or another), "silent" (no answer).
-        source: Which revision or which folder; "" otherwise.
-        note: What differs and how that is known, for a person.
-        differences: Field by field against the bundled definition, one line each; empty when equal.
-        library: Definitions as the robot has them; None when they are not known.
+        verdict: "bundled" (the current definition of this package), "revision" (another one of this package),
+            "folder" (in one of the user's folders), "new" (can be learned), "unknown" (a service whose .srv
+            is needed), "unusable" (the sent text is invalid or does not match), "silent" (no answer).
+        source: The revision or the folder; "" otherwise.
+        note: Explanation of the difference and its evidence, for display.
+        differences: Differences from the bundled definition, one line per field; empty if equal.
+        library: The robot's definitions; None if unknown.
     """
 
     answer: SurveyAnswer
@@ -44,7 +44,7 @@ class Comparison(NamedTuple):
 
 
 class KnownDefinitions:
-    """What is known here: the bundled definitions with their revisions, and the folders of the user.
+    """The known definitions: bundled ones with their revisions, and the user's folders.
 
     Args:
         folders: Folders for `msg_path=`: learned sets and others.
@@ -54,7 +54,7 @@ class KnownDefinitions:
         self._folders = [(path, bundled().fork([path])) for path in folders]
 
     def find(self, kind: str, name: str, md5sum: str) -> tuple[str, str, str, DefinitionLibrary] | None:
-        """(verdict, source, note, library) of a definition by its md5sum; None when it is not known."""
+        """(verdict, source, note, library) of a definition by its md5sum; None if unknown."""
         for path, library in [(None, bundled()), *self._folders]:
             try:
                 if library.has(kind, name) and library.md5sum(name, kind=kind) == md5sum:
@@ -69,7 +69,7 @@ class KnownDefinitions:
 
 
 def compare(answer: SurveyAnswer, knowledge: KnownDefinitions) -> Comparison:
-    """Compare an answer with what is known."""
+    """Compare an answer with the known definitions."""
     if answer.error:
         return Comparison(answer, "silent", note=answer.error)
     kind = "msg" if answer.kind == "topic" else "srv"
@@ -101,7 +101,7 @@ def _service_advice(answer: SurveyAnswer) -> str:
 
 
 def _compare(name: str, kind: str, library: DefinitionLibrary) -> tuple[str, ...]:
-    """What differs from the bundled definition, in the type itself and in those it uses."""
+    """Differences from the bundled definition, in the type and in the types it uses."""
     base = bundled()
     if not base.has(kind, name):
         return (f"{name}: not bundled",)
@@ -135,7 +135,7 @@ def _lines(ours: MessageSpec, theirs: MessageSpec) -> Sequence[str]:
 
 
 def _other_spellings(ours: MessageSpec, theirs: MessageSpec) -> dict[str, str]:
-    """Our name -> the robot's, of fields of one type that have two known names."""
+    """Our name -> the robot's name, for fields with two known names and the same type."""
     here, there = ({field.name: field.type for field in spec.fields} for spec in (ours, theirs))
     pairs = bundled().field_aliases(ours.name)
     return {
@@ -152,23 +152,23 @@ def _words(name: str, ours: str, theirs: str) -> str:
     return f"{name}: {ours} here, {theirs} on the robot" if ours else f"{name} ({theirs}): only on the robot"
 
 
-# -- what is kept: folders of .msg files, each usable as `msg_path=` -----------------------------------------
+# -- learned sets: folders of .msg files, each usable as `msg_path=` -----------------------------------------
 #
-# Definitions that contradict each other (two nodes of one robot with different revisions) go into different
-# sets. A set is written beside its place, checked by reading it again, and then renamed into it: a program
-# that ends half-way leaves nothing that anybody would read.
+# Contradicting definitions (two nodes of one robot with different revisions) go into different sets. A set is
+# written to a temporary folder, read back for a check, and then renamed: an interrupted program leaves no
+# partial set.
 
-# Names that Windows does not allow for files, whatever their ending.
-LONGEST = 251  # characters of a package or a type: with ".msg" the 255 that most systems allow a file
+# File names that Windows does not allow, with any extension.
+LONGEST = 251  # characters of a package or a type; with ".msg" 255, the limit of most file systems
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 
 
 class LearnedSet:
-    """Definitions that go together.
+    """A set of definitions without contradictions.
 
     Attributes:
-        texts: Type -> its own text.
-        types: The types that were learned, with their md5sums; the other texts are what they use.
+        texts: Type -> its own text, for learned types and the types they use.
+        types: Learned type -> its md5sum.
     """
 
     def __init__(self) -> None:
@@ -177,10 +177,10 @@ class LearnedSet:
         self._sums: dict[str, str] = {}
 
     def take(self, name: str, library: DefinitionLibrary) -> bool:
-        """Add a type and all it uses; False, and nothing is added, when one contradicts what is here."""
+        """Add a type and all types it uses; return False, without adding any, if one contradicts the set."""
         names = [name, *library.dependencies(name)]
         sums = {used: library.md5sum(used) for used in names}
-        # Names that differ in case only are one file on Windows and macOS.
+        # Names that differ only in case are one file on Windows and macOS.
         spelled = {known.lower(): known for known in self._sums}
         for used, md5sum in sums.items():
             if spelled.get(used.lower(), used) != used or self._sums.get(used, md5sum) != md5sum:
@@ -193,13 +193,13 @@ class LearnedSet:
 
     @property
     def digest(self) -> str:
-        """Eight digits that depend on the definitions only, to find a set that was learned before."""
+        """Eight hexadecimal digits of a hash of the definitions, to recognise an already learned set."""
         lines = "".join(f"{name} {self._sums[name]}\n" for name in sorted(self._sums))
         return hashlib.sha256(lines.encode()).hexdigest()[:8]
 
 
 def why_not_kept(name: str, library: DefinitionLibrary) -> str:
-    """Why a type cannot be kept in files, for itself or for one it uses; "" when it can."""
+    """Why a type, or one it uses, cannot be stored in files; "" if it can."""
     for used in [name, *library.dependencies(name)]:
         if problem := _unnameable(used):
             return problem if used == name else f"{name[:LONGEST]} uses {problem}"
@@ -217,7 +217,7 @@ def _unnameable(name: str) -> str:
 
 
 def make_sets(learned: Iterable[tuple[str, DefinitionLibrary]]) -> list[LearnedSet]:
-    """Put definitions into as few sets without contradictions as possible, in the order given."""
+    """Distribute definitions, in order, to as few sets without contradictions as possible."""
     sets: list[LearnedSet] = []
     for name, library in learned:
         if not any(known.types.get(name) == library.md5sum(name) for known in sets) and not any(
@@ -230,15 +230,15 @@ def make_sets(learned: Iterable[tuple[str, DefinitionLibrary]]) -> list[LearnedS
 
 
 def write_set(learned: LearnedSet, folder: Path, origin: str) -> Path:
-    """Write one set below `folder`; returns its own folder.
+    """Write one set below `folder`; return the folder of the set.
 
     Args:
         learned: The definitions.
-        folder: The revisions folder; made when it is not there.
-        origin: Where from, for the name of the set: a host.
+        folder: The revisions folder; created if missing.
+        origin: The robot's host, for the name of the set.
 
     Raises:
-        DefinitionError: The written definitions differ when read again.
+        DefinitionError: The written definitions differ when read back.
         OSError: The folder cannot be written.
     """
     label = "".join(c if c.isalnum() or c in "-." else "-" for c in origin).strip(".-") or "robot"
@@ -256,11 +256,11 @@ def write_set(learned: LearnedSet, folder: Path, origin: str) -> Path:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(text.encode("utf-8", "surrogateescape"))
         _check(learned, work)
-        work.chmod(0o755)  # mkdtemp keeps it from the user's other accounts, for which there is no reason
+        work.chmod(0o755)  # mkdtemp allows only the owner; the definitions are not secret
         try:
             os.rename(work, place)
         except OSError:
-            if not place.is_dir():  # another program has learned the same meanwhile
+            if not place.is_dir():  # another program has learned the same set
                 raise
     finally:
         shutil.rmtree(work, ignore_errors=True)

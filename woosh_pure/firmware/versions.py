@@ -1,8 +1,8 @@
-"""Firmwares of the chassis, by the definitions they speak.
+"""Firmwares of the chassis and their definitions.
 
 A firmware is named by the version of the vendor's message package it was built with, or "page" for the
-vendor's interface page taken literally. Which definitions belong to which, and how that is known, is in
-`msgdefs/woosh_msgs/revisions/revisions.txt`.
+vendor's interface page taken literally. `msgdefs/woosh_msgs/revisions/revisions.txt` maps firmwares to
+definitions and gives the evidence.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from rosproto.sentence import say
 __all__ = ["CURRENT", "Firmware", "firmware", "firmware_names", "revision_label", "revision_of"]
 
 CURRENT = "1.1.4"
-"""The package version whose definitions are the bundled ones."""
+"""The package version of the bundled definitions."""
 PACKAGE = "woosh_msgs"
 
 
@@ -26,8 +26,8 @@ class Firmware:
     """One firmware's definitions.
 
     Attributes:
-        name: As it was asked for.
-        library: All definitions as that firmware has them.
+        name: The requested name.
+        library: All definitions of that firmware.
     """
 
     def __init__(self, name: str, library: DefinitionLibrary) -> None:
@@ -47,7 +47,7 @@ class Firmware:
         return service_class(name, self.library)
 
     def convert(self, message: Any, to: Any) -> Any:
-        """A message carried over to another revision's class, by field name; itself when nothing differs."""
+        """Convert a message to another revision's class by field name; unchanged if the md5sums are equal."""
         source = type(message)
         if source._md5sum == to._md5sum:
             return message
@@ -61,11 +61,11 @@ class Firmware:
 def firmware(name: str = CURRENT) -> Firmware:
     """A firmware by its package version, or "page".
 
-    A version that is not listed has the definitions of the next newer one that is: a revision in the list is
-    the last before something changed.
+    An unlisted version has the definitions of the next newer listed one: a listed revision is the last
+    before a change.
 
     Raises:
-        ValueError: It is neither a version nor "page".
+        ValueError: `name` is neither a version nor "page".
     """
     known = bundled().package_revisions(PACKAGE)
     if name in known:
@@ -86,7 +86,7 @@ def firmware(name: str = CURRENT) -> Firmware:
 
 
 def firmware_names() -> list[str]:
-    """Firmwares whose definitions differ, the newest first."""
+    """Firmwares with different definitions, newest first."""
     labels = [label for label in bundled().package_revisions(PACKAGE) if label != "page"]
     return [CURRENT, *sorted(labels, key=_version, reverse=True), "page"]
 
@@ -96,7 +96,7 @@ def _version(label: str) -> tuple[int, ...]:
 
 
 def revision_of(cls: Any) -> tuple[str, str]:
-    """(firmware, note) of a class by its md5sum; ("", "") when the bundled definitions do not know it."""
+    """(firmware, note) of a class by its md5sum; ("", "") if no bundled revision has it."""
     return revision_label(cls._type, cls._md5sum)
 
 

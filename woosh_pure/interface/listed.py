@@ -1,7 +1,7 @@
-"""Names of which no more is known than that a chassis has them; none is a row of the interface.
+"""Names that a chassis has, without further documentation; none is a row of the interface.
 
-A type of the vendor's message package that fits is told, and taken for nothing more: what the robot shows
-counts. `chassis.feed("/IO_output")` learns type and definition from it, as for every topic without a row.
+A matching type of the vendor's message package is given as a guess only. `chassis.feed("/IO_output")` learns
+type and definition from the robot, as for every topic without a row.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ class ListedName(NamedTuple):
 
     Attributes:
         name: Resolved ROS name, of an action without `/goal`.
-        likely_type: "package/Type" that fits, "" when none does. With the source "seen" the graph told it.
+        likely_type: Matching "package/Type", "" if none. With the source "seen" it comes from the graph.
         source: "screenshot" (in the output of `rostopic list | head` on the vendor's page) or "seen" (in the
-            graph of a real chassis, where no other node had to do with it).
-        meaning: What the name suggests, "not known" when it suggests nothing.
+            graph of a real chassis, used by no other node).
+        meaning: Meaning suggested by the name, or "not known".
     """
 
     name: str
@@ -70,4 +70,4 @@ LISTED = (
         "/xarm_base", "woosh_msgs/Arm", "seen", "action that /ros_interface asks for: an arm on the robot"
     ),
 )
-"""They are sorted by source, then as they were listed."""
+"""Sorted by source, then in the listed order."""

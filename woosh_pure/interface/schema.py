@@ -19,23 +19,23 @@ class Row:
         type: Message, service or action type, "package/Type".
         kind: "topic", "service" or "action".
         flow: From the user's side: "read" or "write" a topic, "call" a service, "act" through an action.
-        meaning: What it is, in our words.
-        unit: Unit and frame of its numbers, "" when there are none.
+        meaning: A description, in our words.
+        unit: Unit and frame of its numbers; "" without numbers.
         source: "page" (the vendor's page), "seen" (only on a real chassis), or "package" (a type of the
-            vendor's message package; where it is served is not documented).
-        feed: Name of the feed on `Chassis`, "" when it has none.
-        providers: Nodes that publish or serve it (for written topics: that listen).
-        listeners: Nodes of the chassis that subscribe to a topic that is read, or to the goals of an action,
-            beside those that serve it.
-        written_by: Nodes of the chassis that write a topic to write, beside us.
-        on_change: True when it is published on change only.
-        latched: None when it is not known; treat both.
-        node_assumed: True when `providers` is our assumption.
-        name_assumed: True when nothing tells the name: clients find the row by its type, and the simulator
+            vendor's message package; its name on the robot is not documented).
+        feed: Name of the feed on `Chassis`; "" if it has none.
+        providers: Nodes that publish or serve it (for written topics: that subscribe).
+        listeners: Nodes of the chassis that subscribe to a read topic, or to the goals of an action, besides
+            its providers.
+        written_by: Nodes of the chassis that publish a written topic, besides us.
+        on_change: True if it is published only on change.
+        latched: None if unknown; handle both.
+        node_assumed: True if `providers` is an assumption.
+        name_assumed: True if the name is not documented: clients find the row by its type, and the simulator
             uses this name.
-        definition_known: False when the type's definition is not published: it is learned from the publisher.
+        definition_known: False if the type's definition is not published: it is learned from the publisher.
         aliases: Other names of the same row, seen on some chassis or on the page.
-        bypasses_protection: True for velocity topics, which pass by the chassis's own safety.
+        bypasses_protection: True for velocity topics, which bypass the chassis's own safety.
         moves_base: True for actions that drive the whole robot, as opposed to a module on it.
     """
 

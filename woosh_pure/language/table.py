@@ -1,14 +1,14 @@
 """Translates English sentences by a table.
 
-The table is text: an English template, below it the translation, then an empty line; `#` begins a comment.
-`{name}` stands for a value, and has the same name in both.
+The table is text: an English template, the translation on the next line, then an empty line; `#` begins a
+comment. `{name}` is a placeholder for a value, with the same name in both.
 
     the name {name} does not resolve: {error}
     名称 {name} 无法解析：{error}
 
-A `rosproto.sentence.Sentence` is found by its template, and its values are filled in; a plain text is its own
-template. Sentences with "; " between them are found as a whole, or each of them. What the table does not have
-stays English: `python -m tools.templates` lists it.
+A `rosproto.sentence.Sentence` is looked up by its template; a plain text is its own template. Sentences
+joined by "; " are looked up as a whole, then one by one. Sentences without a translation stay English;
+`python -m tools.templates` lists them.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Translation(NamedTuple):
     """A row of the table.
 
     Attributes:
-        english: With `{name}` for each value.
-        translated: With the same names.
+        english: The template, with `{name}` for each value.
+        translated: The translation, with the same names.
     """
 
     english: str
@@ -50,7 +50,7 @@ class Translator:
 
     Args:
         rows: The table.
-        language: Its language, for values that know their own translation.
+        language: Language of the table, for values that translate themselves.
     """
 
     def __init__(self, rows: Iterable[Translation] = (), language: str = "en") -> None:
@@ -59,15 +59,15 @@ class Translator:
         self._mark = self._rows.get(_BOTH, _BOTH).removeprefix("{first}").removesuffix("{second}")
 
     def __bool__(self) -> bool:
-        """Whether there is anything to translate to."""
+        """False if the table is empty."""
         return bool(self._rows)
 
     def has(self, template: str) -> bool:
-        """Whether a template can be said in this language."""
+        """True if the table has a translation of the template."""
         return self._found(template) is not None or self._found(key_of(template)) is not None
 
     def say(self, text: str) -> str:
-        """A sentence for people in this language; what the table does not have stays English."""
+        """Translate a sentence; without a translation it stays English."""
         if not isinstance(text, Sentence) or not text.values:
             found = self._found(text)
             return text if found is None else functools.reduce(self._both, found)
@@ -78,7 +78,7 @@ class Translator:
         return functools.reduce(self._both, [self._filled(each, said) for each in found])
 
     def _found(self, key: str) -> list[str] | None:
-        """The translated sentences of a template; a place alone is its value."""
+        """The translated sentences of a template; None if one is missing. A lone placeholder stays."""
         if key in self._rows and key != _BOTH:
             return [self._rows[key]]
         sentences = key.split(_BETWEEN)
@@ -93,10 +93,10 @@ class Translator:
         return self._filled(self._rows.get(key, key), said)
 
     def _filled(self, template: str, said: Mapping[str, str]) -> str:
-        """The template with its values.
+        """Fill a template with its values.
 
-        A full stop at the end of a value replaces the mark behind it. A blank of the template between two
-        Chinese characters is left out; values stay as they are.
+        A full stop at the end of a value replaces the separator after it. A space of the template between two
+        Chinese characters is removed; values stay unchanged.
         """
         done = ""
         for text, name, _ in _parts(template):
@@ -111,11 +111,11 @@ class Translator:
         return done
 
     def _value(self, value: Any, form: str) -> str:
-        """Format a value: sentences and enum members are translated, data stays as it is.
+        """Format a value: translate sentences and enum members, leave data unchanged.
 
         Args:
-            value: Of a sentence.
-            form: How its template has it: `{:.2f}`.
+            value: A value of a sentence.
+            form: Its format in the template, such as `{:.2f}`.
         """
         if isinstance(value, (list, tuple)):
             sentences = any(isinstance(each, Sentence) for each in value)
@@ -132,7 +132,7 @@ class Translator:
 
 @lru_cache(maxsize=512)
 def _parts(template: str) -> list[tuple[str, str, str]]:
-    """Text, name of the place behind it, how that is formatted; the last text has no place."""
+    """(text, name of the following placeholder, its format); the name is "" after the last text."""
     return [
         (text, name or "", f"{{{'!' + how if how else ''}{':' + form if form else ''}}}")
         for text, name, form, how in Formatter().parse(template)
@@ -140,12 +140,12 @@ def _parts(template: str) -> list[tuple[str, str, str]]:
 
 
 def key_of(template: str) -> str:
-    """The template as the table has it: its places as `{name}`, without formats."""
+    """The table's form of a template: placeholders as `{name}`, without formats."""
     return "".join(text + (f"{{{name}}}" if name else "") for text, name, _ in _parts(template))
 
 
 def forms_of(template: str) -> list[tuple[str, str]]:
-    """Name and format, such as `{:.2f}`, of each of its places."""
+    """Name and format, such as `{:.2f}`, of each placeholder."""
     return [(name, form) for _, name, form in _parts(template) if name]
 
 
@@ -154,10 +154,10 @@ def _is_place(key: str) -> bool:
 
 
 def read_table(text: str, name: str = "table") -> Iterator[Translation]:
-    """The rows of a table.
+    """Yield the rows of a table.
 
     Raises:
-        ValueError: A sentence has no translation, or other places to fill than it.
+        ValueError: A sentence has no translation, or the translation has other placeholders.
     """
     for block in re.split(r"\n\s*\n", text):
         lines = [line for line in block.splitlines() if line.strip() and not line.startswith("#")]
