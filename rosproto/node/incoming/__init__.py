@@ -1,4 +1,4 @@
-"""Topics that are received: from a publisher's connection to the program's callback."""
+"""Receives topics: from a publisher's connection to the program's callback."""
 
 from __future__ import annotations
 

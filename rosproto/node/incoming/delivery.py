@@ -18,7 +18,7 @@ from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 
 
 class DeliveryTopic(Protocol):
-    """`Subscription`, as deliveries see it."""
+    """The part of `Subscription` that deliveries use."""
 
     context: Context
     name: str
@@ -29,7 +29,7 @@ class DeliveryTopic(Protocol):
 
 
 class Delivery:
-    """How received bytes are decoded and delivered, for one set of subscribers; read with every message.
+    """Decodes received bytes and delivers the messages to one set of subscribers.
 
     Attributes:
         decode: `(buffer, start, end) -> message`: the decoder, or `raw_message`.
@@ -67,7 +67,7 @@ class Delivery:
         )
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
-        """Pass messages to every subscriber; runs in the link's thread."""
+        """Deliver messages to every subscriber; runs in the link's thread."""
         stamp = time.time()
         for message in batch:
             message._connection_header = header
@@ -77,13 +77,13 @@ class Delivery:
             if not self._queues:
                 return
             batch = self._decode_all(batch, header)
-            if not batch:  # of another revision, and none could be converted
+            if not batch:  # no message of another revision could be converted
                 return
         for queue in self._queues:
             queue.offer(batch, stamp)
 
     def deliver_to_newcomers(self, before: Delivery, batch: Sequence[Any], header: dict[str, str]) -> None:
-        """Pass messages received for an earlier delivery to the subscribers that it lacks."""
+        """Deliver messages, received for the delivery `before`, to the subscribers added since."""
         stamp = time.time()
         batch = [message for message in batch if type(message) is not UnconvertibleMessage]
         for message in batch:
@@ -111,7 +111,7 @@ class Delivery:
 class RevisedDelivery(Delivery):
     """As `Delivery`, for a publisher of another revision.
 
-    A message that cannot be converted is dropped, reported and counted; the link goes on.
+    A message that cannot be converted is dropped, reported and counted; the link stays open.
     """
 
     __slots__ = ("_logged",)
@@ -145,7 +145,7 @@ class RevisedDelivery(Delivery):
 
 
 def encoded(message: Any, header: dict[str, str]) -> AnyMsg:
-    """A received message in the form that raw subscribers get."""
+    """The `AnyMsg` of a received message, for raw subscribers."""
     if isinstance(message, AnyMsg):
         return message
     data = encode(message)

@@ -1,9 +1,9 @@
 """A link between a publisher and a subscriber in one process: encoded bytes are passed without a socket.
 
-Bytes are passed, not the object: the publisher may change its message afterwards. The subscriber decodes the
-bytes that the publisher encoded (immutable, shared with every other link), so arrays are read-only views of
-them and nothing is copied. The rest is as over TCP: the md5sums must agree, each subscriber has its queue
-(the oldest message is dropped) and its thread, so publish() never waits.
+Bytes are passed, not the object, since the publisher may change its message afterwards. The subscriber
+decodes the publisher's bytes (immutable, shared by all links) without a copy, so arrays are read-only views.
+As over TCP, the md5sums must agree, and each subscriber has its own queue (the oldest message is dropped) and
+thread, so publish() never waits.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
 
 MOST_AT_ONCE = 256
-IN_FLIGHT = 1 << 20  # bytes under way before the queue size counts, as a TCP connection's buffers hold them
+IN_FLIGHT = 1 << 20  # bytes that may wait regardless of the queue size, as in the buffers of TCP
 
 
 class _LocalPipe:
-    """The publisher's side: an `OutgoingLink` whose other end is a thread of the subscriber."""
+    """The publisher's side: an `OutgoingLink` that the subscriber's thread reads."""
 
     transport = "INTRAPROCESS"
 
@@ -45,10 +45,10 @@ class _LocalPipe:
         self._dropped = 0
         self._closed = False
         asked = link.subscription.present_type
-        self.wanted = None if asked.is_wildcard else asked.message_class  # the class it decodes
+        self.wanted = None if asked.is_wildcard else asked.message_class  # the class that it decodes
 
     def start(self) -> None:
-        """The subscriber's thread runs already."""
+        """No effect: the subscriber's thread already runs."""
 
     def set_linger(self, linger: bool) -> None:
         """No effect: no bytes outlive the process."""
@@ -90,7 +90,7 @@ class _LocalPipe:
             return frames
 
     def has_arrived(self) -> bool:
-        """True: a sent message is with the subscriber at once."""
+        """True: the subscriber has a sent message at once."""
         return True
 
     def wait_empty(self, timeout: float) -> None:
@@ -101,7 +101,7 @@ class _LocalPipe:
                 )
 
     def close(self, *, deliver: bool = True) -> None:
-        # Before its thread wakes, which detaches, too: on_disconnect is called in the thread that closes.
+        # Detach before the subscriber's thread wakes and detaches: on_disconnect runs in the closing thread.
         try:
             self._publication.detach(self)
         finally:
@@ -157,7 +157,7 @@ class LocalLink(PublisherLink):
             reply = check_publisher_header(
                 header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
             )
-        else:  # two revisions of one type: take the publisher's, and carry the values over
+        else:  # two revisions of one type: request the publisher's, and convert its values
             reply = check_publisher_header(
                 header, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self.uri
             )

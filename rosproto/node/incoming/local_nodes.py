@@ -1,7 +1,7 @@
-"""The open nodes of this process, by URI, so that their messages need no sockets.
+"""The open nodes of this process by URI, for links without sockets.
 
-The master still decides which nodes connect. All nodes share one table; `Node(intraprocess=False)` uses none,
-and nodes that are given the same `LocalNodes` are local only to each other.
+The master still decides which nodes connect. By default all nodes share one table;
+`Node(intraprocess=False)` uses none, and nodes with the same `LocalNodes` are local only to each other.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ class LocalNodes:
     """Nodes that exchange messages without sockets.
 
     Args:
-        told_as: The transport of these links in statistics and for `rosnode info`; a simulation gives the one
-            that it simulates.
-        master: A master of this process, which nodes that have it call without a socket, too.
+        told_as: Transport of these links in statistics and `rosnode info`; a simulation gives the simulated
+            one.
+        master: A master in this process, which these nodes call without a socket.
     """
 
     def __init__(self, told_as: str = "INTRAPROCESS", *, master: Master | None = None) -> None:
@@ -52,7 +52,7 @@ class LocalNodes:
             return None
 
     def calls_to(self, uri: str, *, limits: Limits, timeout: float, hosts: HostNames) -> XmlRpcClient | None:
-        """A client for the master with that URI; None if it is not the one given."""
+        """A client for the table's master; None if `uri` is not its URI."""
         if self._master is None or parse_uri(uri) != parse_uri(self._master.uri):
             return None
         from rosproto.master.local_client import LocalClient
@@ -76,8 +76,8 @@ def chosen(intraprocess: bool | LocalNodes) -> LocalNodes | None:
 
 
 def forget_all() -> None:
-    """Empty the shared table in a fork of this process: the threads of its nodes do not run there.
+    """Empty the shared table in a fork of this process, where the threads of its nodes do not run.
 
-    Nodes with another table are all closed there.
+    Other tables need no change: a fork closes their nodes.
     """
     EVERYBODY.clear()

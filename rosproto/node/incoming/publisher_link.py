@@ -1,7 +1,7 @@
-"""The base of a subscriber's links to one publisher: the thread that connects, receives and tries again.
+"""Base class of a subscriber's link to one publisher: a thread that connects, receives and retries.
 
-Its states are in `publisher_link_state.py`. `TcprosLink`, `UdprosLink`, and `LocalLink` for a publisher in
-this process, open a session and receive.
+The states are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and `LocalLink` (for a
+publisher in this process) open a session and receive.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ from rosproto.transport.os_errors import interpreter_shuts_down, translate
 _log = get_logger("rosproto.node")
 
 REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLarge)
-"""Errors after which trying again at once is useless."""
+"""Errors after which an immediate retry is useless."""
 
 
 ASK_EVERY = 4
-"""Failed tries (about 1 s) after which the master is asked whether the publisher is still there."""
+"""Failed tries (about 1 s) after which the master is asked whether it still lists the publisher."""
 
 
 class LinkSubscription(DeliveryTopic, Protocol):
-    """`Subscription`, as its links see it."""
+    """The part of `Subscription` that links use."""
 
     type: TopicType
     delivery: Delivery
@@ -62,13 +62,13 @@ class LinkSubscription(DeliveryTopic, Protocol):
         """The type that messages are decoded as."""
 
     def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
-        """How to decode this publisher's messages; None: as the requested type."""
+        """Check a publisher's type; return its revision to decode, None for the requested type."""
 
     def delivery_for(self, revised: RevisedType) -> Delivery:
         """As `delivery`, for a publisher of another revision."""
 
     def forget_revised(self, revised: RevisedType) -> None:
-        """The session that needed it is over."""
+        """Drop the delivery of a session that has ended."""
 
     def hand_out(
         self,
@@ -88,14 +88,14 @@ class LinkSubscription(DeliveryTopic, Protocol):
 
 
 class PublisherLink:
-    """Thread and states of a link; `_open` and `_receive` are the session.
+    """Thread and states of a link; subclasses implement the session in `_open` and `_receive`.
 
     Attributes:
         uri: XML-RPC URI of the publisher, as the master gave it.
         id: Number of the connection in getBusInfo.
         header: The publisher's connection header; empty while there is none.
-        caller_id: The publisher's node name, "" while it is not known.
-        address: "host:port" of the connection, or the URI while there is none.
+        caller_id: The publisher's node name; "" while unknown.
+        address: "host:port" of the connection; the URI while there is none.
         named: False if the master does not list the publisher; the link is then kept while it is connected.
     """
 
@@ -125,7 +125,7 @@ class PublisherLink:
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{self.topic} < {uri}", daemon=True)
 
     def start(self) -> None:
-        """Begin at once."""
+        """Start the thread."""
         self._thread.start()
 
     @property
@@ -144,18 +144,18 @@ class PublisherLink:
 
     @property
     def last_error(self) -> Exception | None:
-        """Why the last session or try ended; None after a success."""
+        """The error that ended the last session or try; None after a success."""
         return self._last_error
 
     @property
     def skipped(self) -> int:
-        """Messages of the present session that were not decoded, since no subscriber keeps as many."""
+        """Messages of the present session that were not decoded, since no subscriber keeps that many."""
         return 0
 
     def nudge(self) -> None:
-        """Try again at once: the master named the publisher again, so it may have been restarted.
+        """Retry at once: the master named the publisher again, so it may have been restarted.
 
-        Ends the wait that is under way, else the next one.
+        Ends the current wait, or else the next one.
         """
         with self._condition:
             self._nudged = True
@@ -176,7 +176,7 @@ class PublisherLink:
         self._interrupt()
 
     def join(self, timeout: float) -> None:
-        """Wait for the thread, unless this is it (a callback closes its own subscriber)."""
+        """Wait for the thread, unless called in it (by a callback that closes its own subscriber)."""
         if threading.current_thread() is not self._thread and self._thread.ident is not None:
             self._thread.join(timeout)
 
@@ -214,20 +214,20 @@ class PublisherLink:
         self.subscription.link_closed(self)
 
     def _step(self, event: LinkEvent) -> LinkState:
-        """Enter the state that the table gives; this is the only place that changes it."""
+        """Enter the next state of the table; only this method changes the state."""
         with self._condition:
             self._state = next_state(self._state, event)
             return self._state
 
     @property
     def _lasted(self) -> float | None:
-        """Seconds since this session began; None when none did."""
+        """Seconds since the session began; None without a session."""
         return None if self._begun_at is None else monotonic() - self._begun_at
 
     def _wait(self, seconds: float) -> LinkEvent:
         """Wait before the next try; return the event that ended the wait."""
         with self._condition:
-            # Any node can make the master name a publisher again, any number of times.
+            # Any node can cause any number of nudges, so the wait has a minimum.
             least = min(seconds, LEAST)
             self._condition.wait_for(lambda: self._state is LinkState.CLOSED, least)
             seconds -= least
@@ -246,7 +246,7 @@ class PublisherLink:
         )
 
     def _failed(self, error: Exception) -> None:
-        """Note the error; log and report it once, not after every try."""
+        """Record the error; log and report it once, not after every try."""
         if isinstance(error, OSError) and not isinstance(error, RosError):
             error = translate(error, f"{self.topic} from {self.address}", self.address)
         error = without_frames(error)
@@ -283,7 +283,7 @@ class PublisherLink:
 
     @staticmethod
     def _is_ordinary(error: Exception, was: LinkState) -> bool:
-        """True if the publisher is away or was closed: not worth a warning, the master reports it soon."""
+        """True if the publisher is unreachable or closed: no warning, since the master reports it soon."""
         return isinstance(error, (ConnectionLost, MasterError, RosTimeout)) and not isinstance(
             error, REFUSALS
         )
@@ -305,7 +305,7 @@ class PublisherLink:
         raise NotImplementedError
 
     def _receive(self) -> None:
-        """Receive until something ends it; always ends by raising."""
+        """Receive until the session ends; always raises."""
         raise NotImplementedError
 
     def _interrupt(self) -> None:

@@ -6,12 +6,11 @@ begins again with a new requestTopic, since a restarted publisher listens on ano
 again, and roscpp tries the old port for ever (docs/wire.md, 58). The link is closed only when the master no
 longer names the publisher, or the subscriber closes.
 
-How long it waits (`RetryPauses`) depends on how the try ended. A publisher that cannot be reached is tried
-again after 50 ms, doubling to 0.6 s, so that one that comes back is connected within a second. After a
-refusal: 0.5 s, doubling to 5 s. If the definitions differ: 30 s, doubling to 5 minutes, since waiting does
-not help and each try is a warning in the publisher's log. If sessions begin but end at once: up to 5 s; a
-session is a success when it has lasted `STEADY`. When the master names the publisher again (a nudge), any of
-these waits ends, but not before `LEAST`.
+The wait (`RetryPauses`) depends on the failure. An unreachable publisher is tried again after 50 ms, doubling
+to 0.6 s, so that a restarted one is connected within a second. After a refusal: 0.5 s, doubling to 5 s. If
+the definitions differ: 30 s, doubling to 5 minutes, since each try logs a warning at the publisher. If
+sessions begin but end at once: up to 5 s; a session is a success after `STEADY`. When the master names the
+publisher again (a nudge), any wait ends, but not before `LEAST`.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from rosproto.transport.backoff import Backoff
 
 STEADY = 5.0  # seconds
 LEAST = 0.25  # seconds
-MISMATCH = (30.0, 300.0)  # seconds: the first wait after another definition, and the longest
+MISMATCH = (30.0, 300.0)  # seconds: the first and the longest wait when definitions differ
 
 
 class LinkState(enum.Enum):
@@ -42,7 +41,7 @@ class LinkState(enum.Enum):
 
 
 class LinkEvent(enum.Enum):
-    """What happened to the link."""
+    """An event of a link."""
 
     DUE = "the wait is over"
     ADDRESS = "the publisher said where to connect"
@@ -66,7 +65,7 @@ _TABLE = {
     (LinkState.CONNECTING, LinkEvent.REFUSED): LinkState.REFUSED,
     (LinkState.RECEIVING, LinkEvent.FAILED): LinkState.WAITING,
     (LinkState.RECEIVING, LinkEvent.REFUSED): LinkState.REFUSED,
-    # A nudge changes nothing in a link at work; if the session fails, it ends the wait after it.
+    # A nudge does not change an active link; if the session fails, it ends the next wait.
     (LinkState.REQUESTING, LinkEvent.NUDGED): LinkState.REQUESTING,
     (LinkState.CONNECTING, LinkEvent.NUDGED): LinkState.CONNECTING,
     (LinkState.RECEIVING, LinkEvent.NUDGED): LinkState.RECEIVING,
@@ -81,7 +80,7 @@ def next_state(state: LinkState, event: LinkEvent) -> LinkState:
     """The state after an event.
 
     Raises:
-        AssertionError: The event cannot happen in this state: a bug here.
+        AssertionError: The event cannot happen in this state: a bug in this library.
     """
     following = _TABLE.get((state, event))
     assert following is not None, f"{event} in {state}"
@@ -98,7 +97,7 @@ class RetryPauses:
         self._mismatch = Backoff(first=MISMATCH[0], factor=2.0, most=MISMATCH[1], jitter=0.2)
 
     def after(self, lasted: float | None, *, refused: bool = False, mismatch: bool = False) -> float:
-        """Seconds to wait now.
+        """Seconds to wait before the next try.
 
         Args:
             lasted: Seconds that the session lasted; None if there was none.

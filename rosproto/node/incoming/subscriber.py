@@ -17,17 +17,17 @@ from rosproto.node.stats import LinkStats
 class Subscriber:
     """Receives one topic; made by `Node.subscriber`. Close it, or use it in a `with` block.
 
-    Messages come by iteration, by `next`, as `latest`, or to `callback`. At most `queue_size` of them wait
-    for the program; the oldest is dropped and counted. So `queue_size=1` is the newest message.
+    Read messages by iteration, `next` or `latest`, or give a `callback`. At most `queue_size` messages wait
+    for the program; the oldest is dropped and counted. With `queue_size=1` only the newest waits.
 
-    The callback runs in a thread of the library, never two at once for one subscriber: a quick one in the
-    thread that received the message, a slow one (2 ms) in a separate thread, so that it delays no others.
-    What it raises is logged. Subscribers of one topic in a node get the same message objects: do not change
-    them.
+    The callback runs in a thread of the library, one call at a time for each subscriber: a quick one in the
+    thread that received the message, a slow one (2 ms) in a separate thread, so that other subscribers are
+    not delayed. Its exceptions are logged. Subscribers of one topic in a node get the same message objects:
+    do not change them.
 
     Attributes:
-        raw: Messages are `rosproto.AnyMsg` with the encoded bytes; nothing is decoded.
-        type: The type asked for.
+        raw: Messages are `rosproto.AnyMsg` with the encoded bytes, not decoded.
+        type: The requested type.
     """
 
     def __init__(
@@ -48,13 +48,13 @@ class Subscriber:
     # -- messages -------------------------------------------------------------------------------------------
 
     def next(self, timeout: float | None = 10.0) -> Any:
-        """Wait for the next message: the oldest that was received and not taken yet.
+        """Wait for the next message: the oldest one not taken yet.
 
         Args:
             timeout: Seconds; None waits for ever.
 
         Raises:
-            RosTimeout: None came; the text has the state of each publisher.
+            RosTimeout: No message came; the text has the state of each publisher.
             ConnectionLost: The subscriber or the node was closed meanwhile.
         """
         return self.next_stamped(timeout)[0]
@@ -92,7 +92,7 @@ class Subscriber:
 
     @property
     def latest(self) -> Any:
-        """The newest message received, None before the first. Taking it leaves the queue as it is."""
+        """The newest message received, None before the first. Reading it does not change the queue."""
         return self._inbox.latest
 
     # -- state ----------------------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ class Subscriber:
 
     @property
     def type_name(self) -> str:
-        """ "package/Type"; "*" while a subscriber without a type has not met a publisher."""
+        """ "package/Type"; "*" if no type was given and no publisher has connected yet."""
         return self._subscription.present_type.name
 
     @property
@@ -124,7 +124,7 @@ class Subscriber:
 
     @property
     def queue_size(self) -> int:
-        """Most messages that wait for the program; may be changed."""
+        """Maximum number of messages that wait for the program; may be changed."""
         return self._queue.queue_size
 
     @queue_size.setter
@@ -133,7 +133,7 @@ class Subscriber:
 
     @property
     def tcp_nodelay(self) -> bool:
-        """What publishers connected from now on are asked for; see `Node.subscriber`."""
+        """True to request TCP_NODELAY from publishers connected from now on; see `Node.subscriber`."""
         return self._subscription.tcp_nodelay
 
     @tcp_nodelay.setter
@@ -164,7 +164,7 @@ class Subscriber:
 
     @property
     def unfit(self) -> int:
-        """Messages dropped because a publisher has another revision, and a value does not fit ours."""
+        """Messages of another revision, dropped because a value does not fit ours."""
         return self._subscription.unfit
 
     @property
@@ -184,14 +184,14 @@ class Subscriber:
 
     @property
     def keeps(self) -> int | None:
-        """How many of the messages received at once are delivered; None for all (to a quick callback)."""
+        """Most messages of one read that are delivered; None for all (to a quick callback)."""
         return self._queue.keeps
 
     def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
-        """Wait until a publisher is connected.
+        """Wait until `count` publishers are connected; `timeout` in seconds, None waits for ever.
 
         Raises:
-            RosTimeout: None was; the text has the state of each publisher.
+            RosTimeout: Fewer were in time; the text has the state of each publisher.
         """
         timeout = as_float(timeout)
         if not self._subscription.wait_for(count, timeout):
@@ -203,7 +203,7 @@ class Subscriber:
             )
 
     def why_silent(self) -> str:
-        """The state of each publisher that the master names, as text: why no message arrives."""
+        """The state of each publisher that the master names, as text, to explain missing messages."""
         return self._subscription.why_silent()
 
     def stats(self) -> Sequence[LinkStats]:

@@ -1,23 +1,21 @@
 """The queue and the callback of one subscriber, and the thread in which the callback runs.
 
-Drop policy of an inbox: at most `size` messages wait; the oldest is dropped and counted. With `size=1` it
-holds the newest message, however slow the program is; memory is bounded however fast the publisher is.
+An inbox holds at most `size` messages; the oldest is dropped and counted. Memory is bounded, and with
+`size=1` the inbox holds the newest message.
 
-Callbacks run in a thread of the library, never two at once for one subscriber.
+Callbacks run in a thread of the library, one call at a time for each subscriber.
 
-A quick callback runs in the thread that received the message, without waking another thread (25 us less per
-message, measured). But while it runs, the connection is not read. So a slow callback gets a separate thread,
-behind an inbox of `queue_size` messages: the connection is read on, and the callback sees new messages. It
-goes back after `QUICK_CALLS` quick calls (the first time already after `QUICK_CALLS_AT_FIRST`), and when
-nothing arrives for `IDLE_WAIT`.
+A quick callback runs in the thread that received the message, which saves waking another one (25 us per
+message, measured). The connection is not read meanwhile, so a slow callback gets a separate thread, behind an
+inbox of `queue_size` messages. That thread ends after `QUICK_CALLS` quick calls (the first time after
+`QUICK_CALLS_AT_FIRST`), or when no message arrives for `IDLE_WAIT`.
 
-Slowness is measured by the clock, so on a busy computer a quick callback that was interrupted looks slow. It
-is seldom interrupted twice in a row, since a thread that has just waited gets a whole time slice. So a single
-slow call proves slowness only if it took `SURELY_SLOW`; two in a row always do. A thread for a quick callback
-is costly: it competes with the reader for the interpreter, and messages are dropped meanwhile.
+Slowness is measured in real time, so on a busy computer a quick callback that was interrupted looks slow. Two
+interruptions in a row are rare, since a thread that has just waited gets a whole time slice. So a single slow
+call counts only if it took `SURELY_SLOW`; two in a row always count. A thread for a quick callback is costly:
+it competes with the reader for the GIL, and messages are dropped meanwhile.
 
-Everything that a callback raises is logged, also the `SystemExit` of `sys.exit()`: in a thread it would end
-only the link, silently.
+All exceptions of a callback are logged, also `SystemExit`, which would silently end only the link's thread.
 """
 
 from __future__ import annotations
@@ -40,8 +38,8 @@ class Inbox:
     """Bounded queue of (message, receive time), oldest dropped; filled by link threads.
 
     Attributes:
-        lock, condition: Guard everything; `condition` uses `lock` (which alone is entered twice as fast).
-        size: Most messages that wait.
+        lock, condition: Guard all state; `condition` uses `lock` (entering `lock` itself is twice as fast).
+        size: Maximum number of waiting messages.
         received: Messages added so far.
         dropped: Messages dropped so far.
         latest: The newest message, taken or not; None before the first.
@@ -128,16 +126,16 @@ class Inbox:
 
 
 SLOW_CALL = 0.002  # seconds for one call, or for `CHUNK` messages received at once
-SURELY_SLOW = 0.050  # seconds: longer than a turn of other programs at the processor
+SURELY_SLOW = 0.050  # seconds: longer than a time slice of other programs
 QUICK_CALLS = 100
 QUICK_CALLS_AT_FIRST = 5
-CHUNK = 8  # messages between two looks at the clock, when many came at once
-MOST_AT_ONCE = 64  # messages that the callback's thread takes over in one piece
+CHUNK = 8  # messages between two readings of the clock, within a batch
+MOST_AT_ONCE = 64  # messages that the callback's thread takes at once
 IDLE_WAIT = 5.0
 
 
 class CallbackRunner:
-    """One callback and the inbox before it."""
+    """Calls one callback, in the receiving thread or, while it is slow, behind an inbox."""
 
     def __init__(self, callback: Callable[[Any], object], inbox: Inbox, topic: str) -> None:
         self._callback = callback
@@ -155,7 +153,7 @@ class CallbackRunner:
 
     @property
     def takes_all(self) -> bool:
-        """True while the callback gets every message, however many one read brings."""
+        """True while the callback gets all messages of each read."""
         return self._thread is None
 
     def offer(self, batch: Sequence[Any], stamp: float) -> None:
@@ -167,7 +165,7 @@ class CallbackRunner:
             if self._running or self._thread is not None:
                 inbox.put_locked(batch, stamp)
                 if self._thread is None:
-                    self._start_thread()  # another link's thread is in the callback: this one reads on
+                    self._start_thread()  # another link's thread is in the callback
                 return
             self._running = True
             inbox.count(batch)
@@ -178,7 +176,7 @@ class CallbackRunner:
             self._too_slow(batch[done:] if done >= 0 else (), stamp)
 
     def begin(self, batch: Sequence[Any], stamp: float) -> None:
-        """Call the callback with these first, in its thread."""
+        """Call the callback with these messages, in a separate thread."""
         with self._inbox.lock:
             self._inbox.put_locked(batch, stamp)
             self._start_thread()
@@ -210,15 +208,15 @@ class CallbackRunner:
             self._done()
 
     def _done(self) -> None:
-        """End quick calls."""
-        # No lock, but this order: a thread started meanwhile sees that we are done, or we see the thread.
+        """Finish quick calls."""
+        # This order replaces a lock: a thread started meanwhile sees False here, or we see the thread.
         self._running = False
         if self._thread is not None:
             with self._inbox.lock:
                 self._inbox.condition.notify_all()
 
     def _too_slow(self, rest: Sequence[Any], stamp: float) -> None:
-        """End slow calls; the rest of the batch, and later messages, go through a thread."""
+        """Finish slow calls; pass the rest of the batch, and later messages, to a thread."""
         inbox = self._inbox
         with inbox.lock:
             self._running = False
@@ -235,7 +233,7 @@ class CallbackRunner:
         return proven
 
     def _call_some(self, batch: Sequence[Any]) -> int:
-        """Call with each message; return the number of calls until it was slow, -1 if only the last were."""
+        """Call with each message until slow; return the number of calls, -1 if the last ones were slow."""
         callback, inbox = self._callback, self._inbox
         last = perf_counter()
         for start in range(0, len(batch), CHUNK):
@@ -301,10 +299,9 @@ class CallbackRunner:
 class InlineCaller:
     """Calls the callback in the thread that received the message, however long it takes.
 
-    The connection is not read meanwhile, so with a slow callback the publisher's queue fills; of the messages
-    that one read brings, only the last `queue_size` are used. rospy does the same, and programs written for
-    it rely on that: messages of one publisher arrive one after the other in one thread; those of two
-    publishers may arrive at the same time.
+    The connection is not read meanwhile, so a slow callback fills the publisher's queue; only the last
+    `queue_size` messages of each read are used. As in rospy, on which programs rely, the messages of one
+    publisher arrive in order in one thread; those of two publishers may arrive at the same time.
     """
 
     takes_all = False
@@ -331,7 +328,7 @@ class InlineCaller:
                 self._log_error()
 
     def begin(self, batch: Sequence[Any], stamp: float) -> None:
-        """Call the callback with these, in a separate thread."""
+        """Call the callback with these messages, in a separate thread."""
         name = f"rosproto:callback {self._topic}"
         threading.Thread(target=self.offer, args=(batch, stamp), name=name, daemon=True).start()
 
@@ -353,20 +350,20 @@ class InlineCaller:
 
 
 class SubscriberQueue:
-    """The receiving end of one `Subscriber`: takes messages and errors from links.
+    """Takes messages and errors from links, for one `Subscriber`.
 
     Args:
         topic: Resolved name.
-        type_: The type asked for.
-        callback: Called with each message; None: they wait in `inbox`.
-        queue_size: Most messages that wait.
+        type_: The requested type.
+        callback: Called with each message; if None, messages wait in `inbox`.
+        queue_size: Maximum number of waiting messages.
         raw: Deliver `AnyMsg` with the encoded bytes.
         on_error: Called with each error of a link.
         inline: Call back in the thread that received the message, however long it takes.
-        renew: Called when `queue_size` has changed, to make the subscription's delivery anew.
+        renew: Called after a change of `queue_size`, to renew the subscription's delivery.
 
     Attributes:
-        inbox: Messages that were received and not taken yet.
+        inbox: Messages that are not taken yet.
         runner: Calls the callback; None without one.
         offer: `(messages, receive time)`: takes messages from a link.
         offer_one: The same for one message, if there is a callback; else None.
@@ -403,7 +400,7 @@ class SubscriberQueue:
             self.offer, self.offer_one = self.runner.offer, self.runner.offer_one
 
     def hand_over(self, messages: Sequence[Any], stamp: float) -> None:
-        """Take latched messages; the callback is not called in the subscribing thread."""
+        """Take latched messages; the callback is called in another thread than the subscribing one."""
         if self.runner is None:
             self.offer(messages, stamp)
         else:
@@ -411,12 +408,12 @@ class SubscriberQueue:
 
     @property
     def keeps(self) -> int | None:
-        """How many of the messages received at once are delivered; None for all (to a quick callback)."""
+        """Most messages of one read that are delivered; None for all (to a quick callback)."""
         return None if self.runner is not None and self.runner.takes_all else self.inbox.size
 
     @property
     def queue_size(self) -> int:
-        """Most messages that wait for the program; may be changed."""
+        """Maximum number of messages that wait for the program; may be changed."""
         return self.inbox.size
 
     @queue_size.setter
@@ -429,7 +426,7 @@ class SubscriberQueue:
         if self._on_error is not None:
             try:
                 self._on_error(error)
-            except BaseException as problem:  # as below
+            except BaseException as problem:  # as from a callback
                 if is_interrupt(problem):
                     raise
                 _log.exception("! %s: on_error raised", self.topic)

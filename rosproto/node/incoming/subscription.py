@@ -1,10 +1,10 @@
-"""One subscribed topic of a node: a link to each of its publishers, and the node's subscribers that share it.
+"""One subscribed topic of a node: a link to each publisher, and the node's subscribers that share the links.
 
 Several `Subscriber` objects of a node may have the same topic; they share the links and the decoded messages.
 The last one to close unregisters the topic.
 
-The master's newest list of publishers decides: links to others are closed. A list may come early, late, twice
-or be empty (docs/wire.md, 27).
+The links follow the master's newest list of publishers. A list may come early, late or twice, or be empty
+(docs/wire.md, 27).
 
 Source: wiki.ros.org/ROS/Master_API (registerSubscriber), wiki.ros.org/ROS/Slave_API (publisherUpdate).
 """
@@ -60,15 +60,15 @@ MOST_ERRORS = 32
 
 
 class Subscription:
-    """A topic that this node subscribes; a `Registration`.
+    """A topic that this node subscribes to; a `Registration`.
 
     Attributes:
         name: Resolved topic.
-        type: The type that is requested: the subscribers'; the wildcard while they accept any.
+        type: The requested type; the wildcard while the subscribers accept any.
         links: One for each publisher, by its URI in canonical form.
         errors: The latest errors of links and handshakes, the newest last.
-        skipped: Messages of past sessions that were not decoded, since no subscriber keeps as many.
-        delivery: Delivers messages to the present set of subscribers; made anew when the set changes.
+        skipped: Messages of past sessions that were not decoded, since no subscriber keeps that many.
+        delivery: Delivers messages to the present set of subscribers; replaced when the set changes.
         unfit: Messages of other revisions that were dropped, since a value did not fit.
     """
 
@@ -95,7 +95,7 @@ class Subscription:
         self._closed = False
         self._revised_deliveries: dict[RevisedType, Delivery] = {}
 
-    if not TYPE_CHECKING:  # a type checker should report other missing names
+    if not TYPE_CHECKING:  # so that type checkers report other missing names
 
         def __getattr__(self, name: str) -> Any:
             """Make `delivery` on first use: its decoder takes 2 ms, too long for a constructor."""
@@ -121,7 +121,7 @@ class Subscription:
         )
 
     def _registered(self, uris: Sequence[str], generation: int) -> None:
-        # An update that overtook the answer is newer.
+        # An update that came before the answer is newer.
         if generation == self._generation:
             self.update_publishers(uris, keep_connected=True)
 
@@ -165,7 +165,7 @@ class Subscription:
             link.start()
 
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
-        """The first `limits.publishers` of them, each of which takes a thread; connected ones are kept."""
+        """Limit the links, which need a thread each, to `limits.publishers`; connected ones are kept."""
         most = self.context.limits.publishers
         self.context.peer_log.warning(
             self.name,
@@ -210,11 +210,11 @@ class Subscription:
             return not self._queues
 
     def _adopt(self, type_: TopicType) -> None:
-        """Request this definite type from now on, in place of the wildcard."""
+        """Request this type from now on instead of the wildcard."""
         self.type = self._decode_type = type_
 
     def renew_delivery(self) -> None:
-        """Make the deliveries anew: the subscribers, or their queue sizes, have changed."""
+        """Replace the deliveries after a change of the subscribers or their queue sizes."""
         with self._condition:
             vars(self).pop("delivery", None)
             self._revised_deliveries = {}
@@ -229,7 +229,7 @@ class Subscription:
         return delivery
 
     def forget_revised(self, revised: RevisedType) -> None:
-        """Forget the delivery of a session that is over."""
+        """Drop the delivery of a session that has ended."""
         with self._condition:
             self._revised_deliveries.pop(revised, None)
 
@@ -314,8 +314,8 @@ class Subscription:
     ) -> None:
         """Deliver messages that a link received for `delivery`.
 
-        The latest latched message is kept for later subscribers. It is kept under the same lock that adds
-        subscribers, so that one that was added since `delivery` was made gets it exactly once.
+        The latest latched message is kept for later subscribers, under the lock that adds subscribers: a
+        subscriber added after `delivery` was made gets it exactly once.
         """
         if header.get("latching") == "1":
             with self._condition:
@@ -332,7 +332,7 @@ class Subscription:
             self._latched[link] = fitting[-1]
 
     def report(self, error: Exception) -> None:
-        """Note the error of a link, and call the subscribers' `on_error`."""
+        """Record the error of a link, and call the subscribers' `on_error`."""
         self.errors.append(error)
         for queue in self.queues:
             queue.report(error)
@@ -355,11 +355,11 @@ class Subscription:
         for link in list(self.links.values()):
             link.interrupt()
 
-    # -- questions ------------------------------------------------------------------------------------------
+    # -- state ----------------------------------------------------------------------------------------------
 
     @property
     def present_type(self) -> TopicType:
-        """What is decoded: the wildcard until a publisher told its type."""
+        """The decoded type; the wildcard until a publisher's header has a type."""
         return self._decode_type
 
     @property
@@ -368,19 +368,19 @@ class Subscription:
         return sum(link.connected for link in self.links.values())
 
     def knows(self, publishers: Collection[str]) -> bool:
-        """Are our links those to these nodes, as far as one can tell: not all have said their names yet."""
+        """True if the links match these nodes; a link whose node name is unknown yet matches any."""
         names = {link.caller_id for link in list(self.links.values())}
         expected = min(len(publishers), self.context.limits.publishers)
         return len(self.links) == expected and names - {""} <= set(publishers)
 
     def wait_for(self, count: int, timeout: float | None) -> bool:
-        """Wait until at least `count` publishers are connected; False when they were not in time."""
+        """Wait until at least `count` publishers are connected; False after the timeout, in seconds."""
         with self._condition:
             wait_for(self._condition, lambda: self._closed or self.connections >= count, timeout)
             return self.connections >= count
 
     def why_silent(self) -> str:
-        """What is known about the publishers, for the text of a timeout."""
+        """The state of the publishers, for the text of a timeout."""
         links = list(self.links.values())
         if not links:
             return "no publisher is registered at the master"
@@ -396,7 +396,7 @@ class Subscription:
 
     @property
     def skipped_so_far(self) -> int:
-        """`skipped`, those of the present sessions included."""
+        """`skipped`, including the present sessions."""
         return self.skipped + sum(link.skipped for link in list(self.links.values()))
 
     def stats(self) -> list[LinkStats]:
@@ -422,7 +422,7 @@ class Subscription:
         """Check the type of another subscriber of this topic.
 
         Raises:
-            LocalProtocolError: It is another one.
+            LocalProtocolError: It does not fit the subscribed type.
         """
         if not self._decode_type.fits(type_):
             raise LocalProtocolError(

@@ -1,8 +1,8 @@
 """A link to a publisher over TCPROS: requestTopic, connect, headers, messages.
 
-`protocol.framing` cuts the stream into messages; here its space is filled by a socket. Each system call
-gives the interpreter away and may wait for it to come back (5 ms when another thread computes), so their
-number decides (docs/performance.md).
+`protocol.framing` cuts the stream into messages; the socket reads into its buffer. Each system call releases
+the GIL and may wait to get it back (5 ms when another thread computes), so the number of calls limits the
+speed (docs/performance.md).
 
 Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Technical Overview (topic negotiation).
 """
@@ -34,21 +34,21 @@ from rosproto.transport.tcp import expect_data, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.uri import format_address
 
-FIRST_BUFFER = 4 << 10  # bytes; most topics never need more, and a node may have hundreds
+FIRST_BUFFER = 4 << 10  # bytes; enough for most topics, and a node may have hundreds
 
-LOOK_AFTER = 32  # messages between two looks at the clock
-CLOSE = 8e-6  # seconds between messages that are a burst; a round trip takes longer
-REST = 100e-6  # seconds for which the connection is left alone in a burst, so that messages gather
-ENOUGH = 16 << 10  # bytes: a read that brought as much needs no rest
-NO_REST = 1.0  # seconds without rests when they last too long
+LOOK_AFTER = 32  # messages between two readings of the clock
+CLOSE = 8e-6  # seconds between the messages of a burst; a round trip takes longer
+REST = 100e-6  # seconds without reading in a burst, so that messages gather
+ENOUGH = 16 << 10  # bytes: no rest after a read of this size
+NO_REST = 1.0  # seconds without rests, after rests that took too long
 
 _length = struct.Struct("<I").unpack_from
-# Windows' WAITALL fails on non-blocking sockets only, but it also waits for ever on a reset there: leave it.
+# Not on Windows, where WAITALL waits for ever after a reset (and fails on non-blocking sockets).
 _WAIT_ALL = getattr(socket, "MSG_WAITALL", 0) if sys.platform != "win32" else 0
 
 
 class HasDelivery(Protocol):
-    """`Subscription`, as the reader sees it."""
+    """The part of `Subscription` that the reader uses."""
 
     delivery: Any
 
@@ -66,19 +66,19 @@ class FrameReader:
         self._frames = FrameDecoder(limit, room=FIRST_BUFFER)
         self.bytes = 0
         self._looked = perf_counter()
-        self._seen = 0  # messages then
+        self._seen = 0  # messages at that time
         self._came = 0  # bytes of the last read
         self._long_rests = 0
         self._no_rest_until = 0.0
 
     @property
     def messages(self) -> int:
-        """Messages cut out, those skipped included."""
+        """Messages received, including skipped ones."""
         return self._frames.count
 
     @property
     def skipped(self) -> int:
-        """Messages not decoded, because more of them had arrived than anybody keeps."""
+        """Messages not decoded, since no subscriber keeps that many."""
         return self._frames.passed_over
 
     def receive(self, decode: Decode, owns: bool, newest: int | None = None) -> list[Any]:
@@ -91,13 +91,13 @@ class FrameReader:
 
         Raises:
             ConnectionLost: The publisher closed the connection.
-            TooLarge: A frame is longer than `limit`; the stream cannot go on.
-            CodecError: A message does not fit its definition; the same.
+            TooLarge: A frame is longer than `limit`; the stream is unusable.
+            CodecError: A message does not fit its definition; the stream is unusable.
             OSError: The connection broke.
         """
         frames = self._frames
         if not frames.buffered:
-            # Most often one read brings one message: it is decoded without looking for others.
+            # Usually one read brings one message: decode it without looking for others.
             if frames.count - self._seen >= LOOK_AFTER:
                 self._look()
             space = frames.space()
@@ -126,8 +126,8 @@ class FrameReader:
         """Wait for single messages, and pass each to `take`; return when anything else arrives.
 
         Anything else is left for `receive`: several messages, a part of one, or one for a new delivery. Most
-        messages arrive singly, after a wait in which the processor's caches were used by others; this path is
-        short for that reason (a round trip takes 3 to 7 % less time than by `receive`).
+        messages arrive singly, with cold processor caches after the wait, so this path is short (a round trip
+        takes 3 to 7 % less time than by `receive`).
 
         Args:
             decode, owns: As for `receive`.
@@ -165,8 +165,8 @@ class FrameReader:
     def _look(self) -> None:
         """In a burst, let messages gather before the next read.
 
-        With a publisher that writes each message alone (rospy), waking the reader for each of them costs both
-        sides several times what a message costs otherwise.
+        If the publisher writes each message separately (rospy), waking the reader for each one multiplies the
+        cost of a message on both sides.
         """
         now, count = perf_counter(), self._frames.count
         apart, self._looked, self._seen = (now - self._looked) / (count - self._seen), now, count
@@ -177,7 +177,7 @@ class FrameReader:
     def _rested(self, took: float) -> None:
         """Stop resting for a while after two rests longer than a switch interval.
 
-        Another thread of this process computes then, and each rest is one more wait for the interpreter.
+        Then another thread of this process computes, and each rest adds a wait for the GIL.
         """
         self._long_rests = self._long_rests + 1 if took > sys.getswitchinterval() else 0
         if self._long_rests > 1:
@@ -195,8 +195,8 @@ class FrameReader:
         return ConnectionLost(f"the publisher at {self._peer} closed the connection{inside}", peer=self._peer)
 
 
-# For requestTopic and connecting together. Not less, for slow networks; not more, since some systems are late
-# to retransmit after the network was away, and a new try is faster.
+# For requestTopic and connecting together: enough for slow networks. A new try is faster than a longer wait,
+# since some systems retransmit late after a network failure.
 TRY_SECONDS = 5.0
 
 
@@ -217,7 +217,7 @@ class TcprosLink(PublisherLink):
         self.address = format_address(host, port)
         sock = connect(host, port, deadline, hosts=self._context.hosts)
         self._sock = sock
-        # The publisher answered the connect, so it lives: give a busy one time to answer the header.
+        # The publisher accepted the connection: give a busy one time to answer the header.
         deadline = Deadline(self._context.limits.handshake_seconds)
         sock, reply = self._agree(sock, (host, port), deadline)
         expect_data(sock)
@@ -251,7 +251,7 @@ class TcprosLink(PublisherLink):
     ) -> tuple[socket.socket, PublisherReply]:
         """Exchange headers; request any definition, on a second connection, if the publisher refuses ours.
 
-        Ours is tried first: a publisher of this library converts to it, and errors name both md5sums.
+        Ours comes first: a publisher of this library converts to it, and errors have both md5sums.
         """
         wanted = self.subscription.type
         try:
@@ -311,7 +311,7 @@ class TcprosLink(PublisherLink):
             if len(batch) > 1 or delivery.offer_one is None:
                 delivery.deliver(batch, header)
             else:
-                # By far the most frequent case: every call here adds to the latency.
+                # The most frequent case: every call here adds latency.
                 message = batch[0]
                 message._connection_header = header
                 delivery.offer_one(message)

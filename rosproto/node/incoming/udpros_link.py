@@ -1,10 +1,10 @@
 """A link to a publisher by datagrams (UDPROS); over TCPROS if the publisher does not offer datagrams.
 
-Messages are never late: after a gap in the network TCP delivers everything that was sent, oldest first; here
-the next message is a current one, and lost messages stay lost.
+After a network failure TCP delivers all sent messages, oldest first. Here lost messages stay lost, and the
+next message is a current one.
 
-A datagram connection has no visible end. After `QUIET_SECONDS` without a datagram, the publisher is asked
-whether it still lists our connection: a restarted one does not.
+The end of a datagram connection is not visible. After `QUIET_SECONDS` without a datagram, the link asks
+whether the publisher still lists it; a restarted one does not.
 
 Source: wiki.ros.org/ROS/UDPROS.
 """
@@ -27,9 +27,9 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.udp import open_receiver
 from rosproto.transport.uri import format_address
 
-QUIET_SECONDS = 3.0  # of silence, after which the publisher is asked
+QUIET_SECONDS = 3.0  # without a datagram, before the publisher is asked
 LATE_SECONDS = 0.5
-MOST_BYTES = 1 << 16  # of a datagram, by UDP
+MOST_BYTES = 1 << 16  # the limit of UDP for a datagram
 
 
 class UdprosLink(TcprosLink):
@@ -77,7 +77,7 @@ class UdprosLink(TcprosLink):
         return self._request_topic([offer.as_protocol(), ["TCPROS"]], deadline)
 
     def _agreed(self, answer: DatagramAnswer) -> None:
-        """The publisher's header came with its answer."""
+        """Check the publisher's header in its answer, and begin the session."""
         self._step(LinkEvent.ADDRESS)
         self.address = format_address(answer.host, answer.port)
         wanted = self.subscription.type
@@ -117,7 +117,7 @@ class UdprosLink(TcprosLink):
             try:
                 self._take(datagram)
             except (CodecError, TooLarge) as error:
-                # Any computer can send a datagram: it is dropped, the connection goes on.
+                # Any computer can send a datagram: drop it and keep the connection.
                 if not told:
                     told = True
                     text = "! %s: a datagram from %s is dropped: %s"
@@ -137,7 +137,7 @@ class UdprosLink(TcprosLink):
         subscription.hand_out(self, delivery, batch, self.header, revised)
 
     def _ask_whether_connected(self, sock: socket.socket) -> None:
-        """Raise ConnectionLost if the publisher does not list our connection, or is gone.
+        """Raise ConnectionLost if the publisher is gone or does not list our connection.
 
         Datagrams that arrived during a slow answer are late, and are skipped.
         """
@@ -172,7 +172,7 @@ class UdprosLink(TcprosLink):
         sock = self._sock
         if sock is not None:
             try:
-                # The only way to wake a thread that waits for datagrams on every system.
+                # The only portable way to wake a thread that waits for datagrams.
                 sock.sendto(b"", sock.getsockname())
             except OSError:
                 pass  # closed meanwhile
@@ -188,7 +188,7 @@ class UdprosLink(TcprosLink):
         return count + self._bytes, messages + self._messages
 
     def stats(self) -> LinkStats:
-        """Counters over all sessions; `dropped` are messages lost on the way."""
+        """Counters over all sessions; `dropped` counts lost messages."""
         stats = super().stats()
         datagrams = self._datagrams
         stats.dropped = self._past_lost + (0 if datagrams is None else datagrams.lost)
