@@ -1,8 +1,8 @@
 """The node's time: this computer's, or the simulated time of /clock.
 
 `/use_sim_time` is read once, when the node is opened (pitfall 60). Simulated time is 0 before the first
-message of /clock, stands still when it does, and may jump back when a bag is played again: whoever sleeps
-wakes up then.
+message of /clock, stops when /clock stops, and may jump back when a bag is played again, which wakes all
+sleeping threads.
 
 Source: wiki.ros.org/Clock; rospy rostime.py and timer.py for Rate and Timer.
 """
@@ -23,7 +23,7 @@ from rosproto.transport.deadline import wait_event
 
 _log = get_logger("rosproto.node")
 
-LONGEST_WAIT = 1.0  # seconds of real time between two looks whether the node is closed
+LONGEST_WAIT = 1.0  # seconds of real time between two checks for a closed node
 NSEC = 1_000_000_000
 
 
@@ -45,11 +45,11 @@ class NodeClock:
         self._on_jump: list[Callable[[], object]] = []
 
     def attach(self, closing: threading.Event, subscribe: Callable[..., object] | None = None) -> None:
-        """Belong to a node.
+        """Connect the clock to a node.
 
         Args:
-            closing: Set when the node begins to close; `close` is to be called then.
-            subscribe: `Node.subscriber`, to follow /clock; None when time is not simulated.
+            closing: Set when the node begins to close; the node then calls `close`.
+            subscribe: `Node.subscriber`, to follow /clock; None for real time.
         """
         self.closing = closing
         self.simulated = subscribe is not None
@@ -63,7 +63,7 @@ class NodeClock:
 
     @property
     def over(self) -> bool:
-        """True from the beginning of the node's closing."""
+        """True once the node begins to close."""
         return self.closing is not None and self.closing.is_set()
 
     # -- time -----------------------------------------------------------------------------------------------
@@ -77,7 +77,7 @@ class NodeClock:
         return Time(*divmod(self.now_nsec(), NSEC))
 
     def on_jump(self, callback: Callable[[], object]) -> None:
-        """Have `callback()` called when simulated time jumps back."""
+        """Call `callback()` when simulated time jumps back."""
         self._on_jump.append(callback)
 
     def _on_clock(self, message: Any) -> None:
@@ -93,7 +93,7 @@ class NodeClock:
                 callback()
 
     def wait_for_time(self, timeout: float | None = 10.0) -> bool:
-        """Wait for the first /clock message; True at once when time is real."""
+        """Wait for the first /clock message; return True at once with real time."""
         with self._condition:
             return not self.simulated or self._wait(lambda: self._now > 0, timeout)
 
@@ -110,7 +110,7 @@ class NodeClock:
         return self.sleep_until_nsec(self.now_nsec() + round(seconds * NSEC))
 
     def sleep_until_nsec(self, end: int, stop: threading.Event | None = None) -> bool:
-        """As `sleep`, until a moment of this clock; `stop` wakes too (within a second)."""
+        """As `sleep`, until the time `end` in nanoseconds; `stop` ends it too, within a second."""
         if not self.simulated:
             return self._sleep_real((end - time.time_ns()) / NSEC, stop)
         with self._condition:
@@ -125,7 +125,7 @@ class NodeClock:
         return not wait_event(closing, max(0.0, seconds))
 
     def _wait(self, done: Callable[[], bool], timeout: float | None) -> bool:
-        """Wait for simulated time; ends when the node is closed. The lock is held."""
+        """Wait for simulated time, until the node closes. The caller holds the lock."""
         end = None if timeout is None else time.monotonic() + as_float(timeout)
         while not done():
             if not self.running:
@@ -137,17 +137,17 @@ class NodeClock:
         return True
 
     def rate(self, hz: float) -> Rate:
-        """A loop's pace: `while rate.sleep(): ...`."""
+        """Make a `Rate` for a loop: `while rate.sleep(): ...`."""
         return Rate(self, hz)
 
     def timer(
         self, period: float, callback: Callable[[TimerEvent], object], *, oneshot: bool = False
     ) -> Timer:
-        """Have `callback(event)` called every `period` seconds, in a thread of its own.
+        """Call `callback(event)` every `period` seconds, in a separate thread.
 
         Args:
             period: Seconds of this clock.
-            callback: Gets a `TimerEvent`; what it raises is logged and the timer goes on.
+            callback: Gets a `TimerEvent`. Its exceptions are logged, and the timer continues.
             oneshot: Call it once.
         """
         timer = Timer(self, period, callback, oneshot)
@@ -156,7 +156,7 @@ class NodeClock:
         return timer
 
     def close(self) -> None:
-        """End all timers, wake all sleepers; the node closes."""
+        """End all timers and wake all sleeping threads; called when the node closes."""
         with self._condition:
             self._condition.notify_all()
         timers = list(self._timers)
@@ -167,7 +167,7 @@ class NodeClock:
 
 
 class Rate:
-    """Keeps a loop at `hz` rounds per second of the node's clock; a late round is not made up."""
+    """Keeps a loop at `hz` rounds per second of the node's clock, without making up for missed rounds."""
 
     def __init__(self, clock: NodeClock, hz: float) -> None:
         if not hz > 0:
@@ -189,20 +189,20 @@ class Rate:
         if now < due:
             self._clock.sleep_until_nsec(due)
             now = self._clock.now_nsec()
-        # Late by more than a round: begin anew, do not hurry through what was missed (rospy Rate.sleep).
+        # Late by more than a round: start again from now, as rospy Rate.sleep.
         self._last = due if now - due < self._period else now
         return self._clock.running
 
 
 class TimerEvent(NamedTuple):
-    """What a timer's callback gets (rospy.timer.TimerEvent has the same names).
+    """The argument of a timer's callback (rospy.timer.TimerEvent has the same names).
 
     Attributes:
-        last_expected: When the call before should have been; None in the first.
-        last_real: When it was.
-        current_expected: When this one should be.
-        current_real: When it is.
-        last_duration: How long the callback took then, seconds of real time.
+        last_expected: Scheduled time of the previous call; None in the first call.
+        last_real: Actual time of the previous call; None in the first call.
+        current_expected: Scheduled time of this call.
+        current_real: Actual time of this call.
+        last_duration: Duration of the previous call, seconds of real time; None in the first call.
     """
 
     last_expected: Time | None
@@ -236,7 +236,7 @@ class Timer:
             if self._stop.is_set() or clock.over:
                 break
             now = clock.now_nsec()
-            if not whole and now < due:  # time jumped back: a period from here
+            if not whole and now < due:  # time jumped back: a period from now
                 due = now + self._period
                 continue
             last = self._call(due, now, last)
@@ -260,7 +260,7 @@ class Timer:
         return expected, real, time.perf_counter() - began
 
     def close(self) -> None:
-        """No more calls; waits a second for one that runs (unless it is the one that closes)."""
+        """Stop the calls; wait up to 1 s for a running one, unless it is the caller."""
         self._stop.set()
         with self._clock._condition:
             self._clock._condition.notify_all()

@@ -1,7 +1,7 @@
-"""What the topics and services of one node share: identity, limits, master, address, registrations, events.
+"""State shared by topics and services of one node: identity, limits, master, address, registrations, events.
 
-`NodeParts` (`parts.py`) makes one `Context` for each node. A part that uses one or two of these things is
-given those, and not the context.
+`NodeParts` (`parts.py`) makes one `Context` for each node. A part that uses only one or two of its attributes
+gets those, not the context.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from rosproto.transport import HostNames, XmlRpcClient
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import parse_uri
 
-FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor unregisters later what took longer
+FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor completes the rest later
 
 
 class Context:
-    """What the topics and services of one node share.
+    """State shared by the topics and services of one node.
 
     Attributes:
         name: Global name of the node.
-        limits: Bounds for what peers may ask.
-        revisions: Definitions, and which of them a peer means.
-        hosts: Host names that this computer may not know.
+        limits: Bounds for requests of peers.
+        revisions: Known definitions, to convert between revisions of a type.
+        hosts: Addresses of host names that this computer may not know.
         lifecycle: Open, closing or closed.
         master_connection: The master's address, and whether it answers.
         master: The client of `master_connection`.
-        listening: Where the node listens now.
-        registrations: What is registered at the master; the master monitor registers all of it again when
-            the master restarted or our address changed.
+        listening: The node's present servers and address.
+        registrations: All registrations at the master; the master monitor repeats them after a restart of
+            the master or a change of our address.
         link_monitor: The thread that watches all subscribers.
-        events: The latest events; `emit` adds one and calls the program.
-        peer_log: Logs what peers do, within bounds.
+        events: The latest events; `emit` adds one and calls `on_event`.
+        peer_log: Bounded log of events that peers cause.
         local_nodes: Nodes of this process that are connected without sockets; None to use sockets only.
-        check_publishers: Called with a subscription whose publishers should be asked for at the master.
+        check_publishers: Called with a subscription, to query its publishers at the master.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Context:
 
     @property
     def uri(self) -> str:
-        """XML-RPC URI of the node's slave API, at present."""
+        """Present XML-RPC URI of the node's slave API."""
         return self.listening.uri
 
     def next_link_id(self) -> int:
@@ -112,7 +112,7 @@ class Context:
         self.master.close()
 
     def give_up(self) -> None:
-        """End what runs before the node could listen: nothing is registered yet."""
+        """Close a node that could not listen and has registered nothing."""
         self.master.close()
         self.link_monitor.close()
         self.lifecycle.end()

@@ -1,9 +1,9 @@
-"""What happens to links and to the registration at the master, as values for `Node(on_event=...)`.
+"""Events of links and of the registration at the master, for `Node(on_event=...)`.
 
-What `on_event`, and any other function of the program's that the library calls, raises is logged, so that
-it does no harm to a link. But some are called in the main thread, inside a call of the program's own (a
-subscriber that closes, with its publisher in the same process), and there a KeyboardInterrupt is no error
-of the function: somebody wants the program to end.
+The library logs exceptions of `on_event` and of the program's other callbacks, so that they do not end a
+link. A KeyboardInterrupt in the main thread is raised instead, since it is meant for the program: some
+callbacks run there, inside a call of the program (it closes a subscriber whose publisher is in the same
+process).
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ MOST_KEPT = 64
 
 
 class EventKind(enum.Enum):
-    """What happened."""
+    """Kind of an event."""
 
     CONNECTED = "connected"
     """A link to a publisher or subscriber carries messages now."""
     DISCONNECTED = "disconnected"
-    """A link ended; a subscriber tries again by itself."""
+    """A link ended; a subscriber reconnects automatically."""
     REFUSED = "refused"
     """A handshake failed: most often another md5sum."""
     FAILED = "failed"
@@ -115,5 +115,5 @@ def without_frames(error: Exception) -> Exception:
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether it is to be raised on. In other threads Python raises none: there it is the function's own."""
+    """True to raise the error again. Python raises it in the main thread only; elsewhere a callback does."""
     return isinstance(error, KeyboardInterrupt) and threading.current_thread() is threading.main_thread()

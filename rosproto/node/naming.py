@@ -1,4 +1,4 @@
-"""The name of one node, and the global names that its relative, private and remapped names stand for."""
+"""Resolves the relative, private and remapped names of one node to global names."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rosproto.logs import get_logger
 
 _log = get_logger("rosproto.node")
 
-MOST_WARNINGS = 100  # for a program that makes up a new name each time
+MOST_WARNINGS = 100  # the bound for programs that generate names
 
 
 class NodeNaming:
@@ -30,7 +30,7 @@ class NodeNaming:
         self._warned: set[str] = set()
 
     def resolve(self, name: str) -> str:
-        """The global name, remapped; a name that is not legal but in use elsewhere is logged once.
+        """The remapped global name; a name that is accepted but not legal is logged once.
 
         Raises:
             ValueError: No master accepts it.

@@ -1,4 +1,4 @@
-"""What the arguments of `Node` mean."""
+"""Interprets the arguments of `Node`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from rosproto.transport.robot_host_names import VARIABLE, parse_host_names
 
 
 def node_name(name: str, namespace: str, anonymous: bool) -> str:
-    """The global name; a "/" in a relative one would hide its namespace (roscpp refuses it too).
+    """The global name of a node; `anonymous` adds a unique suffix.
 
     Raises:
-        ValueError: It is not one.
+        ValueError: `name` is not a node name.
     """
     resolved = names.resolve(
         name, names.join(namespace if namespace.startswith("/") else f"/{namespace}", "x")
@@ -34,7 +34,7 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
 def message_path(
     given: Iterable[str | os.PathLike[str]], *, use_environment: bool
 ) -> list[str | os.PathLike[str]]:
-    """The folders given, and those in $ROSPROTO_MSG_PATH that are not among them: a command gives all."""
+    """The given folders and, with `use_environment`, the others of $ROSPROTO_MSG_PATH."""
     folders = list(given)
     return (
         folders + [path for path in environment_paths() if path not in folders]
@@ -47,7 +47,7 @@ def host_names() -> dict[str, str]:
     """Host names of $ROSPROTO_RESOLVE: "NAME=IP,NAME=IP".
 
     Raises:
-        ValueError: It is written otherwise.
+        ValueError: It has another format.
     """
     try:
         return parse_host_names([os.environ.get(VARIABLE, "")])
@@ -58,7 +58,7 @@ def host_names() -> dict[str, str]:
 def from_environment(
     master_uri: str | None, host: str | None, namespace: str
 ) -> tuple[str | None, str | None, str]:
-    """Master, host and namespace, those that were not given taken from ROS's variables."""
+    """Master, host and namespace; ROS's environment variables replace those not given."""
     environment = os.environ
     if namespace == "/":
         namespace = environment.get("ROS_NAMESPACE", "") or "/"
@@ -70,20 +70,20 @@ def from_environment(
 
 
 def callback_or_none(callback: Callable[..., object] | None, what: str) -> None:
-    """Check a callback now: an error with each message would be told far away from its cause.
+    """Check a callback at once; an error with each message would be far from its cause.
 
     Raises:
-        TypeError: It can not be called.
+        TypeError: It is not callable.
     """
     if callback is not None and not callable(callback):
         raise TypeError(f"{what} is a function, not {callback!r:.80}")
 
 
 def queue_length(size: int) -> int:
-    """A queue_size, checked.
+    """Check and return a queue_size.
 
     Raises:
-        ValueError: It is no number of messages.
+        ValueError: It is not an integer of at least 1.
     """
     if not isinstance(size, int) or isinstance(size, bool) or size < 1:
         raise ValueError(f"queue_size is a number of messages, at least 1, not {size!r}")

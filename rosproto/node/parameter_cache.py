@@ -1,14 +1,14 @@
-"""The values of subscribed parameters, kept up to date by the master's paramUpdate calls: no I/O.
+"""Values of subscribed parameters, updated by the master's paramUpdate calls; no I/O.
 
 Source: wiki.ros.org/ROS/Slave_API (paramUpdate), wiki.ros.org/ROS/Parameter Server API (subscribeParam),
-rosmaster paramserver.py `compute_param_updates` for what the pages leave open:
+rosmaster paramserver.py `compute_param_updates` for details:
 
-* an update names the subscribed key or something below it, often with a trailing slash;
-* a deleted parameter arrives as `{}`: an empty namespace and no parameter cannot be told apart;
-* the node that set a value is not told about it, or only sometimes: equal values are therefore no change.
+* an update names the subscribed key or a key below it, often with a trailing slash;
+* a deleted parameter arrives as `{}`, the same as an empty namespace;
+* the node that set a value gets an update only sometimes, so equal values are no change.
 
-An update may overtake the answer of the subscribeParam call that asked for it. The answer is the older of the
-two, so what arrived meanwhile is kept aside and laid over it (`begin`, `start`).
+An update may arrive before the answer of its subscribeParam call. The answer is the older of the two, so
+updates that arrive meanwhile are kept and applied to it (`begin`, `start`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import threading
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-# Deeper keys than this are no parameters of anybody; the bound keeps recursive comparison safe.
+# Deeper keys are ignored, to bound the recursive comparison.
 MOST_PARTS = 128
 
 
@@ -34,12 +34,12 @@ ABSENT = Absent()
 
 
 class ParameterChange(NamedTuple):
-    """One subscription saw one change.
+    """A change of the value of one subscription.
 
     Attributes:
         subscribed: The subscribed key.
         key: The key that changed: the subscribed one or one below it.
-        value: Its new value; `ABSENT` when it is gone.
+        value: Its new value; `ABSENT` when it was deleted.
     """
 
     subscribed: str
@@ -57,7 +57,7 @@ def _parts(key: str) -> list[str]:
 
 
 def same_value(a: Any, b: Any) -> bool:
-    """Equality as the parameter server sees it: True, 1 and 1.0 are three values, NaN equals itself."""
+    """Equality of type and value, as for the parameter server: True, 1 and 1.0 differ, NaN equals itself."""
     if type(a) is not type(b):
         return False
     if isinstance(a, dict):
@@ -68,7 +68,7 @@ def same_value(a: Any, b: Any) -> bool:
 
 
 def _below(value: Any, path: Iterable[str]) -> Any:
-    """What `value` holds at `path`, or ABSENT."""
+    """The part of `value` at `path`, or ABSENT."""
     for part in path:
         if not isinstance(value, dict) or part not in value:
             return ABSENT
@@ -77,7 +77,7 @@ def _below(value: Any, path: Iterable[str]) -> Any:
 
 
 def _replaced(tree: Any, path: list[str], value: Any) -> Any:
-    """A copy of `tree` with `value` at `path` (removed when ABSENT); `tree` itself is left alone."""
+    """A copy of `tree` with `value` at `path` (removed when ABSENT)."""
     if not path:
         return value
     branch = dict(tree) if isinstance(tree, dict) else {}
@@ -99,7 +99,7 @@ class ParameterCache:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._values: dict[str, Any] = {}
-        self._early: dict[str, list[tuple[str, Any]]] = {}  # updates that overtook the answer
+        self._early: dict[str, list[tuple[str, Any]]] = {}  # updates that came before the answer
 
     def __contains__(self, key: str) -> bool:
         with self._lock:
@@ -111,16 +111,16 @@ class ParameterCache:
             return list(self._values)
 
     def begin(self, key: str) -> None:
-        """Call before subscribeParam is sent: updates of `key` count from here."""
+        """Collect updates of `key` from now on; call before subscribeParam is sent."""
         with self._lock:
             self._values.setdefault(key, ABSENT)
             self._early[key] = []
 
     def start(self, key: str, value: Any) -> list[ParameterChange]:
-        """Take the answer of subscribeParam; what overtook it is laid over it.
+        """Take the answer of subscribeParam, and apply the updates that came before it.
 
         Returns:
-            The change against what was known before: none or one.
+            The change of the known value: none or one.
         """
         with self._lock:
             if key not in self._values:
@@ -152,14 +152,14 @@ class ParameterCache:
         raise KeyError(key)
 
     def apply(self, key: str, value: Any) -> list[ParameterChange]:
-        """Take an update from the master, or a value this node has set itself.
+        """Take an update from the master, or a value that this node has set.
 
         Args:
             key: Changed key, with or without a trailing slash.
             value: Its value; `{}` or ABSENT when it was deleted.
 
         Returns:
-            One change per subscription whose value is now another.
+            One change for each subscription whose value has changed.
         """
         parts = _parts(key)
         if len(parts) > MOST_PARTS:

@@ -1,8 +1,8 @@
-"""Puts the parts of one node together, joins the master, and closes everything in a fixed order.
+"""Assembles the parts of one node, joins the master, and closes everything in a fixed order.
 
-`Node` (`node.py`) is the public API above. Below are `Context`, the rooms `graph`, `definitions`, `incoming`,
-`outgoing` and `services`, and the table of topics. What a part has to call upwards is passed to it here as a
-callable; nothing below `node.py` imports `Node`.
+`Node` (`node.py`) is the public API above. Below are `Context`, the packages `graph`, `definitions`,
+`incoming`, `outgoing` and `services`, and the table of topics. Parts call upwards by callables passed here;
+nothing below `node.py` imports `Node`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class NodeParts:
     """The parts of one node; nothing is opened before `join`.
 
     Args:
-        context: What the parts share.
+        context: State shared by the parts.
         naming: Resolves names.
         port, tcpros_port, allow, allow_shutdown, on_shutdown_request: See `Node`.
 
@@ -117,7 +117,7 @@ class NodeParts:
 
     @property
     def services(self) -> Services:
-        """The service providers and clients, made when first asked for."""
+        """The service servers and clients, made on first use."""
         with self._lock:
             if self._services is None:
                 from rosproto.node.services.table import Services
@@ -128,7 +128,7 @@ class NodeParts:
 
     @property
     def parameters(self) -> Parameters:
-        """The parameter server as a mapping, made when first asked for."""
+        """The parameter server as a mapping, made on first use."""
         with self._lock:
             if self._parameters is None:
                 context = self.context
@@ -154,7 +154,7 @@ class NodeParts:
         )
 
     def close(self, reason: str) -> None:
-        """Close the node; `reason` is "" by the program."""
+        """Close the node; `reason` is "" if the program closes it."""
         context, seconds = self.context, shutdown.CLOSE_SECONDS
         context.lifecycle.close(
             reason,
@@ -183,7 +183,7 @@ class NodeParts:
             self.note_local()
 
     def _abandon(self) -> None:
-        """In a fork of this process."""
+        """Mark the parts as closed in a fork of this process."""
         self.context.master.abandon()
         self.clock.closing = self.context.lifecycle.closing
         self.topics.abandon()

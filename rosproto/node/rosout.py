@@ -1,12 +1,12 @@
-"""/rosout: log records go out as messages.
+"""Publishes log records on /rosout.
 
-`node.logger` (and any logger the program adds `Rosout.handler` to) is published as rosgraph_msgs/Log,
-latched, as rospy and roscpp do. The library's own records are not published: a record about /rosout on
+The records of `node.logger`, and of any logger with `Rosout.handler`, are published as rosgraph_msgs/Log,
+latched, as by rospy and roscpp. The library's own records are not published: a record about /rosout on
 /rosout would loop for ever (pitfall 61).
 
 Every ROS node has the services ~get_loggers and ~set_logger_level for its log levels. Python's loggers
-belong to the process, so all nodes of a process answer alike. A level is changed only when somebody asks
-for it by the service; names that no program uses are refused, since a logger once made is never freed.
+belong to the process, so all nodes of a process give the same answers. Levels change only by the service,
+which refuses unknown names, since Python never frees a logger.
 
 Source: wiki.ros.org/rosout; rospy impl/rosout.py; roscpp/GetLoggers.srv, roscpp/SetLoggerLevel.srv; rospy
 client.py `_get_loggers`.
@@ -54,7 +54,7 @@ ROOT = "root"
 
 
 def logger_names() -> list[str]:
-    """The root logger and every logger that a program has asked for, sorted."""
+    """Names of the root logger and, sorted, of all loggers in use."""
     made = logging.root.manager.loggerDict.items()
     return [ROOT, *sorted(name for name, entry in list(made) if isinstance(entry, logging.Logger))]
 
@@ -64,10 +64,10 @@ def _logger(name: str) -> logging.Logger:
 
 
 def set_level(name: str, level: str) -> None:
-    """Set the level of a logger by ROS's name of it.
+    """Set a logger to a level of ROS ("debug" to "fatal").
 
     Raises:
-        ValueError: There is no such level or logger; the text lists what there is.
+        ValueError: There is no such level or logger; the text lists the levels or similar names.
     """
     value = LEVELS.get(level.strip().lower())
     if value is None:
@@ -120,7 +120,7 @@ OWN = "rosproto"
 
 
 class _Handler(logging.Handler):
-    """Publishes records, with the text that the formatter makes of them."""
+    """Publishes records, with their formatted text."""
 
     def __init__(self, publish: Callable[[logging.LogRecord, str], None]) -> None:
         super().__init__()
@@ -138,15 +138,15 @@ class Rosout:
     """Publisher of /rosout for one node.
 
     Args:
-        name: Of the node.
+        name: Name of the node.
         logger: Its logger.
         clock: Gives the time stamps.
-        lifecycle: Nothing is published once the node is closing.
+        lifecycle: Publishing stops once the node is closing.
         publish: `Node.publisher`.
         topics: Lists the node's topics, for every record; None leaves them out.
 
     Attributes:
-        handler: Publishes what it handles; add it to any logger. The node's own has it.
+        handler: Publishes its records; may be added to any logger. The node's logger has it.
     """
 
     def __init__(
@@ -172,7 +172,7 @@ class Rosout:
         logger.addHandler(self.handler)
 
     def publish(self, record: logging.LogRecord, text: str) -> None:
-        """Send one record; records logged meanwhile in the same thread are not sent (no loops)."""
+        """Publish one record; skip records logged meanwhile in the same thread (no loops)."""
         if getattr(self._busy, "now", False) or record.name.split(".")[0] == OWN or self._lifecycle.closed:
             return
         self._busy.now = True

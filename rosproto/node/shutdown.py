@@ -1,15 +1,13 @@
-"""How a node ends: once, in a fixed order, each step bounded; and when the program ends and nobody closed it.
+"""Closes a node once, in a fixed order, with bounded steps; closes open nodes when the program ends.
 
-A program that simply ends would leave its nodes registered, and others would try for long to reach them;
-rospy and roscpp take a node off the master then, and so is it here. The first node registers a function with
-`atexit`, which closes what is still open in the process that opened it, within `EXIT_SECONDS` in all. A
-process that is killed, or ends by `os._exit` (as children of multiprocessing do), leaves its nodes on the
-master; `rosproto node cleanup` takes them off.
+Nodes that stay registered after their program make other nodes try to reach them for long. As in rospy and
+roscpp, an `atexit` function therefore closes the nodes that the process opened and did not close, within
+`EXIT_SECONDS` in total. A process that is killed, or ends by `os._exit` (as children of multiprocessing do),
+leaves its nodes registered; `rosproto node cleanup` unregisters them.
 
-A node belongs to the process that opened it: in a fork of that process it is closed, and says why. None of
-its threads lives there and its connections are its parent's (`rosproto.transport.forking`), so nothing of
-it could work; and to close it as usual would take the parent's node off the master. A node that the child
-opens itself is one like any other.
+In a fork of the process that opened it, a node is closed, and its errors give this reason. Its threads do not
+run there, and its connections are the parent's (`rosproto.transport.forking`). It is not closed as usual,
+which would unregister the parent's node. The child can open nodes of its own.
 """
 
 from __future__ import annotations
@@ -26,23 +24,23 @@ from rosproto.transport.forking import on_fork
 
 _log = get_logger("rosproto.node")
 
-CLOSE_SECONDS = 1.0  # for each step of closing that waits for somebody else
+CLOSE_SECONDS = 1.0  # for each step of closing that waits for a peer or a thread
 EXIT_SECONDS = 2.0
-BEFORE_CLOSE_SECONDS = 10.0  # more, where there are `Node.before_close` callbacks
+BEFORE_CLOSE_SECONDS = 10.0  # in addition, with `Node.before_close` callbacks
 
 Close = Callable[[], None]
 
 
 class Lifecycle:
-    """Whether one node is open, closing or closed, and what is called when that changes.
+    """State of one node (open, closing or closed), and the callbacks for its changes.
 
     Attributes:
-        closing: Set when closing begins; every long wait of a part watches it.
-        ended: Set when closing is over.
-        close_reason: Why the node was closed; "" by the program.
+        closing: Set when closing begins; ends the long waits of all parts.
+        ended: Set when closing is complete.
+        close_reason: Why the node was closed; "" if the program closed it.
         closers: Called while closing, newest first, before the servers close. Each is bounded and idempotent.
         before_close, shutdown_callbacks: See `Node.before_close` and `Node.on_shutdown`.
-        fork_callbacks: Called in a fork of this process, where nothing of the node works.
+        fork_callbacks: Called in a fork of this process, where the node does not work.
     """
 
     def __init__(self) -> None:
@@ -58,14 +56,14 @@ class Lifecycle:
 
     @property
     def closed(self) -> bool:
-        """True from the beginning of closing."""
+        """True once closing begins."""
         return self.closing.is_set()
 
     def close(self, reason: str, *steps: Close) -> None:
         """Close the node; a second caller waits for the first.
 
         Args:
-            reason: "" by the program, else who asked for it, and why.
+            reason: "" if the program closes it, else the requester and its reason.
             *steps: Close the parts that live as long as the node; called in order, after `closers`.
         """
         with self._lock:
@@ -97,7 +95,7 @@ class Lifecycle:
     def abandon(self, reason: str) -> None:
         """Mark the node as closed in a fork of its process.
 
-        Takes no lock: other threads may have held them when the process was copied.
+        Takes no lock: another thread may have held it at the fork.
         """
         self.close_reason = reason
         self.closing = self.ended = threading.Event()
@@ -108,9 +106,9 @@ class Lifecycle:
 
 
 _open_nodes: dict[Lifecycle, tuple[int, Close]] = {}
-"""Nodes to close at the end of the program, with the process that opened them, and how they are closed.
+"""Nodes to close at the end of the program: the process that opened each, and its close function.
 
-Not weak references: the threads of an open node keep it alive in any case.
+The references are not weak, since the threads of an open node keep it alive anyway.
 """
 _registered = False
 
@@ -126,7 +124,7 @@ def close_at_exit(lifecycle: Lifecycle, close: Close) -> None:
 
 
 def _in_child() -> None:
-    """This process is a fork: the open nodes belong to its parent."""
+    """Mark the parent's nodes as closed in this fork."""
     nodes = {lifecycle: process for lifecycle, (process, _) in _open_nodes.items()}
     _open_nodes.clear()
     local_nodes.forget_all()
@@ -138,7 +136,7 @@ def _in_child() -> None:
 
 
 def _at_exit() -> None:
-    """Close what is open, in another thread: a master that hangs must not hold the program up."""
+    """Close the open nodes in another thread, so that a master that hangs does not block the exit."""
     mine = {lifecycle: close for lifecycle, (pid, close) in list(_open_nodes.items()) if pid == os.getpid()}
     if not mine:
         return
@@ -146,7 +144,7 @@ def _at_exit() -> None:
     try:
         thread = threading.Thread(target=_close_all, args=(closes,), name="rosproto:exit", daemon=True)
         thread.start()
-    except RuntimeError:  # no new threads any more
+    except RuntimeError:  # Python starts no more threads
         _close_all(closes)
     else:
         farewell = any(lifecycle.before_close for lifecycle in mine)
@@ -155,7 +153,7 @@ def _at_exit() -> None:
             try:
                 thread.join(left)
             except KeyboardInterrupt:
-                continue  # a second Ctrl-C would leave the node registered; it takes seconds at most
+                continue  # a second Ctrl-C would leave the node registered; the wait is bounded
 
 
 def _close_all(closes: list[Close]) -> None:
@@ -166,7 +164,7 @@ def _close_all(closes: list[Close]) -> None:
 def shut_down_later(
     name: str, close: Callable[[str], None], instead: Callable[[str], object] | None, reason: str
 ) -> None:
-    """Obey a shutdown call: answer it first, then close, or leave that to the program (`instead`)."""
+    """Close in another thread, so that the shutdown call is answered first; or call `instead`."""
     if instead is None:
         _log.warning("= %s: %s", name, reason)
     threading.Thread(
@@ -175,7 +173,7 @@ def shut_down_later(
 
 
 def _guard(step: Callable[..., object], *arguments: object) -> None:
-    """One step of closing; what it raises must not stop the others."""
+    """Run one step of closing, and log its exceptions, so that the other steps run."""
     try:
         step(*arguments)
     except Exception:

@@ -33,7 +33,7 @@ class NameLocks:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._locks: dict[str, tuple[threading.Lock, int]] = {}  # and how many hold it or wait for it
+        self._locks: dict[str, tuple[threading.Lock, int]] = {}  # with the number of holders and waiters
 
     @contextmanager
     def hold(self, name: str, deadline: Deadline | None = None) -> Iterator[None]:
@@ -77,9 +77,9 @@ _log = get_logger("rosproto.node")
 class TopicTable:
     """Publications and subscriptions of one node by resolved name; safe from any thread.
 
-    A topic's lock is held over the calls to the master that open and close it, so that closing the last
-    subscriber and opening a new one do not cross. Looking a topic up needs no lock: the master's own calls
-    must be answered while we wait for its answer.
+    A topic's lock is held during the master calls that open and close it, so that closing the last subscriber
+    and opening a new one do not overlap. Lookups take no lock: the node must answer the master's calls while
+    it waits for the master's answer.
     """
 
     def __init__(self, context: Context) -> None:
@@ -163,7 +163,7 @@ class TopicTable:
         inline: bool = False,
         deadline: Deadline | None = None,
     ) -> Subscriber:
-        """See `Node.subscriber`; the master, and others who open the topic, have time until the deadline."""
+        """See `Node.subscriber`; `deadline` limits the waits for the master and for other threads."""
         with self._subscribing.hold(name, deadline):
             subscription = self._subscriptions.get(name)
             new = subscription is None
@@ -273,9 +273,9 @@ class TopicTable:
             publication.drop_links()
 
     def woke_up(self) -> None:
-        """This computer slept: publishers may have given us up, and what is on its way to us is late.
+        """Reconnect after this computer slept: publishers may have closed links, and sent messages are late.
 
-        Links to subscribers are left to TCP: most of them (rospy) do not come back to one that was closed.
+        Links to subscribers stay, since most subscribers (rospy) do not reconnect after a close.
         """
         for subscription in list(self._subscriptions.values()):
             subscription.reconnect()
@@ -352,7 +352,7 @@ class TopicTable:
         return rows
 
     def bus_stats(self) -> list[list[Any]]:
-        """[publishStats, subscribeStats, serviceStats], as the wiki has them (rospy adds a column)."""
+        """[publishStats, subscribeStats, serviceStats], as in the wiki (rospy adds a column)."""
         publish = [
             [
                 name,

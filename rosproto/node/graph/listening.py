@@ -1,14 +1,14 @@
-"""Where a node listens: its slave API and its TCPROS server on one address, moved when that changes.
+"""A node's slave API and TCPROS server, on one address; they move when the address changes.
 
-The TCPROS server is one listening socket for its publishers and its services; the connection header says
-what the other side wants: `topic` a subscriber, `service` a service client. Each connection's header is
-read in the connection's own thread, off the accept loop and on a deadline, so a silent peer delays nobody
-(rospy reads it in the accept loop and hangs: docs/wire.md, 9).
+The TCPROS server has one listening socket for publishers and services. The connection header of a subscriber
+has a `topic`, that of a service client a `service`. Each connection has its own thread, which reads the
+header within a deadline, so a silent peer does not delay others (rospy reads it in the accept loop and hangs:
+docs/wire.md, 9).
 
 Source: wiki.ros.org/ROS/TCPROS.
 
-They listen on the one address that `rosproto/transport/own_address.py` chose; rospy and roscpp listen on
-every interface.
+Both servers listen only on the address chosen by `rosproto/transport/own_address.py`; rospy and roscpp listen
+on every interface.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from rosproto.transport.xmlrpc_server import Dispatch, XmlRpcServer
 
 _log = get_logger("rosproto.node")
 
-# What the first four bytes of an HTTP request are as the length of a header.
+# The first four bytes of HTTP requests, read as the length of a header.
 _HTTP = frozenset(int.from_bytes(verb, "little") for verb in (b"POST", b"GET ", b"HEAD", b"PUT "))
 _NOT_FOUND = b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
@@ -38,12 +38,12 @@ OnConnection = Callable[[socket.socket, dict[str, str], tuple[str, int]], None]
 
 
 class TcprosServer:
-    """Reads the header of every incoming connection and hands the socket over.
+    """Reads the header of each connection, and passes the socket to `on_topic` or `on_service`.
 
     Attributes:
         on_topic: Called with (socket, header fields, peer) for a subscriber. It owns the socket from then on.
-        on_service: The same for a service client; it runs as long as the connection does.
-        refused: Connections refused so far, for whatever reason.
+        on_service: The same for a service client; it returns when the connection ends.
+        refused: Number of connections refused so far.
     """
 
     def __init__(
@@ -71,11 +71,11 @@ class TcprosServer:
 
     @property
     def host(self) -> str:
-        """What it listens on."""
+        """The address that it listens on."""
         return self._server.host
 
     def allows(self, address: str) -> bool:
-        """Whether that peer may connect."""
+        """True if that peer may connect."""
         return self._server.allows(address)
 
     def bind_beside(self, sock: socket.socket, address: tuple[str, int]) -> None:
@@ -83,17 +83,17 @@ class TcprosServer:
         self._server.bind_beside(sock, address)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Stop listening and end what is still in its handshake or in a service."""
+        """Stop listening; end the connections in a handshake or a service."""
         self._server.close(timeout)
 
     def _accept(self, sock: socket.socket, peer: tuple[str, int]) -> None:
         with self._constructed:
-            pass  # `_server` is there
+            pass  # now `_server` is set
         deadline = Deadline(self._limits.handshake_seconds)
         try:
             fields = read_header(sock, self._limits, deadline)
         except (ConnectionLost, RosTimeout) as error:
-            # Connecting and closing is how tools probe a port (pitfall 8): not worth a warning.
+            # No warning: tools probe a port by connecting and closing (pitfall 8).
             _log.debug("! %s:%s sent no connection header: %s", *peer[:2], error)
             sock.close()
             return
@@ -119,17 +119,17 @@ class TcprosServer:
 
 
 def _answer_http(sock: socket.socket, peer: tuple[str, int]) -> None:
-    """A call for a slave API that had this port before: masters go on calling nodes that died (pitfall 31).
+    """Answer a call for a slave API that had this port before: masters still call dead nodes (pitfall 31).
 
-    Nobody here can do anything about it, so it is no warning.
+    No warning, since the user cannot prevent these calls.
     """
     _log.debug("! %s:%s made an HTTP request, for whoever had this port before; answered 404", *peer[:2])
     try:
         sock.settimeout(0.5)
-        sock.recv(1 << 16)  # closing with unread bytes would reset the connection, and the answer be lost
+        sock.recv(1 << 16)  # closing with unread bytes would reset the connection and lose the answer
         write_all(sock, _NOT_FOUND, Deadline(1.0))
     except (RosError, OSError):
-        pass  # it has gone
+        pass  # the peer is gone
     sock.close()
 
 
@@ -150,11 +150,11 @@ class _CountedSocket(socket.socket):
 
 
 def refuse(sock: socket.socket, why: str) -> None:
-    """Tell the peer why in an error header, then close; never raises."""
+    """Send the reason in an error header, then close; never raises."""
     try:
         write_header(sock, error_header(why), Deadline(1.0))
     except (RosError, OSError):
-        pass  # it is gone already: nobody left to tell
+        pass  # the peer is gone
     sock.close()
 
 
@@ -162,7 +162,7 @@ class Endpoints:
     """Both servers of a node, opened together and closed together.
 
     Attributes:
-        host: What is announced.
+        host: The announced host.
         uri: XML-RPC URI of the slave API.
         rosrpc_uri: URI under which services are registered.
         slave, tcpros: The servers.
@@ -202,13 +202,13 @@ class Endpoints:
         self.rosrpc_uri = make_uri(host, self.tcpros.port, "rosrpc").rstrip("/")
 
     def close(self, timeout: float) -> None:
-        """Stop listening, end what runs; bounded."""
+        """Stop listening and end the connections, within `timeout` seconds for each server."""
         self.slave.close(timeout)
         self.tcpros.close(timeout)
 
 
 def open_endpoints(host: str, bind: str, master: tuple[str, int], **options: object) -> Endpoints:
-    """`Endpoints`, listening towards the master when `bind` is not ours (an address behind NAT).
+    """Open `Endpoints` on `bind`; if it is not our address (NAT), on the one that routes to the master.
 
     Raises:
         ConnectionLost: The port is taken, or no address can be listened on.
@@ -225,21 +225,21 @@ def open_endpoints(host: str, bind: str, master: tuple[str, int], **options: obj
         return Endpoints(host, other, **options)  # type: ignore[arg-type]
 
 
-REBIND_SECONDS = 1.0  # for looking up names, and for ending what used the old address
+REBIND_SECONDS = 1.0  # for name lookups, and for ending the connections of the old address
 
 Listen = Callable[[str, str], Endpoints]
-"""Opens the servers of the node: the host to announce, the address to listen on."""
+"""`(host to announce, address to listen on)`: opens the node's servers."""
 
 
 class Listening:
-    """Where one node listens now; it moves when the network gives this computer another address.
+    """The present servers of one node; they move when this computer gets another address.
 
     Args:
         given: Address or name that the program gave; None to use the address that routes to the master.
 
     Attributes:
         given: As above.
-        endpoints: The open servers; another object after each change of address.
+        endpoints: The open servers; replaced after each change of address.
     """
 
     endpoints: Endpoints
