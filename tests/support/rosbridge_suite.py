@@ -1,7 +1,7 @@
-"""The original, rosbridge_suite (branch ros1), as a peer: its server and its rosapi, unchanged, beside ours.
+"""The original rosbridge_suite (branch ros1) as a peer: its server and rosapi, unchanged.
 
-No registry has it, so `python -m tests.support.rosbridge_suite` gets one commit of it from GitHub into the cache, as
-.ci/run does; ROSBRIDGE_SUITE names a checkout elsewhere. It runs on Debian's rospy with Debian's python3-autobahn and
+No registry has it, so `python -m tests.support.rosbridge_suite` downloads one commit from GitHub into the cache, as
+.ci/run does; ROSBRIDGE_SUITE names another checkout. It runs on Debian's rospy with Debian's python3-autobahn and
 python3-bson, or on our own layer (`rosproto run`).
 """
 
@@ -27,7 +27,7 @@ __all__ = ["build", "checkout", "install", "served"]
 
 VARIABLE = "ROSBRIDGE_SUITE"
 REPOSITORY = "https://github.com/RobotWebTools/rosbridge_suite.git"
-COMMIT = "55a6bdb20842a3f7f0e17931b7856c3d8700f9fb"  # the last one of branch ros1
+COMMIT = "55a6bdb20842a3f7f0e17931b7856c3d8700f9fb"  # the last commit of branch ros1
 PACKAGES = ("rosapi", "rosbridge_library", "rosbridge_msgs")
 PROGRAMS = ("rosapi", "rosbridge_library", "rosbridge_server")
 IMPORTS = ("rospy", "autobahn", "bson", "PIL", "tornado", "twisted", "rosservice", "rostopic", "rosnode")
@@ -40,7 +40,7 @@ string level
 time end
 ---
 bool authenticated
-"""  # what rosbridge_server imports of the package rosauth, which is no part of it; facts of the wire
+"""  # the part of the separate package rosauth that rosbridge_server imports; facts of the wire
 
 
 def _folder() -> Path:
@@ -48,9 +48,9 @@ def _folder() -> Path:
 
 
 def checkout() -> Path:
-    """The checkout; the running test is skipped where there is none.
+    """The checkout; skips the running test if there is none.
 
-    Once there is one, Debian has to have what it imports, as with every peer (`ros.require`).
+    With a checkout, Debian's packages that it imports are required, as for every peer (`ros.require`).
     """
     named = os.environ.get(VARIABLE)
     place = Path(named) if named else _folder()
@@ -66,10 +66,10 @@ def checkout() -> Path:
 
 
 def install() -> Path:
-    """Get the commit from GitHub into the cache, unless it is there; where it is.
+    """Download the commit from GitHub into the cache, unless it is there; return its folder.
 
     Raises:
-        RuntimeError: It cannot be had; with git's words.
+        RuntimeError: The download failed; includes git's message.
     """
     target = _folder()
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -96,11 +96,11 @@ def install() -> Path:
 
 
 def build(place: Path, target: Path) -> Path:
-    """What catkin would make of the checkout: code of its definitions, its Python packages, manifests.
+    """Build the checkout as catkin does: code of its definitions, its Python packages, manifests.
 
     Args:
         place: The checkout.
-        target: A folder to make it in: `python` is for PYTHONPATH, `share` for ROS_PACKAGE_PATH.
+        target: The output folder: `python` is for PYTHONPATH, `share` for ROS_PACKAGE_PATH.
     """
     definitions, python, share = target / "definitions", target / "python", target / "share"
     for package in PACKAGES:
@@ -125,14 +125,14 @@ def build(place: Path, target: Path) -> Path:
 def served(
     place: Path, built: Path, master_uri: str, *, layer: bool = False, messages: Path | None = None
 ) -> Iterator[str]:
-    """Run its WebSocket server and its rosapi; the URL.
+    """Run its WebSocket server and its rosapi; yield the URL.
 
     Args:
         place: The checkout.
-        built: What `build` has made of it.
+        built: The result of `build`.
         master_uri: The master of both.
-        layer: Run them by `rosproto run`, on our own rospy, with Debian's Python; else on Debian's.
-        messages: Further generated messages, for PYTHONPATH.
+        layer: Run them by `rosproto run` on our rospy, with Debian's Python; else on Debian's rospy.
+        messages: More generated messages, for PYTHONPATH.
     """
     port = unused_port()
     folders = [built / "python", *([messages] if messages else []), *([_ROOT] if layer else [])]

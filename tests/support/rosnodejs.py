@@ -1,6 +1,6 @@
-"""The npm client `rosnodejs` as a peer: installed into a cache outside this repository, run by Debian's or any node.
+"""The npm client `rosnodejs` as a peer, installed into a cache outside this repository; any Node.js runs it.
 
-Tests reach no other machine, so it is installed beforehand: `python -m tests.support.rosnodejs`, as .ci/run does.
+Tests reach no other machine, so install it before: `python -m tests.support.rosnodejs`, as .ci/run does.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ def _target() -> Path:
 
 
 def installed() -> Path:
-    """The directory with node_modules/rosnodejs; the running test is skipped where it has not been installed."""
+    """The directory with node_modules/rosnodejs; skips the running test if it is not installed."""
     ros.require(shutil.which("node"), "node is not installed")
     target = _target()
     if target.exists():
-        with ros.exclusive(target / "lock"):  # somebody may be installing it
+        with ros.exclusive(target / "lock"):  # another process may be installing it
             pass
     missing = f"rosnodejs {VERSION} is not installed: python -m tests.support.rosnodejs"
     ros.require((target / "done").exists(), missing)
@@ -44,10 +44,10 @@ def installed() -> Path:
 
 
 def install() -> Path:
-    """Install it from npm's registry; the directory with node_modules/rosnodejs.
+    """Install it from npm's registry; return the directory with node_modules/rosnodejs.
 
     Raises:
-        RuntimeError: It cannot be installed; with npm's words.
+        RuntimeError: The installation failed; includes npm's message.
     """
     npm = shutil.which("npm")
     if npm is None:
@@ -68,7 +68,7 @@ def install() -> Path:
 
 
 def package_tree(target: Path) -> Path:
-    """Packages with the definitions of ours that it needs, as a workspace has them; for ROS_PACKAGE_PATH."""
+    """Write packages with the definitions it needs, as in a workspace; for ROS_PACKAGE_PATH."""
     for package in PACKAGES:
         folder = target / package
         for kind in ("msg", "srv"):
@@ -88,7 +88,7 @@ def package_tree(target: Path) -> Path:
 def start(
     script: str, master_uri: str, installed: Path, tree: Path, extra: Mapping[str, str] | None = None
 ) -> ros.RosProcess:
-    """Run JavaScript in which `rosnodejs` and `nh`, a node handle of /js, are there; to be used in a `with`.
+    """Run JavaScript with `rosnodejs` and `nh`, a node handle of /js; use it in a `with` block.
 
     `say(value)` writes a line of JSON for the test.
     """

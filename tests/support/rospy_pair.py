@@ -1,7 +1,7 @@
-"""Runs one program twice, by real rospy and by our layer, and compares what it did.
+"""Runs one program twice, by real rospy and by our layer, and compares the outcomes.
 
-Each run gets a fresh master and a fresh peer; compared are the exit code, both streams, and what the peer
-noted. What cannot be equal (process ids, tracebacks' inner lines, addresses) is replaced first.
+Each run has a new master and a new peer. The comparison covers the exit code, both streams and the peer's
+log. Process ids, inner lines of tracebacks and addresses are replaced first.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ PROGRAMS = ROOT / "tests" / "interop" / "programs"
 TIMEOUT = 60.0
 
 Peer = Callable[[str, list[Any]], AbstractContextManager[Any]]
-"""`peer(master_uri, log)`: lives while the program runs, and notes in `log` what it sees."""
+"""`peer(master_uri, log)`: runs beside the program and records its observations in `log`."""
 
 
 @dataclass
 class Outcome:
-    """What a program did.
+    """The outcome of a program.
 
     Attributes:
         code: Exit code; negative for a signal.
-        out, err: Lines of the two streams, normalised.
-        noted: What the peer noted.
-        seconds: Between the signal (or the start) and the end.
+        out, err: Normalised lines of the two streams.
+        noted: The peer's log.
+        seconds: Time from the signal (or the start) to the end.
     """
 
     code: int
@@ -50,19 +50,19 @@ class Outcome:
     seconds: float = 0.0
 
     def compared(self) -> tuple[Any, ...]:
-        """What must be equal."""
+        """The values that must be equal."""
         return self.code, self.out, self.err, self.noted
 
 
 _IGNORED = (
-    "[DEBUG] ",  # what rospy says of its own work
+    "[DEBUG] ",  # rospy's internal messages
     "[ERROR] Got a transition callback on a goal handle that we're not tracking",  # a race inside actionlib
 )
 _CHAINED = ("During handling of the above exception", "The above exception was the direct cause")
 
 
 def normalised(text: str) -> list[str]:
-    """Lines without what differs from run to run; of a chain of tracebacks only the last line is kept."""
+    """Replace parts that differ between runs; keep only the last of chained tracebacks."""
     lines: list[str] = []
     in_trace = False
     for line in text.splitlines():
@@ -125,14 +125,14 @@ def run_program(
     master_params: Mapping[str, Any] | None = None,
     options: Sequence[str] = (),
 ) -> Outcome:
-    """Run it once.
+    """Run a program once.
 
     Args:
         program: Name of a file in tests/interop/programs, or a path.
-        real: By Debian's rospy; else by `rosproto run`.
-        packages: Folders for PYTHONPATH: generated code that real rospy needs, or the user's own.
-        interrupt: Signal to send when the program has printed `ready`.
-        options: Of `rosproto run`.
+        real: Run by Debian's rospy; else by `rosproto run`.
+        packages: Folders for PYTHONPATH: generated code for real rospy, or user packages.
+        interrupt: Signal to send after the program printed `ready`.
+        options: Options of `rosproto run`.
     """
     path = PROGRAMS / program
     noted: list[Any] = []
@@ -184,9 +184,9 @@ def _finish(process: subprocess.Popen[str], interrupt: int | None, ready: str, n
 
 
 def _wait_until_it_waits(pid: int, samples: int = 6) -> None:
-    """Until the program waits in what follows the print: its main thread sleeps in each of some looks in a row.
+    """Wait until the program waits after the print: its main thread sleeps in `samples` successive checks.
 
-    What is ready to run and has no processor is not asleep, so a busy machine does not deceive.
+    A thread that is ready to run is not asleep, so a busy machine does not falsify the result.
     """
     asleep = 0
     end = time.monotonic() + 20
@@ -194,7 +194,7 @@ def _wait_until_it_waits(pid: int, samples: int = 6) -> None:
         time.sleep(0.05)
         state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
         if state == "Z":
-            return  # it has ended: the comparison tells
+            return  # it has ended: the comparison reports it
         asleep = asleep + 1 if state == "S" else 0
 
 

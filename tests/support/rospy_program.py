@@ -1,4 +1,4 @@
-"""A program run by `python -m rosproto.rospy`, in a process of its own."""
+"""Runs a program by `python -m rosproto.rospy` in a separate process."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def run(
     options: list[str] | None = None,
     **env: str,
 ):
-    """Run a program by `python -m rosproto.rospy`; its CompletedProcess."""
+    """Run a program by `python -m rosproto.rospy`; return its CompletedProcess."""
     program = tmp_path / "program.py"
     program.write_text(textwrap.dedent(code), "utf-8")
     environment = {
@@ -42,7 +42,7 @@ def run(
 
 
 def output(code: str, tmp_path: Path, **options: object) -> str:
-    """What it printed; it must end well."""
+    """The program's stdout; fails unless it exits with 0."""
     done = run(code, tmp_path, **options)  # type: ignore[arg-type]
     assert done.returncode == 0, done.stderr
     return done.stdout

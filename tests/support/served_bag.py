@@ -1,4 +1,4 @@
-"""A recording behind the standard library's HTTP, by an honest server or one that lies."""
+"""A recording served over HTTP by the standard library, correctly or with a fault."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ __all__ = ["served"]
 def served(
     data: bytes, lie: str = "", *, name: str = "run.bag", hold: threading.Event | None = None
 ) -> Iterator[tuple[str, list[int]]]:
-    """A URL, and the bytes of each answer.
+    """Yield a URL, and the number of bytes of each answer.
 
     Args:
-        data: What lies there.
-        lie: See below.
-        name: Of the file.
-        hold: Nothing is answered before it is set.
+        data: Content of the file.
+        lie: The fault, see below; "" for none.
+        name: Name of the file.
+        hold: Answers wait until it is set.
 
-    The lie "short" gives half of every range; "whole" announces ranges, and gives everything; "none" knows none;
-    "fail" answers 500 from the third request on; "larger" and "smaller" tell a size that the file has not; "absent" says
-    404 and "closed" 403.
+    Faults: "short" sends half of each range; "whole" advertises ranges but sends the whole file; "none" does not support
+    ranges; "fail" answers 500 from the third request on; "larger" and "smaller" report a wrong size; "absent" answers
+    404, "closed" 403.
     """
     sent: list[int] = []
     told = {"larger": len(data) + 5000, "smaller": len(data) - 5000}.get(lie, len(data))
@@ -70,7 +70,7 @@ def served(
             try:
                 self.wfile.write(body)
             except OSError:
-                pass  # the client has seen enough
+                pass  # the client has closed the connection
             sent.append(len(body))
 
         def log_message(self, *_: object) -> None:

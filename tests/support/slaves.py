@@ -1,4 +1,4 @@
-"""Stand-ins for nodes, as a master sees them: a slave API that records what it is told."""
+"""Stand-ins for nodes for tests of the master: a slave API that records its calls."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ DEADLINE = 60.0
 
 
 class RecordingNode:
-    """A node of which only the slave API is real.
+    """A node with only the slave API.
 
     Attributes:
         calls: (method, parameters without caller id), in order of arrival.
         name: Answer of getName; None: no such method, as in roscpp.
         publications: Topics of getPublications.
         subscriptions: Topics of getSubscriptions.
-        callerid: Told in TCPROS headers; None: requestTopic gives nothing.
-        hold: When set to an Event, publisherUpdate and paramUpdate answer only after it is set.
+        callerid: Sent in TCPROS headers; None: requestTopic returns nothing.
+        hold: If an Event, publisherUpdate and paramUpdate answer only after it is set.
     """
 
     def __init__(
@@ -60,12 +60,12 @@ class RecordingNode:
         self._tcpros.close()
 
     def told(self, method: str) -> list[list[object]]:
-        """Parameters of every call of a method so far."""
+        """Parameters of all calls of a method so far."""
         with self._changed:
             return [params for name, params in self.calls if name == method]
 
     def wait_for(self, condition: Callable[[RecordingNode], bool]) -> None:
-        """Wait until `condition(self)` holds; fails after a minute."""
+        """Wait until `condition(self)` holds; fail after a minute."""
         with self._changed:
             assert self._changed.wait_for(lambda: condition(self), DEADLINE), self.calls
 
@@ -101,7 +101,7 @@ class RecordingNode:
 
 
 class BlackHole:
-    """A listening socket that never answers: connections are made by the kernel and nothing follows."""
+    """A listening socket that never answers: the kernel accepts connections, nothing reads them."""
 
     def __init__(self, backlog: int = 64) -> None:
         self._socket = socket.socket()

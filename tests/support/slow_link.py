@@ -1,7 +1,7 @@
-"""A TCP proxy like a poor radio link: a rate, a way that takes its time, and outages. Nothing is lost, as in TCP.
+"""A TCP proxy that simulates a poor radio link: limited rate, latency and outages, without loss as in TCP.
 
 with SlowLink("127.0.0.1", server.port, latency=0.2, rate=30_000) as link:
-    link.outage(2.0)       # nothing arrives for so long; what was sent waits
+    link.outage(2.0)       # delivers nothing for 2 s; sent data waits
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from contextlib import suppress
 __all__ = ["SlowLink"]
 
 PIECE = 1460
-"""Bytes at a time, as a packet: the connections share the line piece by piece."""
+"""Bytes per piece, as in a packet: the connections share the line piece by piece."""
 
 
 class SlowLink:
     """Forwards connections to a target.
 
     Attributes:
-        latency: Seconds that each piece is under way, in each direction. It may be changed at any time.
-        rate: Bytes a second in each direction, for all connections together. It may be changed too.
-        port: Where it listens, on 127.0.0.1.
-        down: Bytes that came from the target so far.
+        latency: Delay of each piece in seconds, in each direction. May be changed at any time.
+        rate: Bytes per second in each direction, for all connections together. May be changed at any time.
+        port: The listening port on 127.0.0.1.
+        down: Bytes received from the target so far.
     """
 
     def __init__(self, host: str, port: int, *, latency: float, rate: float) -> None:
@@ -47,7 +47,7 @@ class SlowLink:
         self._thread.join(10)
 
     def outage(self, seconds: float) -> None:
-        """From now on nothing arrives for so long."""
+        """Deliver nothing for `seconds` from now on."""
         self._dark_until = time.monotonic() + seconds
 
     def _run(self) -> None:
@@ -103,7 +103,7 @@ class SlowLink:
     async def _deliver(
         self, under_way: asyncio.Queue[tuple[float, bytes]], sink: asyncio.StreamWriter
     ) -> None:
-        """In order, each when its time has come; an end without data closes the other side too."""
+        """Deliver pieces in order, each at its due time; an empty piece closes the other side."""
         with suppress(ConnectionError):
             while True:
                 due, data = await under_way.get()

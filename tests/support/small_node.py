@@ -18,10 +18,10 @@ from rosproto.transport import HostNames
 
 
 class MemoryMaster:
-    """The calls of a master that services and parameters make, without a network.
+    """The master calls of services and parameters, without a network.
 
     Attributes:
-        calls: (method, first argument) of every call.
+        calls: (method, first argument) of each call.
         services: Service name -> URI.
         params: Flat parameters, key -> value.
     """
@@ -100,7 +100,7 @@ class _Endpoints:
 
 
 class SmallNode:
-    """Has what `Services` and `Parameters` use of a node; several may share one `MemoryMaster`."""
+    """The parts of a node that `Services` and `Parameters` use; several may share one `MemoryMaster`."""
 
     uri = "http://127.0.0.1:1/"
 

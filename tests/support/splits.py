@@ -1,4 +1,4 @@
-"""Ways in which a byte stream may arrive."""
+"""Splits of a byte stream into received pieces."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 
 def every_split(data: bytes, *, most: int = 200) -> Iterator[list[bytes]]:
-    """The data whole, byte by byte, and cut once at every place (at `most` places, spread evenly)."""
+    """Yield the data whole, byte by byte, and cut once at each position (at most `most`, evenly spread)."""
     yield [data]
     yield [data[i : i + 1] for i in range(len(data))]
     step = max(1, len(data) // most)
@@ -15,7 +15,7 @@ def every_split(data: bytes, *, most: int = 200) -> Iterator[list[bytes]]:
 
 
 def slices_of_one_buffer(pieces: list[bytes]) -> Iterator[memoryview]:
-    """The pieces as views of one buffer that is overwritten after each use: nothing may be kept of it."""
+    """Yield the pieces as views of one buffer that is overwritten after each use: users must copy."""
     buffer = bytearray(max((len(piece) for piece in pieces), default=0))
     for piece in pieces:
         buffer[: len(piece)] = piece

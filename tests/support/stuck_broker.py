@@ -1,4 +1,4 @@
-"""A fake broker: accepts connections, may answer the first packet, and reads only when a test says so."""
+"""A fake broker: accepts connections, may answer the first packet, and reads only on request."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ __all__ = ["StuckBroker"]
 
 CONNACK = b"\x20\x03\x00%c\x00"  # MQTT 5, without properties
 OLD_CONNACK = b"\x20\x02\x00%c"  # MQTT 3.1.1
-LEVEL = 8  # place of the protocol level in a CONNECT that is shorter than 128 bytes; 9 in a longer one
+LEVEL = 8  # offset of the protocol level in a CONNECT shorter than 128 bytes; 9 in a longer one
 
 
 class StuckBroker:
     """Use it in a `with` block.
 
     Args:
-        answer: The code of its CONNACK, 0 to take the client; None never answers.
-        old: It only speaks MQTT 3.1.1.
+        answer: The code of its CONNACK, 0 to accept the client; None never answers.
+        old: Support MQTT 3.1.1 only.
 
     Attributes:
-        accepted: How many connections it has had.
-        reading: Set while it reads; what it reads is thrown away.
+        accepted: Number of accepted connections.
+        reading: Set while it reads; read data is discarded.
     """
 
     def __init__(self, answer: int | None = 0, *, old: bool = False) -> None:
@@ -57,7 +57,7 @@ class StuckBroker:
             try:
                 client.shutdown(socket.SHUT_RDWR)
             except OSError:
-                pass  # it has left
+                pass  # already disconnected
             client.close()
         self._clients.clear()
 
@@ -88,4 +88,4 @@ class StuckBroker:
                 if not client.recv(65536):
                     return
         except OSError:
-            return  # hung up
+            return  # closed by `hang_up`

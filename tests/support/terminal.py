@@ -1,4 +1,4 @@
-"""A terminal for tests: a screen that understands what our commands send, and a process on a pseudo-terminal."""
+"""A terminal for tests: a screen for our commands' output, and a process on a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Screen", "Terminal"]
 
 ROOT = Path(__file__).resolve().parents[2]
 SEQUENCE = re.compile(r"\x1b\[(?P<private>\??)(?P<numbers>[\d;]*)(?P<final>[A-Za-z])")
-# The child makes the pseudo-terminal its own, so that Ctrl-C on it is a signal.
+# The child makes the pseudo-terminal its controlling terminal, so Ctrl-C sends a signal.
 LAUNCH = (
     "import fcntl, runpy, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
     "module = sys.argv[1]; sys.argv = sys.argv[1:]; runpy.run_module(module, run_name='__main__')"
@@ -30,14 +30,14 @@ LAUNCH = (
 
 
 class Screen:
-    """Characters where a terminal would show them: the part of ECMA-48 that our commands use.
+    """A screen of characters: renders the part of ECMA-48 that our commands use.
 
     Attributes:
-        lines: What is visible.
-        alternate: Whether the other screen is shown.
-        cursor_visible: Whether there is a cursor.
-        unknown: Sequences that this renderer does not know: a test wants none.
-        seen: The final characters of all sequences, "m" is a colour.
+        lines: The visible lines.
+        alternate: True while the alternate screen is shown.
+        cursor_visible: True while the cursor is visible.
+        unknown: Sequences that this renderer does not support; tests expect none.
+        seen: The final characters of all sequences; "m" is a colour.
     """
 
     def __init__(self, columns: int, rows: int) -> None:
@@ -56,16 +56,16 @@ class Screen:
 
     @property
     def lines(self) -> list[str]:
-        """Without trailing blanks."""
+        """The visible lines without trailing spaces."""
         return ["".join(line).rstrip() for line in self._cells]
 
     @property
     def text(self) -> str:
-        """All lines."""
+        """The visible lines as one text."""
         return "\n".join(self.lines)
 
     def feed(self, data: bytes) -> None:
-        """What the program wrote; cut anywhere."""
+        """Process output of the program, split at any position."""
         text, self._rest = self._rest + self._decoder.decode(data), ""
         at = 0
         while at < len(text):
@@ -132,22 +132,22 @@ class Screen:
                 self._kept, self._cells = self._cells, self._blank()
             else:
                 self._cells = self._kept
-        elif number != 2004:  # bracketed paste, which readline asks for
+        elif number != 2004:  # bracketed paste, which readline enables
             self.unknown.append(f"mode {number}")
 
 
 class Terminal:
-    """A command in a process of its own on a pseudo-terminal. Use it in a `with` block.
+    """A command in a separate process on a pseudo-terminal. Use it in a `with` block.
 
     Args:
-        arguments: Of the command.
+        arguments: Arguments of the command.
         columns, rows: Size of the terminal.
-        module: What is run: woosh_pure or rosproto.
-        launch: What runs a module and its arguments; it makes the terminal its own.
-        environment: Variables that differ.
+        module: woosh_pure or rosproto.
+        launch: Python code that takes the controlling terminal and runs the module with its arguments.
+        environment: Changed variables.
 
     Attributes:
-        screen: What it shows.
+        screen: The screen.
         process: The command.
     """
 
@@ -205,7 +205,7 @@ class Terminal:
 
     @property
     def text(self) -> str:
-        """What is on the screen now."""
+        """Current text of the screen."""
         with self._lock:
             return self.screen.text
 
@@ -214,7 +214,7 @@ class Terminal:
         os.write(self._master, keys.encode())
 
     def wait_for(self, words: str | Callable[[str], bool], timeout: float = 20.0) -> str:
-        """Wait until the screen shows it; the screen."""
+        """Wait until the screen shows `words` or satisfies the predicate; return its text."""
         accept = words if callable(words) else lambda text: words in text
         end = time.monotonic() + timeout
         while not accept(text := self.text):
@@ -223,7 +223,7 @@ class Terminal:
         return text
 
     def exit_code(self, timeout: float = 20.0) -> int:
-        """Wait for the end of the command; all it wrote is on the screen then."""
+        """Wait for the end of the command; all its output is then on the screen."""
         code = self.process.wait(timeout)
         end = time.monotonic() + 2.0
         while select.select([self._master], [], [], 0.0)[0] and time.monotonic() < end:
@@ -231,10 +231,10 @@ class Terminal:
         return code
 
     def suspend(self) -> None:
-        """Take no more output, as after Ctrl-S."""
+        """Stop the output, as Ctrl-S does."""
         termios.tcflow(self._slave, termios.TCOOFF)
 
     @property
     def restored(self) -> bool:
-        """True when the terminal is as it was before the command: echo, lines, signals."""
+        """True if the terminal's modes (echo, lines, signals) are as before the command."""
         return termios.tcgetattr(self._slave) == self.before

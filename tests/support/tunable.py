@@ -1,4 +1,4 @@
-"""A node that can be reconfigured: what dynamic_reconfigure's server publishes and serves."""
+"""A reconfigurable node: the topics and the service of dynamic_reconfigure's server."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ DESCRIPTION = {
 
 
 class Tunable:
-    """As dynamic_reconfigure's server: latched description and values, a service; speed is brought into its range."""
+    """A dynamic_reconfigure server: latched description and values, a service; limits speed to its maximum."""
 
     def __init__(self, node: Node, name: str) -> None:
         self.values = from_dict(Config, START)

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @contextmanager
 def full_pipe() -> Iterator[int]:
-    """The descriptor to write to of a pipe that takes not one byte more."""
+    """Yield the write descriptor of a full pipe."""
     read, write = os.pipe()
     try:
         os.set_blocking(write, False)
@@ -39,7 +39,7 @@ def full_pipe() -> Iterator[int]:
 
 @contextmanager
 def unread_command(*words: str, full: str = "stdout stderr") -> Iterator[subprocess.Popen[bytes]]:
-    """`woosh ...` or `rosproto ...` whose outputs, or the named one of the two, nobody reads."""
+    """Run `woosh ...` or `rosproto ...` with unread outputs, both or the one in `full`."""
     module = {"woosh": "woosh_pure", "rosproto": "rosproto"}[words[0]]
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "LC_", "PYTHONUNBUF"))}
     with full_pipe() as pipe:

@@ -1,7 +1,7 @@
-"""A master and a node in a process of their own, to be attacked, measured from outside, and still work.
+"""A master and a node in a separate process, as the target of attacks that are measured from outside.
 
-`Victim` starts the process; `Bystander` is an innocent peer of it: a subscriber and service clients whose longest
-wait is measured while something else happens.
+`Victim` starts the process; `Bystander` is a regular peer: a subscriber and service clients whose longest wait is
+measured during an attack.
 """
 
 from __future__ import annotations
@@ -23,9 +23,7 @@ from tests.support.load import crowd
 __all__ = ["Bystander", "Victim", "eventually"]
 
 ROOT = Path(__file__).resolve().parents[2]
-PATIENCE = (
-    4.0  # seconds an innocent peer may wait for anything while others attack, with a processor for each
-)
+PATIENCE = 4.0  # seconds a regular peer may wait during attacks, with a processor for each process
 
 
 def eventually(condition: Callable[[], object], timeout: float = 60.0, what: str = "it") -> None:
@@ -37,7 +35,7 @@ def eventually(condition: Callable[[], object], timeout: float = 60.0, what: str
 
 
 class Victim:
-    """The process, with small limits of time so that attacks which wait are over soon.
+    """The process, with short timeouts so that waiting attacks end soon.
 
     Its node /victim publishes /tick (std_msgs/String, 50 Hz), sends /in back on /out, answers /echo
     (std_srvs/SetBool) and follows the parameter /watched.
@@ -45,8 +43,8 @@ class Victim:
     Attributes:
         master, node: (host, port) of their XML-RPC servers.
         tcpros: (host, port) of the node's TCPROS server.
-        master_uri: For peers.
-        pid: Of the process.
+        master_uri: URI of the master.
+        pid: Process id.
     """
 
     HANDSHAKE_SECONDS = 1.5
@@ -73,7 +71,7 @@ class Victim:
 
     def __exit__(self, *exc: object) -> None:
         assert self._process.stdin is not None
-        self._process.stdin.close()  # it ends with its input
+        self._process.stdin.close()  # the process ends with its input
         try:
             self._process.wait(10)
         except subprocess.TimeoutExpired:
@@ -86,7 +84,7 @@ class Victim:
         return self._process.poll() is None
 
     def ask(self, question: str = "stats") -> dict[str, Any]:
-        """What the process says of itself (one line each way over its pipes)."""
+        """Query the process over its pipes, one line each way."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(question + "\n")
@@ -96,19 +94,19 @@ class Victim:
 
     @property
     def memory(self) -> int:
-        """Resident bytes; 0 where the system does not tell."""
+        """Resident bytes; 0 if the system does not report them."""
         try:
             return int(Path(f"/proc/{self.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
         except OSError:
             return 0
 
     def peak_since(self) -> Callable[[], int]:
-        """Start measuring; the function returned gives the bytes by which memory rose at its highest."""
+        """Start measuring; return a function for the peak rise of memory in bytes."""
         before = self.memory
         try:
             Path(f"/proc/{self.pid}/clear_refs").write_text("5")
         except OSError:
-            return lambda: max(0, self.memory - before)  # no peak here: what is still held, then
+            return lambda: max(0, self.memory - before)  # the system reports no peak: use the current rise
 
         def peak() -> int:
             for line in Path(f"/proc/{self.pid}/status").read_text().splitlines():
@@ -120,12 +118,12 @@ class Victim:
 
     @property
     def threads(self) -> int:
-        """Its threads, Python's and others."""
+        """Number of its threads, Python's and others."""
         return int(self.ask()["threads"])
 
     @property
     def files(self) -> int:
-        """Its open files and sockets; 0 where the system does not tell."""
+        """Number of its open files and sockets; 0 if the system does not report it."""
         try:
             return len(os.listdir(f"/proc/{self.pid}/fd"))
         except OSError:
@@ -133,7 +131,7 @@ class Victim:
 
 
 def live() -> None:
-    """What runs in the victim's process, until its input ends."""
+    """Run the victim's process until its input ends."""
     from rosproto.master import Master
     from rosproto.protocol.wire_limits import Limits
 
@@ -187,7 +185,7 @@ def _tick(node: Node, publisher: Any) -> None:
 
 
 class Bystander:
-    """An innocent peer: hears /tick, calls /echo over a link it keeps and over new ones."""
+    """A regular peer: subscribes /tick, calls /echo over a persistent link and over new ones."""
 
     def __init__(self, victim: Victim) -> None:
         self._node = Node(f"/bystander{os.getpid()}", master_uri=victim.master_uri, rosout=False)
@@ -207,7 +205,7 @@ class Bystander:
         return self._node
 
     def check(self) -> float:
-        """Everything once; the longest wait in seconds. Raises when anything fails."""
+        """Run all checks once; return the longest wait in seconds. Raises if a check fails."""
         waits = []
         patience = PATIENCE * crowd()
         for step in (
@@ -223,7 +221,7 @@ class Bystander:
 
     @contextmanager
     def goes_on(self) -> Iterator[None]:
-        """Check over and over from another thread while the block runs, and once more afterwards."""
+        """Run the checks repeatedly in another thread during the block, and once afterwards."""
         ended = threading.Event()
         problems: list[BaseException] = []
         rounds = [0]

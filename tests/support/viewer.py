@@ -1,4 +1,4 @@
-"""A plain client of the Foxglove WebSocket protocol, as its published specification has it, for tests."""
+"""A plain client of the Foxglove WebSocket protocol by its published specification, for tests."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ SECONDS = 10.0
 
 
 class Viewer:
-    """One connection; every wait ends after some seconds with what came instead.
+    """One connection; a wait that times out reports the received messages.
 
     Attributes:
-        channels: Topic -> the server's description of it, as offered now.
-        services: Name -> the same of a service.
-        came: Everything else that has come and was not asked for yet: documents, and tuples for binary messages.
+        channels: Topic -> its currently advertised channel.
+        services: Name -> its currently advertised service.
+        came: All other received messages not yet consumed: documents, and tuples for binary messages.
     """
 
     def __init__(self, url: str, protocol: str = "foxglove.sdk.v1", **options: Any) -> None:
@@ -40,10 +40,10 @@ class Viewer:
         self._subscriptions: dict[str, int] = {}
         self.info = self.wait(lambda one: isinstance(one, dict) and one["op"] == "serverInfo")
 
-    # -- what comes -----------------------------------------------------------------------------------------
+    # -- receiving ------------------------------------------------------------------------------------------
 
     def wait(self, wanted: Callable[[Any], bool], seconds: float = SECONDS) -> Any:
-        """The first that is wanted, of what has come or will."""
+        """The first received or future message that satisfies `wanted`."""
         end = time.monotonic() + seconds
         while True:
             for place, one in enumerate(self.came):
@@ -52,7 +52,7 @@ class Viewer:
             self._read(end)
 
     def until(self, condition: Callable[[], bool], seconds: float = SECONDS) -> None:
-        """Read until something holds."""
+        """Read until the condition holds."""
         end = time.monotonic() + seconds
         while not condition():
             self._read(end)
@@ -102,7 +102,7 @@ class Viewer:
         return data
 
     def document(self, op: str, seconds: float = SECONDS, **fields: Any) -> dict[str, Any]:
-        """The next document of that kind, with those fields."""
+        """The next document with that `op` and those fields."""
 
         def fits(one: Any) -> bool:
             return (
@@ -115,7 +115,7 @@ class Viewer:
         return found
 
     def status(self, *words: str, seconds: float = SECONDS) -> str:
-        """The text of the next status that has these words."""
+        """The text of the next status that contains all `words`."""
         found: dict[str, Any] = self.wait(
             lambda one: (
                 isinstance(one, dict) and one["op"] == "status" and all(w in one["message"] for w in words)
@@ -124,13 +124,13 @@ class Viewer:
         )
         return str(found["message"])
 
-    # -- what is asked --------------------------------------------------------------------------------------
+    # -- sending --------------------------------------------------------------------------------------------
 
     def send(self, op: str, **fields: Any) -> None:
         self.socket.send(json.dumps({"op": op, **fields}))
 
     def offered(self, topic: str) -> dict[str, Any]:
-        """The channel of a topic, waited for."""
+        """Wait for the channel of a topic."""
         self.until(lambda: topic in self.channels)
         return self.channels[topic]
 

@@ -1,9 +1,8 @@
-"""A Python that has loaded our packages already, and becomes a program as often as it is asked to.
+"""A Python process with our packages loaded that forks once per program.
 
-Starting an interpreter and loading numpy and us costs more than most small programs do themselves. Each program runs
-in a process of its own, forked from one that has loaded everything and has done nothing: as `python FILE` would run
-it, with its own `sys.argv`, folder, environment and output, and with the whole end of an interpreter. Where there is
-no fork, it is started as usual.
+Starting an interpreter and loading numpy and our packages takes longer than most small programs run. Each program runs
+in a separate process, forked from one that has only loaded the packages: as by `python FILE`, with its own `sys.argv`,
+folder, environment and output, and with a complete interpreter exit. Without fork, it is started as usual.
 
     with WarmPython() as python:
         done = python.run(path, folder)
@@ -29,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 class WarmPython:
-    """The process that is forked. Use it in a `with` block, from one thread."""
+    """The process that forks. Use it in a `with` block, from one thread."""
 
     def __init__(self) -> None:
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"}
@@ -42,7 +41,7 @@ class WarmPython:
 
     def __exit__(self, *_: object) -> None:
         if self._process is not None:
-            self._process.communicate(timeout=20)  # it ends with its input
+            self._process.communicate(timeout=20)  # the process ends with its input
 
     def run(
         self,
@@ -55,20 +54,20 @@ class WarmPython:
         interrupts: Mapping[float, int] | None = None,
         errors: str = "strict",
     ) -> subprocess.CompletedProcess[str]:
-        """Run a program to its end, in a folder; its exit code and what it wrote.
+        """Run a program to its end; return its exit code and output.
 
         Args:
             script: The program.
-            folder: Where it runs.
-            arguments: Its `sys.argv`.
-            before: Statements that run in its process first, where there is a fork.
+            folder: Its working directory.
+            arguments: Its `sys.argv[1:]`.
+            before: Statements to run in its process first (only with fork).
             timeout: Seconds after which it is killed.
-            interrupts: Signals that it gets after so many seconds, if it has not ended.
-            errors: Of its standard output, as for `open`.
+            interrupts: Seconds -> signal to send if it still runs.
+            errors: Error handler of its standard output, as for `open`.
         """
         if not hasattr(os, "fork"):
             return subprocess.run(
-                # The embeddable Python of Windows takes no environment.
+                # The embeddable Python of Windows ignores PYTHON... variables.
                 [sys.executable, "-X", "utf8", str(script), *arguments],
                 cwd=folder, env=self._environment, capture_output=True, text=True, encoding="utf-8",
                 timeout=timeout, check=False, stdin=subprocess.DEVNULL,
@@ -110,21 +109,21 @@ class WarmPython:
 
 
 def serve() -> None:
-    """In the process that is forked: a line is a program; its process id and its exit code are the answers."""
+    """Run in the process that forks: read one program per line, print its process id and its exit code."""
     load()
-    gc.freeze()  # what is loaded is not looked at again by every program
+    gc.freeze()  # the programs' collectors skip the loaded objects
     while line := sys.stdin.readline():
         order = json.loads(line)
         pid = os.fork()
         if pid == 0:
             become(order)
-            return  # and now comes the end of the interpreter
+            return  # the interpreter exits
         print(pid, flush=True)
         print(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), flush=True)
 
 
 def load() -> None:
-    """What programs use, and what that makes when it is used first: no thread, no socket."""
+    """Import the modules of programs and do their lazy initialisation, without a thread or a socket."""
     import asyncio  # noqa: F401
 
     import numpy  # noqa: F401
@@ -146,7 +145,7 @@ def load() -> None:
 
 
 def become(order: Mapping[str, object]) -> None:
-    """Be the program."""
+    """Run the program in this process."""
     for number, path in ((0, os.devnull), (1, order["out"]), (2, order["err"])):
         opened = os.open(str(path), os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
         os.dup2(opened, number)

@@ -1,8 +1,8 @@
-"""A program that drives on a topic, with a watchdog beside it: `python -m tests.support.watched_program MASTER`.
+"""A program that publishes velocities, with a watchdog: `python -m tests.support.watched_program MASTER`.
 
-It publishes a velocity of 0.3 m/s ten times a second until it ends, and prints the process id of its watchdog, in one
-line of JSON, when that is ready. Commands on stdin: "fork" starts a child that holds the pipes, and prints its process
-id; "close" ends in order; "standing" disarms and publishes zero.
+It publishes 0.3 m/s ten times a second until it ends, and prints the process id of its watchdog in one line of JSON
+once the watchdog is ready. Commands on stdin: "fork" starts a child that holds the pipes, and prints its process
+id; "close" ends regularly; "standing" disarms and publishes zero.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A served robot, and a page without a browser: what asks over HTTP, and a hand on the live connection."""
+"""A served robot, and a page without a browser: an HTTP client and a client of the live connection."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from rosproto import Node
 from woosh_pure import Chassis
 
 LATEST = 10.0
-"""Seconds for which a zero that does not come is waited for: so that a late one is told from one that was lost."""
+"""Seconds to wait for a missing zero, to tell a late one from a lost one."""
 
 __all__ = ["Answer", "PageClient", "Served", "Velocities", "serving"]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What came back."""
+    """An HTTP response."""
 
     status: int
     headers: dict[str, str]
@@ -35,7 +35,7 @@ class Answer:
 
     @property
     def problem(self) -> str:
-        """The sentence of a problem; fails where it is none."""
+        """The sentence of a problem document; fails for other responses."""
         assert self.headers["content-type"] == "application/problem+json", self
         document = self.json
         assert document["status"] == self.status
@@ -44,7 +44,7 @@ class Answer:
 
 
 class Served:
-    """A server to ask."""
+    """HTTP client of a server."""
 
     def __init__(self, port: int, token: str | None = None) -> None:
         self.port, self.token = port, token
@@ -58,7 +58,7 @@ class Served:
         headers: dict[str, str] | None = None,
         timeout: float = 30.0,
     ) -> Answer:
-        """One request; a body that is no bytes is sent as JSON."""
+        """Send one request; a body other than bytes is sent as JSON."""
         sent = {"authorization": f"Bearer {self.token}"} if self.token else {}
         if body is not None and not isinstance(body, bytes):
             body, sent["content-type"] = json.dumps(body).encode(), "application/json"
@@ -83,7 +83,7 @@ class Served:
 
 @contextmanager
 def serving(chassis: Chassis | dict[str, Chassis], **options: Any) -> Iterator[Served]:
-    """A server on a free port of this computer."""
+    """Run a server on a free port of this computer."""
     from woosh_pure import web
     from woosh_pure.web.server import WebServer
 
@@ -94,7 +94,7 @@ def serving(chassis: Chassis | dict[str, Chassis], **options: Any) -> Iterator[S
 
 
 class PageClient:
-    """A page: acknowledges each frame, and holds the robot where it is told to."""
+    """A page: acknowledges each frame, and drives the robot on request."""
 
     def __init__(self, port: int, path: str = "/api/v1/live", *, acks: bool = True, **options: Any) -> None:
         from websockets.sync.client import connect
@@ -128,7 +128,7 @@ class PageClient:
         try:
             self._context.__exit__(None, None, None)
         except OSError:
-            pass  # it was cut
+            pass  # the connection was cut
         self._reader.join(5)
 
     def _read(self) -> None:
@@ -153,7 +153,7 @@ class PageClient:
         self.socket.send(json.dumps(document))
 
     def wait(self, accept: Callable[[dict[str, Any]], Any], timeout: float = 10.0) -> dict[str, Any]:
-        """The first message, of all that came and will come, that `accept` likes."""
+        """The first received or future message that `accept` accepts."""
         until, seen = time.monotonic() + timeout, 0
         with self._condition:
             while True:
@@ -170,11 +170,11 @@ class PageClient:
         return f"not heard within {timeout} s; of the drive: {told}; last: {self.heard[-2:]}; {self.error!r}"
 
     def of(self, kind: str, **fields: Any) -> dict[str, Any]:
-        """The first message of that kind with those fields."""
+        """Wait for the first message of that kind with those fields."""
         return self.wait(lambda d: d["t"] == kind and all(d.get(k) == v for k, v in fields.items()))
 
     def frame(self, kind: int, timeout: float = 10.0) -> bytes:
-        """The first binary frame of that kind."""
+        """Wait for the first binary frame of that kind."""
         until = time.monotonic() + timeout
         with self._condition:
             while True:
@@ -185,13 +185,13 @@ class PageClient:
                 self._condition.wait(0.1)
 
     def forget(self) -> None:
-        """Only what comes from now on counts."""
+        """Forget all received messages and frames."""
         with self._condition:
             self.heard.clear()
             self.frames.clear()
 
     def ready(self) -> None:
-        """Take the lease and confirm the warning."""
+        """Acquire the lease and confirm the warning."""
         self.say(t="lease", op="ask")
         self.of("lease", yours=True)
         self.say(t="confirm")
@@ -203,7 +203,7 @@ class PageClient:
         self.say(t="beat", **{"seq": next(self._seq), "at": time.monotonic(), "vx": vx, "wz": wz, **more})
 
     def hold(self, vx: float = 0.2, wz: float = 0.0) -> None:
-        """Press, and beat ten times a second until `let_go` or the connection ends."""
+        """Press, and send heartbeats ten times a second until `let_go` or the end of the connection."""
         self._let_go = threading.Event()
         self.press(vx, wz)
 
@@ -218,8 +218,8 @@ class PageClient:
         self._beating.start()
 
     def drive(self, vx: float = 0.2) -> dict[str, Any]:
-        """Hold until the robot is driven, and what was said then. A busy computer may find a hand silent or late before
-        it is: then it lets go and presses again, as a person does.
+        """Hold until the robot is driven; return the server's message. Releases and presses again if the server ends the
+        drive first, which may happen on a busy computer.
         """
         said: dict[str, Any] = {}
         for _ in range(20):
@@ -234,7 +234,7 @@ class PageClient:
         raise AssertionError(f"never driving: {said}")
 
     def _came_of_press(self) -> dict[str, Any]:
-        """What is said after the press was taken: before that it may be the end of the one before."""
+        """The server's message after it accepted the press; earlier ones may belong to the previous press."""
         opening = False
 
         def accept(document: dict[str, Any]) -> bool:
@@ -259,7 +259,7 @@ class PageClient:
 
 
 class Velocities:
-    """What is sent to the robot, with the time of each: heard on its own node."""
+    """Records the velocities sent to the robot, with their times, on a separate node."""
 
     def __init__(self, master_uri: str) -> None:
         self.node = Node("velocity_witness", master_uri=master_uri, anonymous=True)
@@ -281,7 +281,7 @@ class Velocities:
             self._condition.notify_all()
 
     def moves(self, since: float) -> bool:
-        """Whether it is told to move within three seconds."""
+        """True if a velocity of at least 0.05 m/s comes within three seconds."""
         try:
             self.wait_moving(since, timeout=3.0)
         except AssertionError:
@@ -289,7 +289,7 @@ class Velocities:
         return True
 
     def wait_moving(self, since: float, least: float = 0.05, timeout: float = 20.0) -> None:
-        """Wait until it is told to move."""
+        """Wait for a velocity of at least `least` m/s."""
         until = time.monotonic() + timeout
         with self._condition:
             while not any(at > since and abs(vx) >= least for at, vx, _ in self.heard):
@@ -297,9 +297,9 @@ class Velocities:
                 self._condition.wait(0.1)
 
     def seconds_to_zero(self, since: float, watch: float = 1.0) -> float:
-        """Seconds from `since` to the zero after which nothing else came for `watch` s; infinite without one.
+        """Seconds from `since` to the zero that no other velocity follows for `watch` s; infinite without one.
 
-        0.0 where the last word was zero already: on a busy computer a hand may fall silent before it is cut off.
+        0.0 if the robot had already stopped: on a busy computer the heartbeats may pause before the connection is cut.
         """
         time.sleep(max(0.0, since + watch - time.monotonic()))
         until = time.monotonic() + LATEST

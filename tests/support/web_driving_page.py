@@ -1,4 +1,4 @@
-"""A page in a process of its own, to be stopped and killed: `python -m tests.support.web_driving_page PORT SPEED` holds the robot."""
+"""A page in a separate process that a test can stop or kill: `python -m tests.support.web_driving_page PORT SPEED` drives the robot."""
 
 from __future__ import annotations
 

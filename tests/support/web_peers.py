@@ -1,8 +1,7 @@
-"""Clients of the gateways, from npm and PyPI, as their makers ship them; installed beforehand, outside this repository.
+"""Unmodified clients of the gateways from npm and PyPI, installed before the tests outside this repository.
 
-ROSPROTO_NPM_PEERS names a folder with node_modules, ROSPROTO_PYPI_PEERS a virtual environment; without them they are
-looked for in the cache (`npm-peers`, `pypi-peers`), where `python -m tests.support.web_peers` installs them, as
-.ci/run does.
+ROSPROTO_NPM_PEERS names a folder with node_modules, ROSPROTO_PYPI_PEERS a virtual environment; the default is the
+cache (`npm-peers`, `pypi-peers`), where `python -m tests.support.web_peers` installs them, as .ci/run does.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ PYPI = (
 
 
 def cache() -> Path:
-    """Where peers are kept from one run to the next."""
+    """The folder that keeps peers between runs."""
     place = os.environ.get(CACHE) or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(place) / "rosproto-tests"
 
@@ -50,7 +49,7 @@ def _pypi_folder() -> Path:
 
 
 def npm_module(path: str) -> Path:
-    """A file below node_modules; the running test is skipped where it is not installed."""
+    """A file below node_modules; skips the running test if it is not installed."""
     ros.require(shutil.which("node"), "node is not installed")
     found = _npm_folder() / "node_modules" / path
     ros.require(
@@ -60,7 +59,7 @@ def npm_module(path: str) -> Path:
 
 
 def python_with(module: str) -> Path:
-    """A Python that has this module; the running test is skipped where there is none."""
+    """A Python that has this module; skips the running test if there is none."""
     python = _pypi_folder() / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     ros.require(
         python.exists(), f"{python} is not there: ROSPROTO_PYPI_PEERS names the environment with {module}"
@@ -71,7 +70,7 @@ def python_with(module: str) -> Path:
 
 
 def start_module(program: str) -> ros.RosProcess:
-    """Run JavaScript, an ES module with `say(value)`, which writes a line of JSON; to be used in a `with`."""
+    """Run a JavaScript ES module in which `say(value)` writes a line of JSON; use it in a `with` block."""
     node = shutil.which("node")
     assert node is not None
     head = (
@@ -83,10 +82,10 @@ def start_module(program: str) -> ros.RosProcess:
 
 
 def install() -> None:
-    """Install them from npm's and Python's registries, into the cache.
+    """Install the clients from npm and PyPI into the cache.
 
     Raises:
-        RuntimeError: They cannot be installed; with the installer's words.
+        RuntimeError: The installation failed; includes the installer's message.
     """
     npm = shutil.which("npm")
     if npm is None:

@@ -1,4 +1,4 @@
-"""The `woosh` command in a process of its own, and what to look for in its pictures."""
+"""Runs the `woosh` command in a separate process, and checks its pictures."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def has(pixels: np.ndarray, color: tuple[int, int, int]) -> bool:
-    """Whether a picture has a pixel of that colour."""
+    """True if a picture has a pixel of that colour."""
     return bool((pixels == color).all(axis=2).any())
 
 
 def woosh_process(*words: str) -> subprocess.Popen[str]:
-    """The command in a process of its own."""
+    """Start the command in a separate process."""
     return subprocess.Popen(
         [sys.executable, "-u", "-m", "woosh_pure", *words],
         stdout=subprocess.PIPE,
@@ -34,7 +34,7 @@ def woosh_process(*words: str) -> subprocess.Popen[str]:
 
 
 def until_it_ends(process: subprocess.Popen[str], happen: Callable[[int], object]) -> str:
-    """Let something happen again and again until the command has ended; its stdout."""
+    """Call `happen` repeatedly until the command has ended; return its stdout."""
     for turn in range(300):
         if process.poll() is not None:
             break

@@ -1,17 +1,17 @@
-"""What a test process and the Pythons it starts may not touch: the user's own folders, and other machines.
+"""Keeps a test process and the Pythons it starts from the user's own folders and other machines.
 
-An audit hook sees each file that Python opens and each connection that it begins. One that leads into a guarded
-folder, or to another machine, raises PermissionError, and is noted in a file besides, because a program may swallow
-the error: tests/conftest.py fails the test after which there is something in that file.
+An audit hook checks each file that Python opens and each connection that it begins. Access to a guarded folder or to
+another machine raises PermissionError. It is also written to a report file, because a program may swallow the error:
+tests/conftest.py fails the test after which the report is not empty.
 
-Of a path the deepest folder that is named decides: the home is guarded, a checkout or a Python inside it is free.
-Nobody is reached by numbers that stand for no machine (the blocks for documentation) and by names that the domain
-system reserves (`.invalid`); connecting a datagram socket sends nothing, it asks for a route.
+The deepest listed folder of a path decides: the home is guarded, a checkout or a Python inside it is free. Allowed are
+addresses of the blocks for documentation, names that the domain system reserves (`.invalid`), and connecting a
+datagram socket, which sends nothing.
 
-What this cannot see: C code that opens files by itself, and programs that are no Python, or run with -I or -E. They
-get the same environment, in which every variable that names a folder of the user names a temporary one.
+Not covered: C code that opens files itself, programs other than Python, and Python with -I or -E. They get the same
+environment, in which every variable for a folder of the user names a temporary one.
 
-Needs the standard library only, and what it loads at once is next to nothing: tests look at what a program loads.
+Uses the standard library only and imports little at start: tests check the imports of programs.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ import os
 import sys
 from _thread import _local
 
-TYPE_CHECKING = False  # for those who check types; `typing` itself would take 15 ms of every start
+TYPE_CHECKING = False  # for type checkers; importing `typing` takes 15 ms per start
 if TYPE_CHECKING:
     import ipaddress
     from typing import Any
 
 __all__ = ["NETWORK", "VARIABLE", "explain", "install", "install_from_environment"]
 
-VARIABLE = "TESTS_WATCH"  # JSON: what `install` takes
-NETWORK = "TESTS_WATCH_NETWORK"  # "own": this process has a network of its own, which leads nowhere
+VARIABLE = "TESTS_WATCH"  # JSON: the argument of `install`
+NETWORK = "TESTS_WATCH_NETWORK"  # "own": this process has a separate, unconnected network
 
 _PATHS = {
     "open": 1, "os.listdir": 1, "os.scandir": 1, "os.mkdir": 1, "os.remove": 1, "os.rmdir": 1, "os.truncate": 1,
     "os.rename": 2, "os.link": 2, "os.symlink": 2, "sqlite3.connect": 1,
 }  # fmt: skip
-"""Events, and how many of their arguments are paths."""
+"""Event -> number of its arguments that are paths."""
 _LOOKUPS = ("socket.getaddrinfo", "socket.gethostbyname", "socket.gethostbyaddr")
 _CONNECTIONS = ("socket.connect", "socket.sendto", "socket.sendmsg")
 _NOBODY = ("192.0.2.0/24", "198.51.100.0/24", "203.0.113.0/24", "240.0.0.0/4", "2001:db8::/32")
@@ -43,7 +43,7 @@ _busy = _local()
 
 
 def install(state: dict[str, Any]) -> None:
-    """Watch this process from now on; called again it watches by the new rules.
+    """Watch this process from now on; another call replaces the rules.
 
     Args:
         state: "guarded" and "free" are lists of folders, "report" is the file for notes.
@@ -57,7 +57,7 @@ def install(state: dict[str, Any]) -> None:
 
 
 def install_from_environment() -> None:
-    """As the process that started this one is watched; nothing when it is not."""
+    """Watch this process by the rules of its parent process, if any."""
     text = os.environ.get(VARIABLE)
     if text:
         import json
@@ -94,14 +94,14 @@ def _judge(event: str, wrong: str | None) -> None:
         with open(state["report"], "a", encoding="utf-8") as report:
             report.write(line + "\n")
     except OSError:
-        pass  # the test run that wanted to know has ended
+        pass  # the test run has ended
     finally:
         _busy.yes = False
     raise PermissionError(explain(line))
 
 
 def explain(line: str) -> str:
-    """What to say about a line of the report."""
+    """The error message for a line of the report."""
     return (
         f"no test may touch the user's folders or another machine: {line}; give it a folder of its own"
         " (tmp_path), or 127.0.0.1"
@@ -124,14 +124,14 @@ def _full(path: str) -> str | None:
     _busy.yes = True
     try:
         return _normal(path)
-    except OSError:  # the working folder is gone
+    except OSError:  # the working directory was removed
         return None
     finally:
         _busy.yes = False
 
 
 def _depth(path: str, kind: str) -> int:
-    """Length of the deepest folder of that kind which holds the path; 0 when there is none."""
+    """Length of the deepest folder of that kind that contains the path; 0 if there is none."""
     folders = sys._tests_watch[kind]  # type: ignore[attr-defined]
     return max((len(folder) for folder in folders if path.startswith(folder)), default=0)
 
@@ -156,7 +156,7 @@ def _wrong_address(sock: Any, address: Any, event: str) -> str | None:
 
 
 def _wrong_name(host: Any) -> str | None:
-    """Of a name that would be looked up somewhere; None for numbers, which are not."""
+    """Describe a host name that needs a lookup on another machine; None if it needs none."""
     name = os.fsdecode(host or "localhost").rstrip(".").lower()
     if _number(name) is not None or name.rpartition(".")[2] in _RESERVED or not name.isprintable():
         return None
@@ -177,7 +177,7 @@ def _number(host: Any) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 
 def _is_ours(family: int, host: str) -> bool:
-    """Whether it is an address of this machine: nothing else can be bound."""
+    """True for an address of this machine: no other can be bound."""
     import socket
 
     _busy.yes = True

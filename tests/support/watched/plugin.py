@@ -1,7 +1,7 @@
-"""Makes a run of tests hermetic: folders of its own in the environment, a watch, and a failure for what it sees.
+"""Makes a test run hermetic: separate folders in the environment, a watch, and a failure for each violation.
 
-tests/conftest.py takes these hooks over. Each process of tests (each xdist worker) has a home of its own. What the
-commands keep there is removed after each test, so none finds what another one saved.
+tests/conftest.py imports these hooks. Each test process (each xdist worker) has its own home. The commands' files in
+it are removed after each test.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ FOLDERS = {
     "XDG_CONFIG_HOME": ".config", "XDG_DATA_HOME": ".local/share", "XDG_STATE_HOME": ".local/state",
     "XDG_CACHE_HOME": ".cache", "ROS_HOME": ".ros", "ROS_LOG_DIR": ".ros/log",
 }  # fmt: skip
-"""Variables that name a folder of the user, and where it is in the home of the tests."""
+"""Variable for a folder of the user -> its place in the home of the tests."""
 UNSET = (
     "WOOSH_CONFIG_DIR", "ROSPROTO_MSG_PATH", "ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE",
     "ROS_PACKAGE_PATH", "HOMEDRIVE", "HOMEPATH", "LANGUAGE",
 )  # fmt: skip
-"""What would lead the commands somewhere, or change what they say."""
+"""Variables that would redirect the commands or change their output."""
 KEPT = (".config/woosh", ".local/share/rosproto", "AppData", "Library")
-"""What our commands write in a home."""
+"""The folders that our commands write in a home."""
 CACHE = "TESTS_CACHE_HOME"
-"""Where peers that are installed beforehand lie (rosnodejs): the user's cache folder, as it was."""
-DEBIAN = "/usr/bin/python3"  # real ROS: has an environment without PYTHONPATH of ours, and a home of its own
+"""The user's original cache folder, with installed peers (rosnodejs)."""
+DEBIAN = "/usr/bin/python3"  # real ROS: runs without our PYTHONPATH, with its own home
 
 _home: Path | None = None
 _report: Path | None = None
 
 
 def begin() -> None:
-    """Point the environment at temporary folders, and watch; once, before anything of ours is imported."""
+    """Set temporary folders in the environment and start the watch; once, before our packages are imported."""
     global _home, _report
     if _home is not None:
         return
@@ -69,10 +69,10 @@ def begin() -> None:
         os.environ[name] = str(folder)
     for name in UNSET:
         os.environ.pop(name, None)
-    for name in ("LC_ALL", "LC_MESSAGES", "LANG"):  # the tests read English
+    for name in ("LC_ALL", "LC_MESSAGES", "LANG"):  # the tests expect English
         if os.environ.get(name, "").lower().startswith("zh"):
             os.environ[name] = "C.UTF-8"
-    os.environ.setdefault("LANG", "C.UTF-8")  # or Windows is asked
+    os.environ.setdefault("LANG", "C.UTF-8")  # else the locale of Windows decides
     state = {"guarded": guarded, "free": [*_free(), *before.get("free", [])], "report": str(_report)}
     os.environ[hermetic.VARIABLE] = json.dumps(state)
     os.environ["PYTHONPATH"] = _with_watch(os.environ.get("PYTHONPATH", ""))
@@ -91,17 +91,17 @@ def _folders_of_the_user() -> list[str]:
         import pwd
 
         try:
-            found.append(pwd.getpwuid(os.getuid()).pw_dir)  # what counts without $HOME
+            found.append(pwd.getpwuid(os.getuid()).pw_dir)  # the home without $HOME
         except KeyError:
-            pass  # a container with any user id
+            pass  # a container with an arbitrary user id
     found += [os.environ[name] for name in (*FOLDERS, "WOOSH_CONFIG_DIR") if os.environ.get(name)]
     paths = dict.fromkeys(os.path.realpath(path) for path in found)
-    # In some containers the home is the root; a home among temporary folders belongs to somebody's test run.
+    # In some containers the home is the root directory; a home among temporary folders belongs to a test run.
     return [path for path in paths if path != os.path.realpath(os.sep)] or [os.path.join(os.sep, "nobody's")]
 
 
 def _free() -> list[str]:
-    """Where the project, its Python and temporary files lie, wherever that is."""
+    """Folders of the project, its Python and temporary files."""
     places = [str(ROOT), tempfile.gettempdir(), sys.prefix, sys.base_prefix, sys.exec_prefix, *sys.path]
     places += [os.path.dirname(sys.executable), os.path.dirname(os.path.realpath(sys.executable))]
     places += [sys.pycache_prefix or "", site.getuserbase() or "", os.environ[CACHE] + "/rosproto-tests"]
@@ -110,17 +110,17 @@ def _free() -> list[str]:
 
 
 def _own_folders_stay_importable() -> None:
-    """What was installed with `pip install --user` lies in the home that is."""
+    """Keep packages of `pip install --user` in the real home importable."""
     if site.ENABLE_USER_SITE:
         os.environ.setdefault("PYTHONUSERBASE", site.getuserbase())
 
 
 def _be_interruptible() -> None:
-    """A shell without job control starts what runs in the background (`pytest &`) with SIGINT ignored, nohup
-    with SIGHUP.
+    """Restore signals: a shell without job control starts background jobs (`pytest &`) with SIGINT ignored,
+    nohup with SIGHUP.
 
-    Whoever tests these would find them lost, and so would every program that a test starts: they inherit it. A
-    function that does nothing is not inherited, and leaves to `nohup pytest` what it is for.
+    Started programs inherit ignored signals, and tests of these signals would fail. A handler is not inherited; for
+    SIGHUP it does nothing, so `nohup pytest` still works.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -139,7 +139,7 @@ def _with_watch(paths: str) -> str:
 
 
 def _watch_what_is_started() -> None:
-    """Many tests make an environment of their own: the watch is put back into it."""
+    """Add the watch to the environment of started programs; many tests replace the environment."""
     usual = subprocess.Popen.__init__
 
     def init(self: Any, args: Any, *rest: Any, **options: Any) -> None:
@@ -158,11 +158,11 @@ def _watch_what_is_started() -> None:
     subprocess.Popen.__init__ = init  # type: ignore[method-assign]
 
 
-# -- what was seen -----------------------------------------------------------------------------------------
+# -- violations --------------------------------------------------------------------------------------------
 
 
 def _seen() -> list[str]:
-    """The lines of the report, once."""
+    """Read the lines of the report and remove it."""
     assert _report is not None
     try:
         lines = _report.read_text("utf-8").splitlines()
@@ -174,7 +174,7 @@ def _seen() -> list[str]:
 
 @contextmanager
 def expected() -> Iterator[list[str]]:
-    """For the tests of the watch: what it sees in this block is here, and fails nothing."""
+    """For tests of the watch: yield the violations of the block, which then fail no test."""
     lines: list[str] = []
     try:
         yield lines
@@ -184,7 +184,7 @@ def expected() -> Iterator[list[str]]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
-    """Fail the test that left the watched ground, or whose programs did."""
+    """Fail the test if it or its programs violated the rules."""
     try:
         yield
     finally:
@@ -197,7 +197,7 @@ def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
 
 
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """Programs that went on after the last test."""
+    """Report violations of programs that still ran after the last test."""
     lines = _seen()
     if lines:
         print("\n".join(map(hermetic.explain, lines)), file=sys.stderr)

@@ -1,5 +1,5 @@
-"""Every Python that a test starts runs this first (it is in its PYTHONPATH): it is watched as the tests are."""
+"""Watches every Python that a test starts: Python imports this first, by PYTHONPATH."""
 
-import hermetic  # beside this file, which is not in a package there
+import hermetic  # in this folder, which is no package here
 
 hermetic.install_from_environment()
