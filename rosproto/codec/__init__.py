@@ -1,6 +1,6 @@
 """The codec: definitions become message classes, messages become bytes and back.
 
-Start with `message_class`, `encode` and `decode`. Nothing here knows about connections; numpy is imported
+Start with `message_class`, `encode` and `decode`. The codec is independent of connections; numpy is imported
 with the first array.
 """
 
@@ -37,7 +37,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """The former name of `ValueStyle`, with a DeprecationWarning."""
+    """Resolve `Flavour`, the former name of `ValueStyle`, with a DeprecationWarning."""
     if name != "Flavour":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     warnings.warn("rosproto.codec.Flavour is now ValueStyle", DeprecationWarning, stacklevel=2)

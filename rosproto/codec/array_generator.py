@@ -1,4 +1,4 @@
-"""Writes how arrays are decoded: numbers as views, the rest as lists, element by element or many at once."""
+"""Generates code that decodes arrays: numbers as views, other elements as lists, one by one or in blocks."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from rosproto.codec.generated_source import flat_codes, length_offsets, merge_co
 from rosproto.codec.layout import FieldLayout, Layout
 
 MAX_LOOP_DEPTH = 3
-"""Deeper arrays of messages are decoded by a function of their own (Python allows 20 nested blocks)."""
+"""Deeper arrays of messages are decoded by a separate function (Python allows 20 nested blocks)."""
 MAX_STATEMENTS = 3000
 PAUSE_FROM = 2000
-"""Objects in one array from which switching the collector off pays."""
+"""Minimum number of objects in one array for pausing the garbage collector."""
 STREAM_FROM = 5
-"""Objects in one element from which making them in C, by `zip`, pays: a sixth less time for each."""
+"""Minimum number of objects in one element for making them in C with `zip`, a sixth faster."""
 BLOCK_OBJECTS = 10
-"""Objects in one element up to which four of them are read in a turn."""
+"""Maximum number of objects in one element for decoding four elements per iteration."""
 PROBE_FROM = 3
-"""Elements from which guessing that all strings are as long as the first one's pays."""
+"""Minimum number of elements for assuming that all strings are as long as the first element's."""
 
 
 class ArrayWriter(FixedFieldsWriter):
-    """Adds arrays to runs; single fields and nested messages are the subclass's."""
+    """Adds arrays; the subclass adds single fields and nested messages."""
 
     if TYPE_CHECKING:
 
@@ -43,8 +43,8 @@ class ArrayWriter(FixedFieldsWriter):
             self.flush()
             n = str(field.length)
         self.rebase()
-        # Refuse a count that the bytes left cannot hold before any object is made. (Elements of no bytes are
-        # the reference codec's: `Layout.sparse`.)
+        # Before making objects, refuse a count larger than the remaining bytes can hold. (The reference codec
+        # decodes elements of no bytes: `Layout.sparse`.)
         self.src.line(f"p = i+{n}*{field.size}")
         self.src.line("if p > e: raise ValueError")
         if field.kind == "string":
@@ -66,7 +66,7 @@ class ArrayWriter(FixedFieldsWriter):
         if length:
             expression = self.number_array(field, str(length), self.at(self.run))
         else:
-            # np.frombuffer refuses an empty buffer, which is what a message of this field alone is.
+            # np.frombuffer refuses an empty buffer; a message with only this field is one.
             expression = self.number_array(field, "0", "0").replace("(b,", "(Z,")
             self.src.globals["Z"] = b"\0"
         self.src.line(f"{target} = {expression}")
@@ -128,7 +128,7 @@ class ArrayWriter(FixedFieldsWriter):
             src.dedent()
 
     def element_loop(self, element: Layout, span: str, add: str) -> None:
-        """One element after the other; right for everything."""
+        """Decode elements one by one; works for all types."""
         src = self.src
         src.indent(f"for _ in {span}:")
         var = src.fresh("m")
@@ -143,7 +143,7 @@ class ArrayWriter(FixedFieldsWriter):
         src.dedent()
 
     def fixed_loop(self, element: Layout, items: str, add: str) -> None:
-        """Elements of numbers and times only, up to position p: one iter_unpack over the whole run."""
+        """Decode elements of numbers and times, up to position p, with one iter_unpack."""
         src = self.src
         if element.objects <= BLOCK_OBJECTS:
             self.blocks(element, items, add)
@@ -154,7 +154,7 @@ class ArrayWriter(FixedFieldsWriter):
         src.line("i = p")
 
     def blocks(self, element: Layout, items: str, add: str) -> None:
-        """Small elements, four in a turn and the rest one by one: a loop's own cost is a fifth of theirs."""
+        """Decode small elements in fours and the rest one by one: loop overhead is a fifth of their cost."""
         src = self.src
         size = element.fixed_size or 0
         codes = flat_codes(element)
@@ -170,7 +170,7 @@ class ArrayWriter(FixedFieldsWriter):
             src.dedent()
 
     def unpacking(self, element: Layout, tuples: str, lengths: list[str], texts: list[str]) -> str:
-        """Open the loop over `tuples`, each of one element; gives the variable of the element."""
+        """Open the loop over `tuples`, one per element; return the element's variable."""
         src = self.src
         mark, head = src.fresh("x"), src.indent_later()
         streams: list[tuple[str, str]] | None = [] if element.objects >= STREAM_FROM else None
@@ -185,10 +185,10 @@ class ArrayWriter(FixedFieldsWriter):
         return top
 
     def probe_loop(self, element: Layout, n: str, items: str, add: str, strings: int) -> None:
-        """Elements with strings: as if every element's strings were as long as the first one's.
+        """Decode elements with strings, assuming that all strings are as long as the first element's.
 
-        That is so for every Path and nearly every TFMessage. Where it is not, the loop ends early and
-        `element_loop` continues at that element.
+        This holds for every Path and nearly every TFMessage. At the first element with other lengths the loop
+        ends, and `element_loop` continues there.
         """
         src = self.src
         codes = flat_codes(element)

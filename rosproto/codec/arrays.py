@@ -1,8 +1,7 @@
-"""Arrays of numbers: what may be assigned to such a field, and how it becomes bytes.
+"""Arrays of numbers: accepted values and their conversion to bytes.
 
-The generated code handles the common cases itself (an ndarray of the right dtype, bytes for uint8[]);
-everything else comes here: lists, tuples, other dtypes, strided views, ranges, `array.array`.
-numpy is imported with the first thing that needs it.
+The generated code handles the common cases (an ndarray of the right dtype, bytes for uint8[]). This module
+handles lists, tuples, other dtypes, strided views, ranges and `array.array`. numpy is imported on first use.
 """
 
 from __future__ import annotations
@@ -16,20 +15,19 @@ if TYPE_CHECKING:
 
 
 def number_part(value: Any, code: str, dtype: str) -> tuple[Any, int]:
-    """Turn a field's value into something `bytes.join` takes, and the number of elements.
+    """Convert a field's value to a part for `bytes.join`; return it with the number of elements.
 
     Args:
-        value: Whatever the user assigned.
+        value: The assigned value.
         code: struct code of one element.
-        dtype: numpy's name of the same.
+        dtype: numpy dtype of one element.
 
     Raises:
-        TypeError, ValueError, OverflowError, struct.error: It does not fit; the caller finds the words.
+        TypeError, ValueError, OverflowError, struct.error: The value does not fit.
     """
     kind = type(value)
     if kind is list or kind is tuple:
-        # Fastest for lists by far: np.array(list) takes eight times as long.
-        # A Struct of its own: struct.pack(form, *value) would build the arguments twice.
+        # np.array(list) takes eight times as long; struct.pack(form, *value) builds the arguments twice.
         return struct.Struct(f"<{len(value)}{_pack_code(code)}").pack(*value), len(value)
     if isinstance(value, (bytes, bytearray)) or (isinstance(value, memoryview) and value.itemsize == 1):
         if code != "B":
@@ -62,7 +60,7 @@ def fixed_bytes(value: Any, code: str, dtype: str, length: int) -> bytes:
 
 
 def _pack_code(code: str) -> str:
-    # "?" would take any object's truth: "false" would become True.
+    # "?" packs the truth of any object: "false" would become True.
     return "B" if code == "?" else code
 
 
@@ -80,7 +78,7 @@ def _from_array(value: Any, dtype: str) -> tuple[Any, int]:
 
 
 def _converted(source: NDArray[Any], wanted: Any) -> NDArray[Any]:
-    """Change the dtype where every value fits; wrap-around and cut-off fractions are errors."""
+    """Change the dtype if every value fits; overflow, and floats for integers, are errors."""
     import numpy as np
 
     if source.dtype.kind not in "biuf" or source.size == 0:
@@ -107,7 +105,7 @@ def _converted(source: NDArray[Any], wanted: Any) -> NDArray[Any]:
 
 
 def bool_view(buffer: Any, count: int, offset: int) -> NDArray[Any]:
-    """Decode bool[]: any non-zero byte is true, so this one is a copy, read-only like the views."""
+    """Decode bool[] to a read-only copy; any non-zero byte is true."""
     import numpy as np
 
     result: NDArray[Any] = np.frombuffer(buffer, "u1", count, offset) != 0
@@ -116,11 +114,11 @@ def bool_view(buffer: Any, count: int, offset: int) -> NDArray[Any]:
 
 
 def plain_bools(values: Sequence[int]) -> list[bool]:
-    """genpy's form of bool[]."""
+    """Decode bool[] to a list, as genpy does."""
     return [value != 0 for value in values]
 
 
 def read_only(buffer: Any) -> memoryview:
-    """A flat view of any buffer through which nothing can be changed."""
+    """A flat, read-only view of any buffer."""
     view = memoryview(buffer).toreadonly()
     return view if view.format == "B" and view.ndim == 1 else view.cast("B")

@@ -1,10 +1,10 @@
 """The binding of a message class: its definition, layout and functions, generated on first use.
 
-A class begins with stubs. The first encode, decode or construction generates that one function
-(0.3 to 2 ms) and puts it in the stub's place. Two threads that come first at once both generate; the
-functions are equal and either may stay. What generates is imported with its first use as well.
+A class begins with stubs. The first encode, decode or construction generates that function (0.3 to 2 ms) and
+replaces the stub. Two threads may generate the same function at once; the results are equal and either is
+kept. The generators are imported on first use.
 
-For errors and odd definitions there is the reference codec, which takes messages as plain values.
+The reference codec, which works on plain values, handles errors and unusual definitions.
 """
 
 from __future__ import annotations
@@ -22,14 +22,13 @@ from rosproto.msg import DefinitionLibrary, MessageSpec
 class Binding:
     """Joins a class, its definition and the generated code.
 
-    Also the seam for carrying values between two revisions of a type: both classes' `layout` list their
-    fields by name.
+    `Conversion` also uses it to find nested classes of two revisions of a type.
 
     Attributes:
         cls: The message class.
         spec: Its definition.
         library: Where nested definitions come from.
-        value_style: Which values the class is made of.
+        value_style: Python values of the class.
     """
 
     __slots__ = ("_class_for", "_functions", "_layout", "cls", "library", "spec", "value_style")
@@ -54,7 +53,7 @@ class Binding:
         """The resolved definition.
 
         Raises:
-            DefinitionError: Something it uses is missing, recursive or too large.
+            DefinitionError: A used type is missing, recursive or too large.
         """
         if self._layout is None:
             self._layout = resolve(self.spec, self.library)
@@ -70,10 +69,10 @@ class Binding:
         return self._class_for(name)
 
     def maker(self, name: str) -> Callable[[], Any]:
-        """The cheapest way to an empty instance.
+        """The fastest constructor of an empty instance.
 
-        Message classes have no `__init__` (their metaclass does its work), so that `type.__call__` stays
-        in C: 42 ns against 55 for `object.__new__` and 74 with an empty `__init__`.
+        Message classes have no `__init__` (the metaclass initializes instances), so `type.__call__` stays in
+        C: 42 ns, compared with 55 for `object.__new__` and 74 with an empty `__init__`.
         """
         if name == "time":
             return partial(object.__new__, self.value_style.time)
@@ -86,12 +85,12 @@ class Binding:
     # -- the functions -----------------------------------------------------------------------
 
     def function(self, name: str) -> Callable[..., Any]:
-        """One of "encode", "parts", "decode", "whole", "fill", generated if need be."""
+        """One of "encode", "parts", "decode", "whole", "fill", generated on first use."""
         found = self._functions.get(name)
         if found is None:
             found = self._functions[name] = getattr(self, f"_make_{name}")()
             if name in ("encode", "decode", "whole", "fill"):
-                # Plain, not static: Python 3.11 finds a method of an instance with one instruction.
+                # A function, not a staticmethod: Python 3.11 loads methods with one instruction.
                 type.__setattr__(self.cls, f"_{name}", found)
         return found
 
@@ -153,13 +152,13 @@ class Binding:
 
         return encode_function(self.layout, self.value_style, general=True, fail=self._encode_slowly)
 
-    # -- when the fast way fails -------------------------------------------------------------
+    # -- when generated code fails -----------------------------------------------------------
 
     def _decode_general(self, data: Any, start: int, end: int) -> Any:
         return self.function("general_decode")(data, start, end)
 
     def _decode_again(self, data: Any, start: int, end: int, error: Exception) -> Any:
-        """Text that is not UTF-8, or a buffer of another kind, is no error: decode by the general code."""
+        """Decode with the general code, which accepts non-UTF-8 text and all kinds of buffers."""
         if isinstance(error, (UnicodeDecodeError, AttributeError, TypeError)):
             return self.function("general_decode")(data, start, end)
         return self._decode_slowly(data, start, end, error)
@@ -169,7 +168,7 @@ class Binding:
         return self._decode_again(data, 0, len(data), error)
 
     def _decode_slowly(self, data: Any, start: int, end: int, error: Exception | None = None) -> Any:
-        """Find the field that is wrong; or decode what only the reference codec does."""
+        """Decode with the reference codec, which names a wrong field and supports sparse layouts."""
         from rosproto.codec.reference import decode_layout
 
         try:
@@ -186,7 +185,7 @@ class Binding:
         return [self._encode_again(message, error)]
 
     def _encode_slowly(self, message: Any, error: Exception) -> bytes:
-        """Find the field whose value is wrong."""
+        """Raise an error that names the field with the wrong value."""
         from rosproto.codec.reference import encode_layout
 
         try:
@@ -196,14 +195,14 @@ class Binding:
 
 
 def _copied(data: Any) -> bytes:
-    """The bytes of any buffer; TypeError for what is none (`bytes(5)` would be five zeros)."""
+    """Copy any buffer to bytes; TypeError for other objects (`bytes(5)` would be five zeros)."""
     return data if type(data) is bytes else memoryview(data).tobytes()
 
 
 def to_plain(layout: Layout, message: Any) -> Any:
-    """A message as the reference codec takes it; fields without a value are left out.
+    """A message as plain values for the reference codec, without unset fields.
 
-    What cannot be a message of that type is handed on as it is: the reference codec names it.
+    Other objects are passed on unchanged; the reference codec reports them.
     """
     if isinstance(message, dict) or (
         layout.fields and not any(hasattr(message, f.name) for f in layout.fields)
@@ -234,7 +233,7 @@ def _plain_field(field: FieldLayout, value: Any) -> Any:
         if field.code == "B" and value.dtype.str == "|u1":
             return value.tobytes()
         items = value.reshape(-1).tolist()
-        # As the fast code: whole numbers by their truth; 0.5 and "false" are no booleans.
+        # As in generated code, integers are accepted as booleans; 0.5 and "false" are not.
         return [bool(item) for item in items] if field.code == "?" and value.dtype.kind in "biu" else items
     try:
         items = list(value)

@@ -1,4 +1,4 @@
-"""Classes by name: made once per library and value style, cached there."""
+"""Message classes by name: made once per library and value style, cached in the library."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from rosproto.msg.spec import MessageSpec
 
 _lock = RLock()
 _DEFINED_KEPT = 256
-_DEFINED_CHARACTERS = 2 << 20  # of all their texts; a class takes thirty times its text
-_defined_since = 0  # characters, since the collector was run for them
+_DEFINED_CHARACTERS = 2 << 20  # of all texts; a class takes thirty times the memory of its text
+_defined_since = 0  # characters of texts since the last collector run
 _defined: BoundedCache[tuple[str, str, ValueStyle], type[DynamicMessage]] = BoundedCache(
     _DEFINED_KEPT, _DEFINED_CHARACTERS
 )
@@ -65,7 +65,7 @@ def _message_class(
     if found is not None:
         return found
     with _lock:
-        # Once more: another thread may have made it meanwhile.
+        # Another thread may have made it meanwhile.
         return _kept(classes, key, type_) or _add_class(type_, library, value_style, kind)
 
 
@@ -101,7 +101,7 @@ def _add_class(
 
 
 def _cache(library: DefinitionLibrary) -> dict[Any, Any]:
-    """The library's own cache: it and the classes live and go together."""
+    """The cache in the library, which thus lives as long as the classes."""
     cache: dict[Any, Any] = vars(library).setdefault("_classes", {})
     return cache
 
@@ -152,12 +152,12 @@ def _make_class(
 
 
 def _docstring(text: str) -> str:
-    """The definition, for `help()`. Bytes that were not UTF-8 are spelled out: no docstring holds them."""
+    """The definition, for `help()`. Non-UTF-8 bytes are escaped."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def second_names(library: DefinitionLibrary, type_name: str, names: list[str]) -> dict[str, str]:
-    """Other spellings of fields that this definition has: other name -> field."""
+    """Aliases of the definition's fields: alias -> field."""
     pairs = library.field_aliases(type_name)
     both = [*pairs, *((field, other) for other, field in pairs)]
     return {other: field for other, field in both if field in names and other not in names}
@@ -215,16 +215,16 @@ def define(
     value_style: str | ValueStyle = "numpy",
     flavour: str | ValueStyle | None = None,
 ) -> type[DynamicMessage]:
-    """A class from a full definition text, as connection headers and bags carry it.
+    """Make a class from a full definition text, as in connection headers and bags.
 
-    The text may come from anybody: it is bounded (`rosproto.msg.DefinitionLimits`), and only checked
-    identifiers of it reach generated code. The same text gives the same class while it is among the last 256
-    and those are no longer than 2 MB together.
+    The text is untrusted: its size is limited (`rosproto.msg.DefinitionLimits`), and only checked identifiers
+    reach generated code. Equal texts give the same class while cached: the last 256 texts, at most 2 MB in
+    total.
 
     Args:
-        name: "package/Type" that the text begins with.
+        name: "package/Type" of the first definition.
         full_text: Its definition, then "=" * 80, "MSG: package/Type" and the text for each type it uses.
-        base: Where types are taken from that the text does not define; nowhere by default.
+        base: Library of types that the text does not define; none by default.
         value_style, flavour: As for `message_class`.
 
     Raises:
@@ -238,7 +238,7 @@ def define(
             library = library_from_full_text(name, full_text, base=base)
             cls = _message_class(name, library, kind, "msg")
             assert cls._binding is not None
-            _ = cls._binding.layout  # everything it uses is there, or it is refused now
+            _ = cls._binding.layout  # raises if a used type is missing
             if base is None:
                 _defined.put(key, cls, len(full_text))
                 _clear_away(len(full_text))
@@ -248,8 +248,8 @@ def define(
 def _clear_away(characters: int) -> None:
     """Collect unused classes once the total length of their texts is large.
 
-    A class is in a cycle, and the collector waits for a number of objects: of texts of a megabyte each it
-    lets hundreds lie around.
+    Classes are in reference cycles, and the collector counts objects, not bytes: it would keep hundreds of
+    classes with texts of a megabyte each.
     """
     global _defined_since
     _defined_since += characters
@@ -261,7 +261,7 @@ def _clear_away(characters: int) -> None:
 
 
 def pickled(message: Message) -> tuple[Any, ...]:
-    """What `pickle` needs: how to find the class in another process, and the values."""
+    """Result of `__reduce__`: how to find the class in another process, and the values."""
     binding = message._binding
     assert binding is not None
     known = binding.library is bundled()
@@ -274,7 +274,7 @@ def restore(name: str, md5sum: str, full_text: str | None, value_style: str) -> 
     """An empty message for `pickle` to fill.
 
     Raises:
-        DefinitionError: The bundled definition is not the one that was pickled.
+        DefinitionError: The bundled definition differs from the pickled one.
     """
     cls = (
         message_class(name, value_style=value_style)

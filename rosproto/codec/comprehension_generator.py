@@ -1,7 +1,7 @@
-"""Writes how a long array of messages is packed by one list comprehension.
+"""Generates code that packs a long array of messages with one list comprehension.
 
-That is a tenth faster than a loop. It takes elements of numbers, times and at most one string, which must
-be the same object in all of them: so it is in every received Path, and where a program sets one frame_id.
+This is a tenth faster than a loop. Elements consist of numbers, times and at most one string, which must be
+the same object in all elements, as in a received Path or if a program sets one frame_id.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from rosproto.codec.generated_source import Source, merge_codes, strings_inside
 from rosproto.codec.layout import FieldLayout, Layout
 
 AT_ONCE_FROM = 32
-"""Elements from which packing all in one comprehension pays."""
+"""Minimum number of elements for one comprehension."""
 BLOCK_OBJECTS = 10
-"""Values in one element up to which four of them are packed in a turn."""
+"""Maximum number of values in one element for packing four elements per iteration."""
 MOST_OBJECTS = 64
-"""Messages, strings and times in an element for which it is written."""
+"""Maximum number of messages, strings and times in one element for a comprehension."""
 
 
 class _Shared(NamedTuple):
-    """Names of the locals for what all elements of an array share: the string, its bytes, their length."""
+    """Names of the locals that all elements of an array share: the string, its bytes, their length."""
 
     last: str
     text: str
@@ -30,14 +30,13 @@ class _Shared(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """What a comprehension over elements is written from.
+    """Source of a comprehension over elements.
 
     Attributes:
         codes: struct codes.
-        values: Expressions for them.
-        loops: `for name in [value]` for nested messages, which Python compiles to an assignment: the only
-            kind of local that a comprehension has for itself. Others are cells that it shares with the
-            function around it, and every use takes a step more.
+        values: Expressions of the values.
+        loops: `for name in [value]` for nested messages, which Python compiles to assignments of the
+            comprehension's own locals. Variables of the enclosing function are cells, which are slower.
     """
 
     codes: list[str]
@@ -59,9 +58,9 @@ class ComprehensionWriter:
         def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None: ...
 
     def all_at_once(self, element: Layout, items: str, string: bool) -> None:
-        """One list comprehension if the string is the same object in all elements; else struct.error.
+        """Pack all elements with one list comprehension; struct.error if they share no string object.
 
-        In that case nothing was added to `parts`, and the loop that follows does the work.
+        After struct.error `parts` is unchanged, and the following loop packs the elements.
         """
         src = self.src
         src.indent(f"if len({items}) >= {AT_ONCE_FROM}:")
@@ -89,7 +88,7 @@ class ComprehensionWriter:
         src.dedent()
 
     def in_fours(self, element: Layout, items: str) -> None:
-        """Pack small elements four by four; what is left over remains in `items`."""
+        """Pack small elements in fours; the rest remains in `items`."""
         src = self.src
         size, end, (names, pack, values) = src.fresh("n"), src.fresh("n"), self._four(element)
         src.line(f"{size} = len({items})")
@@ -113,13 +112,13 @@ class ComprehensionWriter:
         shared = _Shared(src.fresh("r"), src.fresh("s"), src.fresh("n"))
         src.line(f"{shared.last} = {items}[0].{_path_of_string(element)}")
         src.line(f"{shared.text} = {self.encoded(shared.last)}")
-        # Its length is the same too: both go in as one value.
+        # The length is also the same: pack both as one value.
         src.line(f"{shared.text} = {src.struct(['I'], 'pack')}(len({shared.text})) + {shared.text}")
         src.line(f"{shared.length} = len({shared.text})")
         place = 1 + next(i for i, field in enumerate(element.fields) if _has_string(field))
         var, before, pack = src.fresh("v"), src.fresh("v"), src.fresh("k")
         head = self._walk(element.fields[:place], var, shared)
-        # What is read last must not be read from `before`, which has moved on by then.
+        # Direct fields of the tail need `ended`: `before` is rebound before they are read.
         own = any(field.layout is None for field in element.fields[place:])
         ended = src.fresh("v") if own else before
         tail = self._walk(element.fields[place:], ended)
@@ -130,8 +129,8 @@ class ComprehensionWriter:
             self.struct_for(every.codes, [shared.length], pack)
             src.line(f"parts += [{pack}({values}) {outer} for {var} in {items} {loops}]")
             return
-        # The end of each element and the beginning of the next go in together: behind a string of any
-        # length doubles are not aligned, in front of it they are, and packing them takes a third as long.
+        # Pack the end of each element with the beginning of the next: doubles are aligned before a string,
+        # but not after it, and aligned ones take a third of the time.
         first = src.fresh("k")
         (head_values, head_loops), (tail_values, tail_loops) = head.text(), tail.text()
         self.struct_for(head.codes, [shared.length], first)
@@ -146,7 +145,7 @@ class ComprehensionWriter:
         src.line(f"    {last}({tail_values}) for {ended} in {items}[-1:] {tail_loops}]")
 
     def _walk(self, fields: Sequence[FieldLayout], var: str, shared: _Shared | None = None) -> _Part:
-        """Collect the values of fields of `var`, nested ones included, as expressions."""
+        """Collect expressions for the fields of `var`, including nested ones."""
         part = _Part([], [], [])
         for field in fields:
             value = f"{var}.{field.attr}"
@@ -159,7 +158,7 @@ class ComprehensionWriter:
             elif field.kind == "string":
                 assert shared is not None
                 part.codes.append("%ds")
-                # False, where it is another object, is refused by struct.
+                # struct refuses False, the value for another object.
                 part.values.append(f"{value} is {shared.last} and {shared.text}")
             else:
                 assert field.layout is not None
@@ -172,7 +171,7 @@ class ComprehensionWriter:
 
 
 def fits_in_fours(element: Layout) -> bool:
-    """Whether elements are so small, and of numbers and times only, that a loop's own cost counts."""
+    """Whether elements contain only numbers and times and are small enough to be packed in fours."""
     return (
         element.objects <= BLOCK_OBJECTS
         and strings_inside(element) == 0
@@ -181,7 +180,7 @@ def fits_in_fours(element: Layout) -> bool:
 
 
 def fits_at_once(element: Layout) -> bool:
-    """Whether elements of this type can be packed so."""
+    """Whether one comprehension can pack elements of this type."""
     return bool(element.min_size) and element.objects <= MOST_OBJECTS and strings_inside(element) in (0, 1)
 
 
@@ -195,7 +194,7 @@ def _path_of_string(layout: Layout) -> str:
 
 
 def _aligned(head: list[str], tail: list[str]) -> bool:
-    """Whether doubles of `tail` are aligned when it comes before `head`, which ends with the string."""
+    """Whether doubles of `tail` are aligned if packed before `head`, which ends with the string."""
     if "d" not in tail or "f" in (*head, *tail) or head[-1] != "%ds":
         return False
     form = merge_codes([*tail, *head[:-1]])

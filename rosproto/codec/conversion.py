@@ -1,9 +1,9 @@
-"""Carry a message from one revision of its type to another, by field name.
+"""Convert messages between revisions of their type, by field name.
 
 Robots of different firmware have different definitions of a type. A `Conversion` is planned once for a pair
-of classes and then used for every message: equal fields are handed over as they are, another width is checked
-for range, what one side lacks is dropped or gets its default, and what has become another kind of thing (text
-for a number, an array for a value, another message type) is refused when the plan is made.
+of classes and used for every message. Equal fields are passed on unchanged. Numbers of another width are
+range-checked. Fields missing on one side are dropped or get their default. Planning refuses fields of another
+kind (text or number, array or value, another message type).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Convert = Callable[[Any], Any]
 
 
 class ConversionError(CodecError):
-    """Two definitions of a type differ in a way that values cannot be carried over.
+    """Values cannot be converted between two definitions of a type.
 
     Attributes:
         table: Both definitions side by side.
@@ -62,7 +62,7 @@ class Conversion:
     Attributes:
         dropped: Paths of fields of `source` that `target` lacks.
         defaulted: Paths of fields of `target` that `source` lacks: they get their default.
-        convert: message -> new message of `target`; what calling this object does.
+        convert: message -> new message of `target`; the same as calling this object.
 
     Raises:
         ConversionError: A field changed its kind; both definitions are shown.
@@ -88,9 +88,9 @@ class Conversion:
         return self.convert(message)
 
     def _compiled(self, steps: list[tuple[str, str, Convert | None]]) -> Convert:
-        """One function for all fields: a loop over them takes four times as long.
+        """Generate one function for all fields: a loop takes four times as long.
 
-        Names of fields are identifiers (the parser sees to that), but may be Python's keywords.
+        The parser ensures that field names are identifiers, but they may be Python keywords.
         """
         scope: dict[str, Any] = {"new": object.__new__, "target": self.target, "get": getattr, "put": setattr}
         lines = ["def convert(message):", " made = new(target)"]
@@ -114,7 +114,7 @@ class Conversion:
         return made
 
     def lost(self, message: Any) -> list[str]:
-        """Paths of fields that `target` lacks and that hold something else than their default."""
+        """Paths of fields that `target` lacks and whose values differ from the default."""
         if not self.dropped:
             return []
         if self._default is None:
@@ -142,7 +142,7 @@ class Conversion:
             steps.append((name, field.name, self._field(given[name], field)))
         self.dropped += [name for name in given if name not in used]
         if given and self.target._spec.fields and not used:
-            # Nothing but defaults would arrive, and look like values.
+            # The result would contain only defaults, which look like values.
             raise ConversionError(
                 "the two definitions share no field",
                 type_name=self.target._type,
@@ -152,7 +152,7 @@ class Conversion:
         return steps
 
     def _counterpart(self, name: str, given: dict[str, Field]) -> str | None:
-        """The source's name for a field of the target: the same, or another spelling of it."""
+        """The source's name of a target field: the same name or an alias."""
         if name in given:
             return name
         for library in (self.target._binding.library, self.source._binding.library):  # type: ignore[union-attr]
@@ -218,7 +218,7 @@ def _assignment(name: str, value: str) -> str:
 
 
 def _differs(given: Any, default: Any, path: list[str], cls: type[Message]) -> bool:
-    """Whether a field holds something else than its default, in any element of the arrays on its path."""
+    """Whether a field differs from its default, in any element of the arrays on its path."""
     value, usual = getattr(given, path[0]), getattr(default, path[0])
     if len(path) == 1:
         return _unequal(value, usual)
@@ -229,7 +229,7 @@ def _differs(given: Any, default: Any, path: list[str], cls: type[Message]) -> b
 
 
 def _unequal(value: Any, usual: Any) -> bool:
-    """As `!=` for plain values and arrays."""
+    """`!=` for plain values and arrays."""
     if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
         return list(_plain(value)) != list(_plain(usual))
     return bool(value != usual)
@@ -240,7 +240,7 @@ def _plain(items: Any) -> Any:
 
 
 def _number(kind: str, name: str, type_name: str) -> Convert:
-    """Checks a number against the range of `kind`; a float becomes an integer only when it is whole."""
+    """Make a range check for `kind`; floats become integers only if they are whole."""
     code = FORMATS[kind]
     if code in "fd":
         return float
@@ -260,12 +260,12 @@ def _number(kind: str, name: str, type_name: str) -> Convert:
 
 
 class Difference(NamedTuple):
-    """One field that two definitions do not share.
+    """One field that differs between two definitions.
 
     Attributes:
         name: The field.
-        ours: Its type on our side; "" when we do not have it.
-        theirs: Its type on the other side; "" when they do not have it.
+        ours: Its type on our side; "" if missing.
+        theirs: Its type on the other side; "" if missing.
     """
 
     name: str
@@ -274,7 +274,7 @@ class Difference(NamedTuple):
 
 
 def differences(ours: MessageSpec, theirs: MessageSpec) -> list[Difference]:
-    """What differs between two definitions; fields that only moved are not listed (see `side_by_side`)."""
+    """Differing fields of two definitions, without moved ones (see `side_by_side`)."""
     left = {field.name: str(field.type) for field in ours.fields}
     right = {field.name: str(field.type) for field in theirs.fields}
     return [
@@ -287,7 +287,7 @@ def differences(ours: MessageSpec, theirs: MessageSpec) -> list[Difference]:
 def side_by_side(
     ours: MessageSpec, theirs: MessageSpec, titles: tuple[str, str] = ("here", "other side")
 ) -> str:
-    """Both definitions as two columns in their own order, with a mark at each line that differs."""
+    """Both definitions as two columns of text; differing lines are marked."""
     rows = [("", *titles)]
     left, right = list(ours.fields), list(theirs.fields)
     for i in range(max(len(left), len(right))):

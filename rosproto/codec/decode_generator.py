@@ -1,6 +1,6 @@
-"""Writes the decode function of one type.
+"""Generates the decode function of one type.
 
-The shape of what comes out, for geometry_msgs/Vector3Stamped:
+Example for geometry_msgs/Vector3Stamped:
 
     def decode(b, o, e):
         try:
@@ -12,11 +12,11 @@ The shape of what comes out, for geometry_msgs/Vector3Stamped:
             if i+24 != e: raise ValueError
             return m1
         except ERRORS as x:
-            return fail(b, o, e, x)                        # finds the field, or decodes the odd cases
+            return fail(b, o, e, x)                        # names the field, or decodes unusual input
 
 Nested messages are flattened into the same function, and a fixed array in a run is skipped with pad
-bytes. Nothing is checked per field: a wrong length ends in struct.error, numpy's ValueError, or the
-comparison at the end; only counts of Python objects are compared with the bytes left beforehand.
+bytes. Fields are not checked one by one: a wrong length raises struct.error or numpy's ValueError, or fails
+the comparison at the end. Only counts of Python objects are compared with the remaining bytes first.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ def decode_function(
 
     Args:
         layout: The type.
-        value_style: Which values to make.
-        maker: Gives a cheap creator of instances for a type name ("time" and "duration" too).
-        general: Any buffer and any text, slower; else bytes (or bytearray when no views are made).
-        partial: Return (message, next offset), check no end, catch nothing.
-        whole: Generate `decode(b) -> message` instead: the buffer holds one message and nothing else.
-        fail: Called with the arguments and the exception when anything is wrong.
+        value_style: Python values to make.
+        maker: Returns a fast constructor for a type name, also for "time" and "duration".
+        general: Accept any buffer and any text, slower; else bytes (or bytearray if no views are made).
+        partial: Return (message, next offset) without checking the end or catching errors.
+        whole: Generate `decode(b) -> message` instead: the buffer is exactly one message.
+        fail: Called with the arguments and the exception on errors.
         other: Called with the arguments for buffers that are not bytes.
     """
     writer = _DecodeWriter(layout, value_style, maker, general=general, whole=whole)
@@ -62,7 +62,7 @@ def decode_function(
 
 
 class _DecodeWriter(ArrayWriter):
-    # -- the frame ---------------------------------------------------------------------------
+    # -- the function ------------------------------------------------------------------------
 
     def write(
         self, *, partial: bool, fail: Callable[..., Any] | None, other: Callable[..., Any] | None

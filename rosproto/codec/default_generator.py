@@ -1,9 +1,10 @@
-"""Writes the function that gives a new message its default values.
+"""Generates the function that fills a new message with default values.
 
-Numbers are 0, strings empty, times zero, nested messages and elements of `T[N]` defaults of their own. Arrays
-of messages, strings and times are lists. Arrays of numbers are writable numpy arrays, empty or of zeros, so
-that `msg.pose.covariance[0] = 0.1` works and `msg.ranges` is an array before and after the wire; a list
-may be assigned. (In the rospy value style they are lists, and bytes for uint8[] and char[], as in genpy.)
+Numbers are 0, strings empty, times zero, nested messages and elements of `T[N]` have their own defaults.
+Arrays of messages, strings and times are lists. Arrays of numbers are writable numpy arrays, empty or of
+zeros, so that `msg.pose.covariance[0] = 0.1` works and `msg.ranges` is an array before sending and after
+receiving; lists may be assigned. (In the rospy value style they are lists, and bytes for uint8[] and char[],
+as in genpy.)
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Messages as dicts of plain values, and dicts (or lists) as messages: JSON, YAML and the command line.
+"""Convert messages to dicts of plain values and back, for JSON, YAML and the command line.
 
-`fill` takes what `rostopic pub` and `rosservice call` take: a dict by field name, a list by position, one
-bare value for a message of one field, `now` for a time, `auto` for a Header (genpy: fill_message_args).
+`fill` accepts the values of `rostopic pub` and `rosservice call`: a dict by field name, a list by position, a
+single value for a message of one field, `now` for a time, `auto` for a Header (genpy: fill_message_args).
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
     """A message as nested dicts, lists, str, int, float and bool.
 
     Args:
-        message: Any message; it is not changed.
-        finite: Put None for NaN and infinities, which JSON has no word for.
+        message: Any message.
+        finite: Replace NaN and infinities, which JSON lacks, by None.
 
     Returns:
         A dict in the order of the definition; times are `{"secs": int, "nsecs": int}`, arrays lists.
@@ -33,7 +33,7 @@ def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
 
 
 def plain(value: Any, *, finite: bool = False) -> Any:
-    """What a field holds, or a parameter, as `to_dict` has it: bytes are lists of numbers."""
+    """Convert a field's value or a parameter as `to_dict` does; bytes become lists of numbers."""
     if isinstance(value, TVal) or (hasattr(value, "secs") and hasattr(value, "nsecs")):
         return {"secs": value.secs, "nsecs": value.nsecs}
     if hasattr(value, "_slot_types"):
@@ -52,10 +52,10 @@ def plain(value: Any, *, finite: bool = False) -> Any:
 
 
 def from_dict(cls: type[Message], value: Any, *, now: Time | None = None) -> Any:
-    """A new message of a class with these values; fields that are not named keep their defaults.
+    """A new message of a class with these values; other fields keep their defaults.
 
     Raises:
-        CodecError: A field does not exist or a value does not fit; says which, and what there is.
+        CodecError: A field does not exist or a value does not fit; names it and the existing fields.
     """
     message = cls()
     fill(message, value, now=now)
@@ -67,12 +67,12 @@ def fill(message: Any, value: Any, *, now: Time | None = None) -> None:
 
     Args:
         message: Changed in place.
-        value: Dict by field name, list by position, None for "leave it", or one value for a message of one
+        value: Dict by field name, list by position, None for no change, or one value for a message of one
             field.
-        now: What `now` (a time) and `auto` (a Header) mean; without it these words are errors.
+        now: The time for `now` (a time) and `auto` (a Header); without it they are errors.
 
     Raises:
-        CodecError: A field does not exist or a value does not fit; says which, and what there is.
+        CodecError: A field does not exist or a value does not fit; names it and the existing fields.
     """
     _fill(message, value, now, "", message._type)
 
@@ -107,7 +107,7 @@ def _fill(message: Any, value: Any, now: Time | None, path: str, top: str) -> No
 
 
 def _one_array(message: Any, items: Any) -> bool:
-    """`[1, 2, 3]` for a message whose only field is an array."""
+    """Whether `items`, such as `[1, 2, 3]`, is the array of a message without other fields."""
     return len(message.__slots__) == 1 and message._slot_types[0].endswith("]") and len(items) != 1
 
 

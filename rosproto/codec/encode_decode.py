@@ -1,4 +1,4 @@
-"""encode and decode: what callers of the codec use."""
+"""encode and decode: the public functions of the codec."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rosproto.codec.message import AnyMsg, Message
 M = TypeVar("M", bound=Message)
 
 LARGE_PART = 4096
-"""Smaller arrays are copied together with their neighbours: a system call's overhead per part is larger."""
+"""Smaller arrays are copied together: a system call's overhead per part costs more."""
 
 
 def encode(msg: Message) -> bytes:
@@ -31,8 +31,8 @@ def encode(msg: Message) -> bytes:
 def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
     """Decode a whole message.
 
-    Arrays of numbers are read-only numpy views of `data`, which is copied first if it is not bytes. Call
-    `array.copy()` for one that can be written to and does not keep the whole message alive.
+    Arrays of numbers are read-only numpy views of `data`, which is copied first if it is not bytes. The
+    result of `array.copy()` is writable and does not keep the whole message alive.
 
     Raises:
         CodecError: Bytes and definition disagree, bytes are missing or left over; names field and offset.
@@ -42,27 +42,27 @@ def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
 
 
 def encoder(cls: type[M]) -> Callable[[M], bytes]:
-    """The function behind `encode` for one class, for those who call it often."""
+    """The function behind `encode` for one class, for frequent calls."""
     binding = cls._binding
     return cls._encode if binding is None else binding.function("encode")
 
 
 def decoder(cls: type[M]) -> Callable[[Any, int, int], M]:
-    """The function behind `decode` for one class: (buffer, start, end) -> message, nothing copied first.
+    """The function behind `decode` for one class: (buffer, start, end) -> message, without a copy.
 
-    If `cls._has_views`, the message refers to the buffer and keeps it alive: hand over bytes, or a
-    bytearray, memoryview or uint8 array that nobody writes to any more. Otherwise nothing of it is kept, and
-    a shared receive buffer will do (bytes and bytearray are fastest).
+    If `cls._has_views`, the message refers to the buffer and keeps it alive: pass bytes, or a bytearray,
+    memoryview or uint8 array that does not change any more. Otherwise the message is independent of the
+    buffer, which may be reused (bytes and bytearray are fastest).
     """
     binding = cls._binding
     return cls._decode if binding is None else binding.function("decode")
 
 
 def prepare(cls: type[Message], *, parts: bool = False) -> None:
-    """Generate now what makes and encodes messages of a class (1 to 3 ms), before the first one waits for it.
+    """Generate the functions that make and encode messages of a class before first use (1 to 3 ms).
 
     Args:
-        cls: The class. One without generated functions (`AnyMsg`) is ready as it is.
+        cls: The class. Classes without generated functions (`AnyMsg`) need nothing.
         parts: For `encode_parts`, not for `encode`.
     """
     if cls._binding is not None:
@@ -71,7 +71,7 @@ def prepare(cls: type[Message], *, parts: bool = False) -> None:
 
 
 def encode_parts(msg: Message) -> list[bytes | memoryview]:
-    """Encode to parts that, joined, are `encode(msg)`: large arrays are not copied.
+    """Encode to a list of parts that join to `encode(msg)`; large arrays are not copied.
 
     The memoryviews refer to the message's own arrays. Send them before the message changes, for example with
     one `socket.sendmsg`.
@@ -85,7 +85,7 @@ def encode_parts(msg: Message) -> list[bytes | memoryview]:
     small: list[Any] = []
     for part in msg._binding.function("parts")(msg):
         if not isinstance(part, (bytes, bytearray)):
-            # An array; a strided one is copied. Through uint8, as memoryview.cast refuses unaligned ones.
+            # Strided arrays are copied. Viewed as uint8, because memoryview.cast refuses unaligned arrays.
             contiguous = part if part.flags.c_contiguous else part.copy()
             part = memoryview(contiguous.reshape(-1).view("u1"))
         if len(part) < LARGE_PART:

@@ -1,6 +1,6 @@
-"""Writes the encode function of one type.
+"""Generates the encode function of one type.
 
-The shape of what comes out, for sensor_msgs/LaserScan:
+Example for sensor_msgs/LaserScan:
 
     def encode(m):
         try:
@@ -9,7 +9,7 @@ The shape of what comes out, for sensor_msgs/LaserScan:
             if type(a5) is ND and a5.dtype is F4: n6 = a5.size
             else: a5, n6 = PART(a5, 'f', '<f4')            # lists, other dtypes
             ...
-            r9, k8, n4, s5 = V                             # the last message's string, and what became of it
+            r9, k8, n4, s5 = V                             # the last message's string and its encoding
             if y3 is not r9:
                 s5 = ENCODE(y3); n4 = len(s5)
                 k8 = J1.get(n4) or MISS(n4)                # a struct for these string lengths
@@ -18,8 +18,8 @@ The shape of what comes out, for sensor_msgs/LaserScan:
         except ERRORS as x:
             return fail(m, x)
 
-All fixed-size fields and strings between two arrays are packed by one struct; arrays are handed to
-`bytes.join`, which copies each once, straight from the caller's memory.
+All fixed-size fields and strings between two arrays are packed by one struct; arrays are passed to
+`bytes.join`, which copies each once from the caller's memory.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.value_style import ValueStyle
 
 MAX_STRINGS = 6
-"""More strings in one run than this are packed one by one: their lengths never repeat together."""
+"""Maximum number of strings packed by one struct: the lengths of more strings rarely repeat."""
 CACHED_STRUCTS = 256
 CACHED_LENGTH = 512
 SMALL_ARRAY = 1024
-"""Bytes up to which an array of fixed length is packed with its neighbours."""
+"""Maximum bytes of a fixed-length array that is packed with the neighbouring fields."""
 
 
 def encode_function(
@@ -59,11 +59,11 @@ def encode_function(
 
     Args:
         layout: The type.
-        value_style: Which values to expect first; others are accepted, slower.
-        general: Also bytes as strings, lone surrogates, strided arrays, any iterable.
-        parts: Return the list of parts that, joined, are the bytes.
-        nested: Take (message, parts) and append to the list `parts`; catch nothing.
-        fail: Called with (message, exception) when anything is wrong.
+        value_style: Python values to handle fastest; others are accepted.
+        general: Also accept bytes as strings, lone surrogates, strided arrays, any iterable.
+        parts: Return a list of parts that join to the bytes.
+        nested: Take (message, parts) and append to the list `parts`, without catching errors.
+        fail: Called with (message, exception) on errors.
     """
     writer = _EncodeWriter(layout, value_style, general=general, parts=parts, nested=nested)
     writer.write(fail)
@@ -93,7 +93,7 @@ class _EncodeWriter(ComprehensionWriter):
         self.statements = 0
         self.listed = nested or _has_lists(layout)
 
-    # -- the frame ---------------------------------------------------------------------------
+    # -- the function ------------------------------------------------------------------------
 
     def write(self, fail: Callable[..., Any] | None) -> None:
         src = self.src
@@ -123,7 +123,7 @@ class _EncodeWriter(ComprehensionWriter):
         return f"{self.src.constant(b''.join, 'j')}(({', '.join(self.joined)},))" if self.joined else "b''"
 
     def put(self, part: str) -> None:
-        """One more part of the message."""
+        """Add a part of the message."""
         if self.listed:
             self.src.line(f"parts.append({part})")
         else:
@@ -149,14 +149,14 @@ class _EncodeWriter(ComprehensionWriter):
         self.codes, self.values, self.lengths, self.same = [], [], [], []
 
     def last_strings(self) -> None:
-        """Encode this run's strings, unless they are the objects that the last message had.
+        """Encode this run's strings, unless the last message had the same objects.
 
-        So it is where a program sets a constant as frame_id, and where it passes on what it received.
+        Programs often set a constant as frame_id or forward a received one.
         """
         src = self.src
         texts, encoded = zip(*self.same, strict=True)
         old = [src.fresh("r") for _ in texts]
-        # One tuple, so that no other thread comes between its parts.
+        # One tuple, so that threads read and write it atomically.
         last = src.variable((None,) * (3 * len(old) + 1))
         pairs = ", ".join(f"{n}, {s}" for n, s in zip(self.lengths, encoded, strict=True))
         src.line(f"{', '.join(old)}, {self.pack}, {pairs} = {last}")
@@ -170,7 +170,7 @@ class _EncodeWriter(ComprehensionWriter):
         src.dedent()
 
     def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None:
-        """Make the local `pack` that of the struct for these lengths of strings."""
+        """Set the local `pack` to the struct's `pack` for these string lengths."""
         src = self.src
         known: dict[Any, Any] = {}
         key = lengths[0] if len(lengths) == 1 else f"({', '.join(lengths)})"
@@ -237,7 +237,7 @@ class _EncodeWriter(ComprehensionWriter):
         self.lengths.append(n)
 
     def repeated_string(self, value: str, text: str, n: str) -> None:
-        """In an array neighbours share their frame_id: encode it again only when it is another object."""
+        """Encode an array element's string only if it is another object than the previous one."""
         src = self.src
         now, last = src.fresh("y"), src.fresh("r")
         src.first(f"{last} = {text} = {n} = None")
@@ -254,7 +254,7 @@ class _EncodeWriter(ComprehensionWriter):
     def encoded(self, value: str) -> str:
         if self.general:
             return f"{self.src.constant(text_bytes)}({value})"
-        # Not value.encode(): only what cannot change is known by identity.
+        # Not value.encode(): only an immutable str may be compared by identity.
         return f"{self.src.constant(str.encode)}({value})"
 
     # -- arrays ------------------------------------------------------------------------------
@@ -317,7 +317,7 @@ class _EncodeWriter(ComprehensionWriter):
         self.put(array)
 
     def small_array(self, field: FieldLayout, array: str, condition: str) -> None:
-        """A covariance and the like is cheaper as bytes in the run's struct than as a part of its own."""
+        """Pack a small array, such as a covariance, in the run's struct: faster than a separate part."""
         src = self.src
         assert field.length is not None
         size = field.length * field.size
@@ -334,7 +334,7 @@ class _EncodeWriter(ComprehensionWriter):
         self.values.append(array)
 
     def expected(self, field: FieldLayout, array: str, name: str) -> tuple[str, str]:
-        """Condition under which the value can be joined as it is, and how its elements are counted."""
+        """Expressions: whether the value can be joined unchanged, and its number of elements."""
         src = self.src
         if self.general:
             return "0", "0"
@@ -361,7 +361,7 @@ class _EncodeWriter(ComprehensionWriter):
         self.element_loop(element, items)
 
     def element_loop(self, element: Layout, items: str) -> None:
-        """One element after the other."""
+        """Pack elements one by one."""
         src = self.src
         var = src.fresh("v")
         self.loops += 1
@@ -377,7 +377,7 @@ class _EncodeWriter(ComprehensionWriter):
 
 
 def text_bytes(value: Any) -> bytes:
-    """A string field's bytes: str (with surrogates for bytes that were not UTF-8), or bytes as they are."""
+    """Encode a string field: str (surrogates stand for non-UTF-8 bytes) or bytes."""
     if isinstance(value, str):
         return value.encode("utf-8", "surrogateescape")
     if isinstance(value, (bytes, bytearray)):
@@ -400,7 +400,7 @@ def _any_items(value: Any) -> list[Any]:
 
 
 def _has_lists(layout: Layout) -> bool:
-    """Whether arrays of messages, strings or times are inside: parts are then collected in a list."""
+    """Whether it contains arrays of messages, strings or times: parts are then collected in a list."""
     return any(
         (f.is_array and f.kind != "number") or (f.layout is not None and _has_lists(f.layout))
         for f in layout.fields
@@ -408,7 +408,7 @@ def _has_lists(layout: Layout) -> bool:
 
 
 def _struct_maker(form: str, known: dict[Any, Any]) -> Callable[[Any], Any]:
-    """Makes the `pack` for given string lengths; remembers it while there is room."""
+    """Make a function that returns `pack` for given string lengths, with a bounded cache."""
 
     def make(lengths: Any) -> Any:
         pack = struct.Struct(quickest(form % lengths, packs=True)).pack

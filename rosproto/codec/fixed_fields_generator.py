@@ -1,4 +1,4 @@
-"""Writes what all parts of a decode function need: runs of fixed-size fields, positions, texts, views."""
+"""Generates common parts of decode functions: runs of fixed-size fields, positions, strings, views."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rosproto.codec.value_style import ValueStyle
 
 
 class FixedFieldsWriter:
-    """Collects fixed-size fields until something of variable size comes, then reads them with one struct.
+    """Collects fixed-size fields up to the next field of variable size, and reads them with one struct.
 
-    `base` is the local that holds a position, `delta` what is known to lie between it and the present one.
+    The current position is the value of the local `base` plus `delta` bytes.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class FixedFieldsWriter:
         self.views = value_style.views and layout.has_numbers
         self.whole = whole
         self.exact = whole and bool(layout.fixed_size) and not _has_arrays(layout)
-        """One struct reads all of it, and sees by itself whether the buffer is of that size."""
+        """One struct reads the whole message and checks the size of the buffer."""
         self.src = Source("def decode(b):" if whole else "def decode(b, o, e):")
         self.src.globals["ValueError"] = ValueError
         self.src.globals["range"] = range
@@ -89,14 +89,14 @@ class FixedFieldsWriter:
         self.codes, self.targets, self.run = [], [], 0
 
     def count(self) -> str:
-        """Read a count that ends the run; the position moves behind it."""
+        """Read a count, which ends the run; return its local."""
         n = self.src.fresh("n")
         self.add("I", 4, n)
         self.flush()
         return n
 
     def rebase(self) -> None:
-        """Make `i` hold the present position."""
+        """Set `i` to the current position."""
         if self.base != "i" or self.delta:
             self.src.line(f"i = {self.at()}")
         self.base, self.delta = "i", 0
@@ -129,11 +129,11 @@ class FixedFieldsWriter:
         texts: list[str],
         streams: list[tuple[str, str]] | None = None,
     ) -> tuple[str, str]:
-        """Create one element's objects; give its variable and the targets of the unpacking.
+        """Create one element's objects; return its variable and the targets of the unpacking.
 
-        Strings are unpacked into locals, named in `lengths` and `texts`; where they belong is left in
-        `string_targets`. With a list for `streams`, the objects are taken as given, and their variables and
-        streams noted there.
+        Strings are unpacked into locals, whose names are added to `lengths` and `texts`; `string_targets`
+        maps them to fields. With a list `streams`, objects are not created: their variables and streams are
+        added to it.
         """
         targets: list[str] = []
         self.string_targets.clear()

@@ -1,13 +1,13 @@
 """Python source under construction, with the objects it refers to.
 
-Only two kinds of text reach the source: words written in this package, and field names that
-`layout.resolve` has checked to be identifiers. Everything else (classes, structs, sizes) is an object
+The source contains only fixed text of this package and field names that `layout.resolve` has checked to be
+identifiers. Everything else (classes, structs, sizes) is an object
 or an integer. Values never become text.
 
-An array of messages is read by one struct, with a guess about string lengths. In a Path, and in nearly
-every TFMessage, the strings of all elements are as long as those of the first. The decoder guesses so,
-reads everything at once, and compares; where the guess is wrong it decodes in steps. Without it a Path of
-200 poses takes 2.2 times as long, one of 1000 poses and a TFMessage of 10 transforms 1.5 times (processor
+In a Path, and in nearly every TFMessage, the strings of all elements are as long as those of the first. The
+decoder assumes this, reads all elements with one struct and compares the lengths; elements after the first
+difference are decoded one by one. Otherwise a Path of 200 poses takes 2.2 times as
+long, one of 1000 poses and a TFMessage of 10 transforms 1.5 times (processor
 time, CPython 3.11).
 """
 
@@ -31,12 +31,12 @@ class Source:
         self._indent = 1
         self._names: dict[int, str] = {}
         self._counter = 0
-        # Generated code names no builtin. But C code that warns (numpy, when its bool is packed) finds the
-        # warnings module through the running function's __import__.
+        # Generated code uses no builtins, but C code that warns (numpy, when its bool is packed) imports the
+        # warnings module with the running function's __import__.
         self.globals: dict[str, Any] = {"__builtins__": {"__import__": __import__}}
 
     def line(self, text: str) -> None:
-        """Add one line at the present depth."""
+        """Add one line at the current indentation."""
         self._lines.append("    " * self._indent + text)
 
     def first(self, text: str) -> None:
@@ -49,7 +49,7 @@ class Source:
         self._indent += 1
 
     def indent_later(self) -> Callable[[str], None]:
-        """As `indent`, for a line that what is in the block decides: call what this returns with its text."""
+        """Like `indent`, for a line that depends on the block: call the returned function with its text."""
         place, pad = len(self._lines), "    " * self._indent
         self.indent("")
 
@@ -63,12 +63,12 @@ class Source:
         self._indent -= 1
 
     def fresh(self, prefix: str) -> str:
-        """A local name that is not taken; a digit and no underscore: it never meets a field name."""
+        """A new local name: the prefix and a number."""
         self._counter += 1
         return f"{prefix}{self._counter}"
 
     def constant(self, value: Any, prefix: str = "k") -> str:
-        """The global name under which the function finds `value`."""
+        """The name of a global with this value."""
         name = self._names.get(id(value))
         if name is None:
             name = f"{prefix.upper()}{len(self.globals)}"
@@ -77,7 +77,7 @@ class Source:
         return name
 
     def variable(self, value: Any) -> str:
-        """The name of a global that the function rebinds; it begins as `value`."""
+        """The name of a global that the function rebinds; its initial value is `value`."""
         name = f"V{len(self.globals)}"
         self.globals[name] = value
         self.first(f"global {name}")
@@ -92,7 +92,7 @@ class Source:
         return "\n".join([*self._head, *self._lines]) + "\n"
 
     def compile(self, name: str, type_name: str) -> Callable[..., Any]:
-        """Run the definition and hand out the function."""
+        """Compile the source and return the function."""
         exec(compile(self.text, f"<rosproto {name} {type_name}>", "exec"), self.globals)
         function: Callable[..., Any] = self.globals.pop(name)
         function.__doc__ = f"Generated {name} function of {type_name}."
@@ -100,7 +100,7 @@ class Source:
 
 
 def merge_codes(codes: list[str]) -> str:
-    """Join struct codes, equal neighbours counted: ["d", "d", "288x"] -> "<2d288x"."""
+    """Join struct codes with repeat counts: ["d", "d", "288x"] -> "<2d288x"."""
     merged: list[str] = []
     last, count = "", 0
     for code in [*codes, ""]:
@@ -114,26 +114,26 @@ def merge_codes(codes: list[str]) -> str:
 
 
 def quickest(form: str, *, packs: bool) -> str:
-    """The same layout without "<" where nothing would be padded: native doubles pack a third faster.
+    """The same layout without "<" if it has no padding: native doubles pack a third faster.
 
-    Except that packing a native float makes infinity of a double that is too large, without a word.
+    Formats that pack floats keep "<": native packing silently turns too large doubles into infinity.
     """
     native = form[1:]
     if packs and "f" in native:
         return form
-    # Not by `calcsize`, which keeps the last hundred formats, however long.
+    # Not `calcsize`, which caches the last hundred formats of any length.
     if sys.byteorder == "little" and Struct(native).size == Struct(form).size:
         return native
     return form
 
 
 STRUCTS_KEPT = 4096
-LONGEST_SHARED = 256  # characters of a format; a Struct takes 32 bytes for each, and few share a long one
+LONGEST_SHARED = 256  # characters of a format; a Struct takes 32 bytes for each; long ones are rarely shared
 _methods: dict[tuple[str, str], Any] = {}
 
 
 def _shared_method(form: str, method: str) -> Any:
-    """One bound method per format: types share them (bounded, as definitions may be hostile)."""
+    """One method per format for all types; the cache is bounded, because definitions are untrusted."""
     found = _methods.get((form, method))
     if found is None:
         found = getattr(Struct(quickest(form, packs=method == "pack")), method)
@@ -158,7 +158,7 @@ def flat_codes(layout: Layout) -> list[str]:
 
 
 def length_offsets(codes: list[str]) -> list[int]:
-    """Where each string's length stands, not counting the strings before it."""
+    """Offset of each string's length, without the bytes of preceding strings."""
     offsets, position = [], 0
     for code, following in zip(codes, [*codes[1:], ""], strict=True):
         if following == "%ds":
@@ -169,7 +169,7 @@ def length_offsets(codes: list[str]) -> list[int]:
 
 
 def strings_inside(layout: Layout) -> int | None:
-    """How many strings a message of numbers, times and strings has; None when it holds an array."""
+    """Number of strings in a message; None if it contains an array."""
     total = 0
     for field in layout.fields:
         if field.is_array:
@@ -185,7 +185,7 @@ def strings_inside(layout: Layout) -> int | None:
 
 
 def structs(form: str, method: str) -> Callable[[Any], Any]:
-    """A method of the struct for given string lengths; remembers a few."""
+    """A function that returns a struct's method for given string lengths, with a small cache."""
     known: dict[Any, Any] = {}
 
     def chosen(lengths: Any) -> Any:

@@ -1,7 +1,7 @@
 """The wire layout of a definition: kinds, sizes, bounds. Resolved once, before code is generated.
 
-Definitions may come from a peer (connection header, bag), so nothing here trusts them: names that end up
-in generated source are checked again, recursion is refused, and the size of one message is bounded.
+Definitions may come from a peer (connection header, bag), so they are untrusted: names for generated source
+are checked again, recursion is refused, and the size of one message is limited.
 """
 
 from __future__ import annotations
@@ -55,30 +55,29 @@ DTYPES = {
 
 MAX_DEPTH = 64
 MAX_OBJECTS = 1 << 16
-"""Values that one message holds before any array of variable length has an element."""
+"""Maximum number of values in one message with empty variable-length arrays."""
 MAX_FIXED_BYTES = 1 << 26
-"""Bytes of one message with all variable parts empty: 64 MiB."""
+"""Maximum bytes of one message with empty variable parts: 64 MiB."""
 
 MAX_WEIGHT = 100
-"""Bytes of memory for each byte of the smallest element; `std_msgs/Bool` has 64, a point of three floats 14.
-"""
+"""Maximum memory per byte of the smallest element; `std_msgs/Bool` has 64, a point of three floats 14."""
 _OBJECT, _SLOT, _LIST, _ARRAY, _NUMBER = 56, 8, 56, 112, 28  # CPython and numpy, 64 bits
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
 class SpecSource(Protocol):
-    """Where definitions of nested messages are found; `rosproto.msg.DefinitionLibrary` is one."""
+    """Source of nested definitions, such as `rosproto.msg.DefinitionLibrary`."""
 
     def message(self, name: str) -> MessageSpec: ...
 
 
 def attribute_name(name: str, others: Container[str]) -> str:
-    """The name by which generated code reaches a field.
+    """The attribute name of a field in generated code.
 
-    A Python keyword (`woosh_msgs/NavMode` has a field `in`) cannot be written after a dot. The class has
-    a second name for the same slot, `in_` as genpy calls it; if a field has that name, one with an
-    underscore in front, which no field has. genpy calls a field `self` by `self_`, too.
+    A Python keyword (`woosh_msgs/NavMode` has a field `in`) cannot follow a dot. The class has a second name
+    for the same slot: `in_`, as in genpy, or `_kw_in` if a field is named `in_`. A field `self` is treated in
+    the same way, as in genpy.
     """
     if not keyword.iskeyword(name) and name != "self":
         return name
@@ -94,7 +93,7 @@ class FieldLayout:
         base: Builtin type, or full name of a message.
         kind: "number", "string", "time" (time and duration) or "message".
         code: struct codes of one element ("II" for a time); "" for string and message.
-        size: Bytes of one element; the least possible for strings and messages.
+        size: Bytes of one element; the minimum for strings and messages.
         is_array, length: `T[]` is (True, None), `T[N]` is (True, N).
         layout: The nested message's layout; None for builtins.
     """
@@ -121,12 +120,12 @@ class FieldLayout:
 
     @property
     def count(self) -> int:
-        """Elements that are always there: 1, N of `T[N]`, 0 of `T[]`."""
+        """Minimum number of elements: 1, N of `T[N]`, 0 of `T[]`."""
         return (self.length or 0) if self.is_array else 1
 
     @property
     def min_size(self) -> int:
-        """The fewest bytes this field can take."""
+        """Minimum size in bytes."""
         return 4 if self.is_array and self.length is None else self.count * self.size
 
     @property
@@ -138,7 +137,7 @@ class FieldLayout:
 
     @property
     def weight(self) -> int:
-        """Bytes of memory that it adds to its message when every variable array and string is empty."""
+        """Memory in bytes that it adds to a message with empty variable arrays and strings."""
         if self.is_array:
             if self.kind == "number":
                 return _SLOT + _ARRAY
@@ -151,22 +150,22 @@ class FieldLayout:
             return self.layout.weight
         if self.kind == "time":
             return _OBJECT + 2 * _NUMBER
-        return _NUMBER if self.kind == "number" and self.size > 1 else 0  # small ints and "" exist already
+        return _NUMBER if self.kind == "number" and self.size > 1 else 0  # small ints and "" are shared
 
 
 class Layout:
-    """A message, resolved with everything inside it.
+    """A message definition, resolved with all nested ones.
 
     Attributes:
         spec: The definition.
         fields: In wire order.
-        min_size: The fewest bytes a message can take; every count from the wire is checked against it.
-        fixed_size: Its size when that never varies, else None.
+        min_size: Minimum size in bytes; received counts are checked against it.
+        fixed_size: Its size in bytes if constant, else None.
         objects: Python values in the smallest message.
-        has_numbers: An array of numbers is somewhere inside (decoded as a view of the buffer).
-        weight: Bytes of memory of the smallest message, roughly.
-        sparse: Some array's elements cost far more memory than bytes (`std_msgs/Empty[]`): decoded by the
-            reference codec, which keeps a budget.
+        has_numbers: It contains an array of numbers (decoded as a view of the buffer).
+        weight: Approximate memory of the smallest message, in bytes.
+        sparse: An array's elements take far more memory than bytes (`std_msgs/Empty[]`): the reference codec
+            decodes them with a memory limit.
     """
 
     __slots__ = ("fields", "fixed_size", "has_numbers", "min_size", "objects", "sparse", "spec", "weight")
@@ -194,12 +193,12 @@ class Layout:
 
     @property
     def is_light(self) -> bool:
-        """An element of this type costs its sender next to nothing, and whoever decodes it a lot."""
+        """Whether the smallest message takes far more memory than bytes (see `MAX_WEIGHT`)."""
         return self.weight > MAX_WEIGHT * self.min_size
 
 
 def resolve(spec: MessageSpec, library: SpecSource) -> Layout:
-    """Resolve `spec` and all it uses.
+    """Resolve `spec` and all used types.
 
     Raises:
         DefinitionError: A nested definition is missing, recursive or too large; a name is no identifier.
@@ -239,10 +238,10 @@ def _resolve(
 
 
 def check_field_name(name: str, message: str) -> None:
-    """Refuse what is not an identifier; the name becomes part of generated source.
+    """Refuse a field name that is no identifier; it becomes part of generated source.
 
     Raises:
-        DefinitionError: It is not one.
+        DefinitionError: The name is no identifier.
     """
     if not _IDENTIFIER.fullmatch(name) or len(name) > 1024:
         raise DefinitionError(

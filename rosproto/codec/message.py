@@ -1,4 +1,4 @@
-"""Message: the base of all message classes, with the interface of genpy's.
+"""Message: the base of all message classes, with genpy's interface.
 
 Source: genpy/message.py; tools written for rospy messages rely on these names.
 """
@@ -15,7 +15,7 @@ __all__ = ["AnyMsg", "DynamicMessage", "Message", "MessageMeta", "ServiceType"]
 
 
 class _Lazy:
-    """A class attribute that is worked out when first asked for, then kept on that class."""
+    """A class attribute that is computed on first access and stored on the class."""
 
     def __init__(self, work: Callable[[Binding], Any]) -> None:
         self._work = work
@@ -55,7 +55,7 @@ class MessageMeta(type):
         for name, value in kwargs.items():
             if name not in cls._names:
                 raise AttributeError(f"{name!r} is not a field of {cls._describe()}")
-            if value is not None:  # as in genpy, None asks for the default
+            if value is not None:  # as in genpy, None means the default
                 setattr(self, name, value)
         return self
 
@@ -82,23 +82,23 @@ class Message(metaclass=MessageMeta):
 
     Construct with all fields by position, or any by keyword; the others get defaults: zeros, empty strings,
     default messages, lists for arrays of messages, strings and times, writable numpy arrays for arrays of
-    numbers. A list may be assigned where an array is meant, bytes to uint8[] and char[]. Fields are plain
-    attributes. One named like a Python keyword (`in`) is reached with getattr and setattr, or as `in_`.
+    numbers. Lists may be assigned to arrays, bytes to uint8[] and char[]. Fields are plain
+    attributes. For a field named like a Python keyword (`in`), use getattr and setattr, or `in_`.
 
     Comparing treats lists, tuples and arrays with equal elements as equal; NaN differs from itself, as in
     Python. Messages are mutable and not hashable.
 
     Attributes:
         _type: "package/Type".
-        _md5sum: What peers compare.
+        _md5sum: The checksum that peers compare.
         _full_text: Definition with those of all types used.
         _slot_types: Field types, in the order of `__slots__`.
         _has_header: Its first field is `Header header`.
         _spec: The parsed definition.
-        _binding: What stands behind the class: its library, layout and generated functions. None for a base.
+        _binding: Its library, layout and generated functions. None for a base.
         _encode: The function behind `encode`, generated with its first use.
         _has_views: Arrays of a decoded message refer to the bytes it came from.
-        _connection_header: Fields of the connection it came by; None when made here.
+        _connection_header: Header fields of the connection it was received on, else None.
     """
 
     __slots__ = ("_connection_header",)
@@ -145,7 +145,7 @@ class Message(metaclass=MessageMeta):
         buff.write(self._encode())
 
     def deserialize(self, str: Any) -> Any:
-        """Take all values from encoded bytes, and return this message. The argument's name is genpy's.
+        """Set all fields from encoded bytes and return this message. The argument's name is genpy's.
 
         Raises:
             CodecError: Bytes and definition disagree; this message is unchanged.
@@ -213,7 +213,7 @@ if TYPE_CHECKING:
         def __getattr__(cls, name: str) -> Any: ...
 
     class DynamicMessage(Message, metaclass=_DynamicMeta):
-        """A message whose fields and constants a type checker cannot know: any are allowed."""
+        """A message for type checkers: any field or constant is allowed."""
 
         def __getattr__(self, name: str) -> Any: ...
         def __setattr__(self, name: str, value: Any) -> None: ...
@@ -248,7 +248,7 @@ def _equal_arrays(ours: Any, theirs: Any) -> bool:
 
 
 class AnyMsg(Message):
-    """Any type at all: the bytes as they are, for relays, recorders and statistics.
+    """A message of any type, not decoded, for relays, recorders and statistics.
 
     Attributes:
         _buff: The encoded message.
@@ -295,7 +295,7 @@ class ServiceType:
 
     Attributes:
         _type: "package/Type".
-        _md5sum: What peers compare; over request and response.
+        _md5sum: The checksum of request and response that peers compare.
         Request, _request_class: Class of the request, "package/TypeRequest".
         Response, _response_class: Class of the response.
     """

@@ -1,7 +1,7 @@
-"""The slow, obvious codec: one field after the other, straight from wiki.ros.org/msg.
+"""The reference codec: slow and simple, one field after the other, as in wiki.ros.org/msg.
 
-It is the oracle of the tests, and it finds the words when the generated code fails: it knows where it
-is, so its errors carry the path of the field and the offset. Values are plain: a message is a dict by
+Tests compare the generated code with it. If generated code fails, this codec makes the error, with the path
+of the field and the offset. Values are plain: a message is a dict by
 field name, an array a list, uint8[] and char[] bytes, time and duration a (secs, nsecs) pair, a string
 a str (bytes that are not UTF-8 as surrogates).
 """
@@ -16,13 +16,13 @@ from rosproto.errors import CodecError
 
 LIGHT_SPARE = 1 << 18
 LIGHT_PER_BYTE = 16
-"""Bytes of memory that elements of (nearly) no bytes may take in one message: so many, and as many more for
-each byte of it. (This codec, which decodes them, takes some four times as much in between.)
+"""Maximum memory of elements of (nearly) no bytes in one message: LIGHT_SPARE bytes, plus LIGHT_PER_BYTE for
+each byte of the message. (This codec, which decodes them, temporarily takes four times as much.)
 """
 
 
 def decode_layout(layout: Layout, data: Any, start: int, end: int) -> dict[str, Any]:
-    """Decode the bytes `data[start:end]`, all of them.
+    """Decode exactly the bytes `data[start:end]`.
 
     Raises:
         CodecError: Bytes and definition disagree.
@@ -45,7 +45,7 @@ class _Reader:
         self.start = start
         self.position = start
         self.end = min(end, len(self.data))
-        # Elements of (nearly) no bytes cost the sender nothing: their memory is counted.
+        # A short message may have many elements of (nearly) no bytes: limit their memory.
         self.free_bytes = LIGHT_SPARE + LIGHT_PER_BYTE * (end - start)
 
     def fail(self, path: str, text: str) -> None:
@@ -91,7 +91,7 @@ class _Reader:
         return [self.one(field, f"{path}[{index}]") for index in range(count)]
 
     def spend(self, field: FieldLayout, count: int, path: str) -> None:
-        """Count elements that take far more memory than bytes: no short message may fill the memory."""
+        """Limit the memory of elements that take far more memory than bytes."""
         if field.layout is None or not field.layout.is_light:
             return
         self.free_bytes -= count * field.layout.weight

@@ -10,14 +10,14 @@ from rosproto.time import TVal
 
 
 def strify_message(value: Any, indent: str = "", *, width: int | None = None) -> str:
-    """A value as text; below the top level it begins on a line of its own where genpy's does.
+    """A value as genpy's text; nested values begin on a new line where genpy's do.
 
-    The same as genpy's, but a field is called what the definition calls it (`in`, where genpy has `in_`).
+    Unlike in genpy, fields are named as in the definition (`in`, not `in_`).
 
     Args:
-        value: A message, or what a field of one holds.
+        value: A message or a field's value.
         indent: Blanks before each line.
-        width: Characters that numbers take, as genpy's fixed_numeric_width; None: as many as they need.
+        width: Characters of each number, as genpy's fixed_numeric_width; None for no fixed width.
     """
     if isinstance(value, Message):
         return _message(value, indent, width)
@@ -25,7 +25,7 @@ def strify_message(value: Any, indent: str = "", *, width: int | None = None) ->
         least = 9 if width is None else width
         return f"\n{indent}secs: {value.secs:{width or ''}d}\n{indent}nsecs: {value.nsecs:{least}d}"
     if isinstance(value, str):
-        # Late, here and below: its patterns take longer to compile than the codec to import.
+        # Imported here and below: compiling its patterns takes longer than importing the codec.
         from rosproto.codec.yaml_text import double_quoted
 
         return double_quoted(value)
@@ -63,7 +63,7 @@ def _items(items: Any, indent: str, width: int | None) -> str:
 
 
 def _fixed(value: Any, width: int) -> str:
-    """As many digits as fit, but no digit before the point is lost."""
+    """Cut decimals to the width, but keep all digits before the point."""
     if isinstance(value, float):
         text = f"{value:.{width}f}"
         return text[: max(text.find("."), width)]

@@ -1,8 +1,8 @@
-"""A value style says which Python values a family of message classes is made of.
+"""Value styles: the Python values of a family of message classes.
 
-Ours decodes arrays of numbers to numpy views. Unchanged rospy programs rely on genpy's values (tuples,
-bytes, genpy's Time, genpy's errors); the compatibility layer makes a second family by handing its own
-`ValueStyle` to `message_class`. The generated code asks a value style nothing per message: it is baked in.
+The default decodes arrays of numbers to numpy views. Unchanged rospy programs rely on genpy's values (tuples,
+bytes, genpy's Time, genpy's errors); the compatibility layer passes its own `ValueStyle` to `message_class`.
+Functions are generated for one value style, without checks per message.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class ValueStyle:
             char[], with lists and bytes as defaults.
         base: Base class of the messages; None means `rosproto.codec.Message`.
         time, duration: Classes of the two builtin types; subclasses of `TVal` with slots secs, nsecs.
-        encode_error, decode_error: Turn our CodecError into what is raised.
+        encode_error, decode_error: Convert a CodecError to the raised exception.
         module: Format of `__module__`, from package and "msg" or "srv".
-        text_errors: How bytes that are not UTF-8 are decoded. "surrogateescape" can be encoded again.
+        text_errors: Error handler for non-UTF-8 bytes. Text of "surrogateescape" can be encoded again.
     """
 
     __slots__ = (
@@ -71,21 +71,21 @@ class ValueStyle:
 
 
 NUMPY = ValueStyle("numpy", views=True)
-"""Ours: numpy views."""
+"""The default: numpy views."""
 ROSPY = ValueStyle("rospy", views=False, module="{package}.{kind}")
-"""genpy's values with our own errors; the rospy layer adds genpy's errors and time classes."""
+"""genpy's values with rosproto's errors; the rospy layer adds genpy's errors and time classes."""
 
 _NAMED = {"numpy": NUMPY, "rospy": ROSPY}
 
 
 def value_style_named(value_style: str | ValueStyle) -> ValueStyle:
-    """The value style itself, or the one with that name.
+    """Return a value style unchanged, or find it by name.
 
     Raises:
-        ValueError: There is none with that name.
+        ValueError: The name is unknown.
     """
     if isinstance(value_style, ValueStyle):
-        # The latest one with a name is what pickles of that name come back as.
+        # Unpickling uses the latest value style of a name.
         _NAMED[value_style.name] = value_style
         return value_style
     found = _NAMED.get(value_style)

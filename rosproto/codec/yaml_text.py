@@ -1,8 +1,9 @@
-"""Strings as YAML scalars, in the style and with the line breaks that PyYAML gives them, as genpy does.
+"""Strings as YAML scalars with the styles and line breaks of PyYAML, as in genpy.
 
-A field is always double-quoted. An element of a list is plain where it reads back as the same string, else
-single-quoted, else (tabs, anything that is not printable ASCII) double-quoted. Lines end at the first place
-for it behind column 80. Source: the YAML 1.1 specification, chapters 5 and 7 and its types; PyYAML's output,
+Fields are always double-quoted. List elements are plain if they read back as the same string, double-quoted
+if they contain tabs or other characters than printable ASCII, else single-quoted. Lines break at the first
+possible place after column
+80. Source: the YAML 1.1 specification, chapters 5 and 7 and its types; PyYAML's output,
 with which the tests compare.
 """
 
@@ -30,11 +31,11 @@ _OTHER_TYPES = re.compile(
     """,
     re.VERBOSE,
 )
-"""What YAML 1.1 reads as a null, boolean, number, date or merge key."""
+"""Text that YAML 1.1 reads as a null, boolean, number, date or merge key."""
 _INDICATES = re.compile(
     r"""[#,\[\]{}&*!|>'"%@`]|[-?:](?:\s|$)|---|\.\.\.|.*:(?:\s|$)|.*\s\#|\s|.*\s$""", re.DOTALL
 )
-"""What means something else than text at the beginning, or anywhere."""
+"""Text with YAML syntax at the beginning or inside."""
 
 
 def double_quoted(text: str, column: int = 0, width: int = WIDTH) -> str:
@@ -42,8 +43,8 @@ def double_quoted(text: str, column: int = 0, width: int = WIDTH) -> str:
 
     Args:
         text: The string; lone surrogates become escapes.
-        column: Where it begins in its line.
-        width: Column behind which a line may end.
+        column: Column of its first character.
+        width: Column after which a line may break.
     """
     if not text:
         return "''"
@@ -72,7 +73,7 @@ def double_quoted(text: str, column: int = 0, width: int = WIDTH) -> str:
 
 
 def list_item(text: str) -> str:
-    """A scalar behind `- `, in the plainest style that reads back as this string."""
+    """A scalar after `- `, in the simplest style that reads back as this string."""
     column = 2
     if not _PRINTABLE.fullmatch(text) or " \n" in text or "\n " in text:
         return double_quoted(text, column)
@@ -82,7 +83,7 @@ def list_item(text: str) -> str:
 
 
 def _single_quoted(text: str, column: int) -> str:
-    """Quotes are doubled; a line end is written as one more of them."""
+    """Quotes are doubled; each sequence of line breaks gets one more."""
     written = ["'"]
     column += 1
     pieces = re.split(r"(\n+)", text.replace("'", "''"))
@@ -91,7 +92,7 @@ def _single_quoted(text: str, column: int) -> str:
             written.append(f"{piece}\n{INDENT}")
             column = len(INDENT)
             continue
-        # A blank beside a quotation mark stays where it is.
+        # A blank next to a quotation mark is kept.
         first = " " if index == 0 and piece.startswith(" ") else ""
         last = " " if index == len(pieces) - 1 and piece.endswith(" ") and len(piece) > 1 else ""
         folded, column = _folded(piece[len(first) : len(piece) - len(last)], column + len(first))
@@ -100,7 +101,7 @@ def _single_quoted(text: str, column: int) -> str:
 
 
 def _folded(text: str, column: int) -> tuple[str, int]:
-    """Break lines at single blanks; gives the column behind it too."""
+    """Break lines at single blanks; return the text and the next column."""
     written: list[str] = []
     for index, part in enumerate(re.split(r"(?<! ) (?! )", text)):
         if index:
