@@ -1,4 +1,4 @@
-"""Definitions: .msg, .srv and .action texts as values, their md5sums, and libraries of them.
+"""Definitions: parsed .msg, .srv and .action texts, their md5sums, and libraries of them.
 
 Start with `bundled()`, the definitions that ship with this package.
 """

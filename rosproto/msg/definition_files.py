@@ -1,7 +1,7 @@
 """Read definition files: from folders in ROS layout, and from the package data that ships with rosproto.
 
-Folders are listed before a file is read: on Windows and macOS a file is found under any spelling of its name,
-but `std_msgs/string` is not a type.
+Folders are listed before a file is read: file names on Windows and macOS ignore case, but `std_msgs/string`
+    is not a type.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rosproto.msg.parser import is_legal_base
 
 KINDS = ("msg", "srv", "action")
 SEARCH_DEPTH = 6
-"""How far below a search path packages are looked for: workspace/src/repository/stack/package is four."""
+"""Maximum depth of packages below a search path: workspace/src/repository/stack/package is four."""
 
 
 class Tree(Protocol):
@@ -59,14 +59,14 @@ class FileTree:
 
 
 class ResourceTree:
-    """Data files of an importable package, wherever its loader has them: a folder, a zip, a frozen program.
+    """Data files of an importable package in a folder, a zip or a frozen program.
 
-    `loader.get_data` reads; it is what pkgutil.get_data calls, at none of the import cost of
-    importlib.resources (5 to 15 ms), which is asked only to list what is not a plain folder.
+    `loader.get_data` reads files, as in pkgutil.get_data. importlib.resources takes 5 to 15 ms to import and
+    is only used for packages that are no plain folder.
     """
 
     def __init__(self, package: str) -> None:
-        # Imported by name: the texts are data, while the modules beside them import the codec, a layer above.
+        # Imported by name: the package's modules import the codec, a layer above; only its texts are used.
         module = import_module(package)
         self.package = package
         self._root = self.root = module.__path__[0]
@@ -89,7 +89,7 @@ class ResourceTree:
 
         try:
             return frozenset(entry.name for entry in files(self.package).joinpath("/".join(parts)).iterdir())
-        except (OSError, ValueError, KeyError):  # what a loader raises for "no such folder" is its own affair
+        except (OSError, ValueError, KeyError):  # loaders differ in the error for a missing folder
             return frozenset()
 
     def read(self, *parts: str) -> str:
@@ -115,7 +115,7 @@ def _text(data: bytes) -> str:
 class Folder:
     """One package's folder: `msg/*.msg`, `srv/*.srv`, `action/*.action`.
 
-    Beside these it may hold `aliases.txt` (lines `other = Name`: a second name for the same definition, and
+    It may also contain `aliases.txt` (lines `other = Name`: a second name for the same definition, and
     `Name.other = field`: a second name for a field) and `revisions/` (see rosproto.msg.package_revisions).
     """
 
@@ -127,13 +127,13 @@ class Folder:
 
     @property
     def path(self) -> str | None:
-        """Where it is in the file system; None in a zip and in a frozen program."""
+        """Path in the file system; None in a zip or frozen program."""
         root = getattr(self.tree, "root", None)
         found = None if root is None else os.path.join(root, *self.parts)
         return found if found is not None and os.path.isdir(found) else None
 
     def names(self, kind: str) -> frozenset[str]:
-        """Base names of all definitions of a kind, aliases included."""
+        """Base names of all definitions of a kind, including aliases."""
         found = self._names.get(kind)
         if found is None:
             bases = (
@@ -147,20 +147,20 @@ class Folder:
         return found
 
     def read(self, kind: str, base: str) -> tuple[str, str] | None:
-        """Text and origin of one definition; None when it is not here."""
+        """Text and origin of one definition; None if missing."""
         if base not in self.names(kind):
             return None
         parts = (*self.parts, kind, f"{self.aliases().get(base, base)}.{kind}")
         return self.tree.read(*parts), self.tree.describe(*parts)
 
     def aliases(self) -> dict[str, str]:
-        """Second names of types: alias -> name of the definition."""
+        """Aliases of types: alias -> name of the definition."""
         if self._aliases is None:
             self._aliases = {other: name for other, name in self._alias_lines() if "." not in other}
         return self._aliases
 
     def field_aliases(self, base: str) -> list[tuple[str, str]]:
-        """Pairs of names that mean the same field of a message."""
+        """Pairs of names of the same field of a message."""
         return [
             (other.partition(".")[2], name)
             for other, name in self._alias_lines()
@@ -176,7 +176,7 @@ class Folder:
 
 
 class DefinitionSource:
-    """Packages and where their folders are; the first folder that has a definition wins."""
+    """Folders by package; the first folder with a definition takes precedence."""
 
     def __init__(self, where: str, folders: dict[str, list[Folder]]) -> None:
         self.where = where
@@ -205,7 +205,7 @@ def folder_source(path: str | os.PathLike[str]) -> DefinitionSource:
     """Definitions in a folder: a package, a folder of packages (`share`), or a workspace with packages below.
 
     Raises:
-        DefinitionError: The folder is not there, or holds no definition.
+        DefinitionError: The folder does not exist or contains no definition.
     """
     root = os.fspath(path)
     if not os.path.isdir(root):
@@ -243,7 +243,7 @@ def _has_definitions(folder: str, kind: str) -> bool:
 
 
 def _package_name(folder: str) -> str:
-    """The name in package.xml where there is one (a check-out may be called anything), else the folder's."""
+    """The name in package.xml if it exists (a check-out may have any name), else the folder's name."""
     try:
         with open(os.path.join(folder, "package.xml"), encoding="utf-8", errors="replace") as file:
             name = file.read().partition("<name>")[2].partition("</name>")[0].strip()

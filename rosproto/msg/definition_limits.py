@@ -1,6 +1,6 @@
 """Limits on the size of definitions from the network.
 
-A peer's full text becomes classes and generated code, so it is measured before anything is made of it.
+A peer's full text is measured before classes and code are generated from it.
 """
 
 from __future__ import annotations
@@ -17,26 +17,25 @@ BUILTIN_SIZES = {
     **dict.fromkeys(("int32", "uint32", "float32", "string"), 4),
     **dict.fromkeys(("int64", "uint64", "float64", "time", "duration"), 8),
 }
-"""Bytes on the wire; a string has at least its length."""
+"""Bytes on the wire; for a string, those of its length."""
 
 BOXED = frozenset({"string", "time", "duration"})
-"""Builtin types whose values are Python objects of their own, also inside an array."""
+"""Builtin types with one Python object per value, also in arrays."""
 
 
 class DefinitionLimits(NamedTuple):
-    """Bounds for an untrusted definition; the largest real ones stay a factor of ten below.
+    """Limits for an untrusted definition, ten times the largest real ones.
 
     Attributes:
         text_bytes: Length of the full text, in characters.
         types: Types defined in it.
         fields: Fields, and constants, of one type.
         name_length: Characters of a type, field or constant name.
-        nesting: Messages inside messages; moveit's deepest is 10. Generated loops nest as deep, and
-            Python allows 20.
-        flattened_fields: Builtin fields after nested messages are put in place, an array counted once.
+        nesting: Depth of nested messages; 10 in moveit. Generated loops nest as deep, and Python allows 20.
+        flattened_fields: Builtin fields, including those of nested messages; an array counts once.
         array_length: N of one `T[N]`.
-        default_objects: Python objects of a message made with default values: nested messages,
-            strings and times, those in fixed arrays included.
+        default_objects: Python objects in a message with default values: nested messages, strings and times,
+            also in fixed arrays.
         default_bytes: Size on the wire of a message whose strings and variable arrays are empty.
     """
 
@@ -59,10 +58,10 @@ class _Size(NamedTuple):
 
 
 def check_length(name: str, text: str, limits: DefinitionLimits) -> None:
-    """Count the lines of one type that say something, which is far quicker than reading them.
+    """Limit the non-empty lines of one type, which is far quicker than parsing them.
 
     Raises:
-        DefinitionError: There are more than fields and constants may be together.
+        DefinitionError: There are more lines than fields and constants allowed in total.
     """
     most = 2 * limits.fields
     if text.count("\n") >= most:
@@ -74,12 +73,12 @@ def check_length(name: str, text: str, limits: DefinitionLimits) -> None:
 def check_limits(
     names: list[str], find: Callable[[str], MessageSpec], limits: DefinitionLimits
 ) -> Mapping[str, tuple[int, int, int, int]]:
-    """Measure types and everything they use.
+    """Measure types and all types they use.
 
     Args:
         names: Types to measure.
-        find: Gives a type's spec; raises DefinitionError for an unknown one.
-        limits: What is allowed.
+        find: Returns a type's spec; raises DefinitionError for an unknown one.
+        limits: The limits.
 
     Returns:
         For each type its nesting, flattened fields, default objects and default bytes.
@@ -104,7 +103,7 @@ def _measure(
         return sizes[name]
     if name in trail:
         raise DefinitionError(f"{name} contains itself: {' -> '.join([*trail[trail.index(name) :], name])}")
-    if len(trail) > limits.nesting:  # before the recursion goes deeper than Python's own
+    if len(trail) > limits.nesting:  # before Python's recursion limit
         _bound(name, "nesting", len(trail), limits)
     spec = find(name)
     _check_own(spec, limits)
@@ -124,7 +123,7 @@ def _measure(
 
 
 def _field_size(kind: FieldType, measure: Callable[[str], _Size]) -> _Size:
-    """What one field adds; a `T[]` is empty by default but its element code is generated all the same."""
+    """The size that one field adds; the fields of `T[]` count too, because code is generated for them."""
     if kind.is_builtin:
         inner = _Size(0, 1, int(kind.base in BOXED), BUILTIN_SIZES[kind.base])
     else:

@@ -1,7 +1,7 @@
 """Full definition texts: a message's own text, then that of each type it uses.
 
-They travel in connection headers (`message_definition`) and bags, so that a receiver can decode a type it has
-never seen. Form: gentools.compute_full_text in genmsg.
+Connection headers (`message_definition`) and bags contain them, so that receivers can decode unknown types.
+Format: gentools.compute_full_text in genmsg.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ def join_full_text(text: str, dependencies: Iterable[tuple[str, str]]) -> str:
 
 
 def split_full_text(text: str, name: str) -> dict[str, str]:
-    """Take a full text apart.
+    """Split a full text by type.
 
     Args:
-        text: As a peer sent it; nothing in it is trusted.
+        text: Untrusted text from a peer.
         name: "package/Type" of the first part.
 
     Returns:
         Text by type name, the message itself first.
 
     Raises:
-        DefinitionError: A part names no legal type, or two parts define the same type differently.
+        DefinitionError: A type name is not legal, or two parts define the same type differently.
     """
     parts: dict[str, str] = {}
     current, start = name, 1
@@ -56,7 +56,7 @@ def split_full_text(text: str, name: str) -> dict[str, str]:
 
 
 def _divides(line: str) -> bool:
-    """genmsg writes 80 "="; other libraries write other numbers of them (docs/wire.md, 6)."""
+    """Whether the line is a separator: 80 "=" in genmsg, other numbers elsewhere (docs/wire.md, 6)."""
     line = line.rstrip()
     return len(line) >= 3 and line == "=" * len(line)
 

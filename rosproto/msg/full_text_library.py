@@ -16,16 +16,16 @@ def library_from_full_text(
     base: DefinitionLibrary | None = None,
     limits: DefinitionLimits | None = None,
 ) -> DefinitionLibrary:
-    """Definitions from a full text, as a connection header or a bag carries it.
+    """Definitions from a full text, as in a connection header or bag.
 
-    The text may come from anybody: it is bounded by `limits`, its names are legal identifiers, and no type
-    contains itself, so code may be generated from what this returns.
+    The text is untrusted: its size is limited, names must be legal identifiers, and no type may contain
+    itself. Code may be generated from the result.
 
     Args:
-        name: "package/Type" that the text begins with.
+        name: "package/Type" of the first definition.
         text: Its definition and that of each type it uses, separated by "=" * 80 and "MSG: package/Type".
-        base: Where types are taken from that the text does not define; nowhere by default.
-        limits: How much is allowed.
+        base: Library of types that the text does not define; none by default.
+        limits: Maximum sizes.
 
     Raises:
         DefinitionError: The text is not legal, not complete or exceeds a limit.
@@ -47,7 +47,7 @@ def library_from_full_text(
         check_length(part, body, limits)
         library.add(parse_message(body, part, lenient=True))
     if "roslib/Header" in parts and "std_msgs/Header" not in parts:
-        # Texts from before REP 100 (in old bags) call it so; `Header` has meant std_msgs/Header since.
+        # Texts from before REP 100 (in old bags) use this name; `Header` now means std_msgs/Header.
         library.add(parse_message(parts["roslib/Header"], "std_msgs/Header", lenient=True))
     check_limits(list(parts), library.message, limits)
     return library

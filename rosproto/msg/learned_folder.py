@@ -12,9 +12,9 @@ else:
 
 
 class LearnedFolder(SystemPath):
-    """One learned set. Its types count only where neither the user's folders nor the bundled ones have them.
+    """One set of learned definitions; the user's folders and bundled definitions take precedence.
 
-    The mark is in the object: text of the same path is a folder that the user has named, like any other.
+    Only the object is marked: the same path as text is an ordinary folder of the user.
     """
 
     learned = True

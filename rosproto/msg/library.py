@@ -1,4 +1,4 @@
-"""Definitions by name: looked up when first asked for, in files, in what was added, in other libraries."""
+"""Definitions by name, looked up on first use in added definitions, files and other libraries."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Spec = MessageSpec | ServiceSpec | ActionSpec
 class DefinitionLibrary:
     """Definitions, found by "package/Type"; "Header" is std_msgs/Header.
 
-    Looks in what was added, then in its folders in order, then in its base. What a type *means* is decided by
-    the library that is asked: a fork that redefines std_msgs/Header gives other md5sums for all that use it.
+    Added definitions come first, then the folders in order, then the base. Nested types are resolved in the
+    queried library: a fork that redefines std_msgs/Header has other md5sums for all types that use it.
 
-    Reading is safe from several threads. `add` what you need before you share the library.
+    Reading is thread-safe. Call `add` before sharing the library.
 
     Args:
         paths: Folders: a package, a folder of packages, or a workspace with packages below.
-        base: Where to look next; none by default, so `bundled().fork(paths)` is what programs usually want.
+        base: Library to search next; none by default. Programs usually use `bundled().fork(paths)`.
 
     Raises:
         DefinitionError: A path is not a folder or holds no definition.
@@ -58,7 +58,7 @@ class DefinitionLibrary:
         """A message: a .msg file, one of an action's seven, or a service's Request or Response.
 
         Raises:
-            DefinitionError: There is none of this name (near matches are listed), or its text is wrong.
+            DefinitionError: None has this name (near matches are listed), or its text is wrong.
         """
         name = "std_msgs/Header" if name == "Header" else name
         found = self._look_up("msg", name)
@@ -76,10 +76,10 @@ class DefinitionLibrary:
         return found
 
     def action(self, name: str) -> ActionSpec:
-        """An action, "package/MoveBase" or as actionlib says it, "package/MoveBaseAction".
+        """An action, by "package/MoveBase" or, as in actionlib, "package/MoveBaseAction".
 
         Raises:
-            DefinitionError: There is none of this name (near matches are listed), or its text is wrong.
+            DefinitionError: None has this name (near matches are listed), or its text is wrong.
         """
         found = self._look_up("action", name)
         if found is None and name.endswith("Action"):
@@ -111,7 +111,7 @@ class DefinitionLibrary:
         return list(seen)
 
     def full_text(self, name: str, *, kind: str | None = None) -> str:
-        """The text with that of all types it uses, as genpy has it in `_full_text`."""
+        """The text with those of all types it uses, as genpy's `_full_text`."""
         kind = kind or self._kind(name)
         text = self.message(name).text if kind == "msg" else self.service(name).text
         return join_full_text(
@@ -119,10 +119,10 @@ class DefinitionLibrary:
         )
 
     def revisions(self, name: str, *, kind: str | None = None) -> list[Revision]:
-        """Other known definitions of a type, each md5sum once, this library's own left out.
+        """Other known definitions of a type, one per md5sum, without this library's own.
 
-        A type also has revisions when only something it uses has: woosh_msgs/Information differs with its
-        woosh_msgs/Parameter, and an action's messages with its goal.
+        Revisions of nested types count: woosh_msgs/Information has those of woosh_msgs/Parameter, and an
+        action's messages have those of its goal.
         """
         name = "std_msgs/Header" if name == "Header" else name
         kind = kind or self._kind(name)
@@ -137,7 +137,7 @@ class DefinitionLibrary:
         return {**(self._base.package_revisions(package) if self._base is not None else {}), **found}
 
     def field_aliases(self, name: str) -> list[tuple[str, str]]:
-        """Pairs of names that mean the same field of a message: the vendor's page spells some otherwise."""
+        """Pairs of names of the same field: the vendor's page spells some differently."""
         package, _, base = name.partition("/")
         found = [
             pair
@@ -147,7 +147,7 @@ class DefinitionLibrary:
         ]
         return found + (self._base.field_aliases(name) if self._base is not None else [])
 
-    # What is there
+    # Contents
 
     def packages(self) -> list[str]:
         """Names of all packages, sorted."""
@@ -157,7 +157,7 @@ class DefinitionLibrary:
         return sorted(found.union(self._base.packages() if self._base else ()))
 
     def folder(self, package: str) -> str | None:
-        """The folder that a package's definitions are read from first; None when they are in no folder."""
+        """The first folder with definitions of a package; None if there is none."""
         for source in self._sources:
             for folder in source.folders.get(package, ()):
                 if folder.path is not None:
@@ -165,7 +165,7 @@ class DefinitionLibrary:
         return None if self._base is None else self._base.folder(package)
 
     def messages(self, package: str) -> list[str]:
-        """Full names of a package's messages, sorted, those of its actions included."""
+        """Full names of a package's messages, including those of its actions, sorted."""
         derived = {name + suffix for name in self.actions(package) for suffix in ACTION_SUFFIXES}
         return sorted(derived.union(self._names("msg", package)))
 
@@ -180,7 +180,7 @@ class DefinitionLibrary:
     # Making libraries
 
     def add(self, spec: Spec) -> None:
-        """Add a definition; it goes before all others of that name.
+        """Add a definition, which takes precedence over others of that name.
 
         Raises:
             DefinitionError: This library is shared (`bundled()`): add to a `fork()` of it.
@@ -197,10 +197,10 @@ class DefinitionLibrary:
             cached.clear()
 
     def fork(self, paths: Iterable[str | os.PathLike[str]] = ()) -> DefinitionLibrary:
-        """A library that starts as this one and may differ: `paths` and what is added to it come first."""
+        """A library based on this one; `paths` and definitions added to it take precedence."""
         return DefinitionLibrary(paths, base=self)
 
-    # Inside
+    # Internals
 
     def _look_up(self, kind: str, name: str) -> Spec | None:
         key = (kind, name)
@@ -213,7 +213,7 @@ class DefinitionLibrary:
             spec = self._own(kind, name)
             if spec is None and self._base is not None:
                 spec = self._base._look_up(kind, name)
-        # Names come from peers too: what is not there is not remembered, so that they cannot fill the memory.
+        # Names may come from peers: missing ones are not cached, which bounds the memory.
         if spec is not None:
             self._found[key] = spec
         return spec
@@ -231,7 +231,7 @@ class DefinitionLibrary:
         return self._derived(name) if kind == "msg" else None
 
     def _derived(self, name: str) -> MessageSpec | None:
-        """A message that no file defines but an action or a service does."""
+        """A message of an action or a service."""
         for suffix in ACTION_SUFFIXES:
             if name.endswith(suffix) and not name.endswith("/" + suffix):
                 action = self._own("action", name.removesuffix(suffix))
@@ -297,7 +297,7 @@ class DefinitionLibrary:
             if field.type.is_builtin:
                 continue
             self._check_use(spec, used, trail)
-            # One that was seen had all it uses visited right behind it, so the order is genmsg's.
+            # The types that a type uses directly follow it, as in genmsg.
             if used not in seen:
                 seen[used] = None
                 self._visit(self.message(used), seen, (*trail, used))
@@ -349,7 +349,7 @@ class DefinitionLibrary:
             try:
                 md5sum = library.md5sum(name, kind=kind)
             except DefinitionError:
-                continue  # the type is younger than that revision
+                continue  # the type is newer than that revision
             if md5sum != own:
                 found.setdefault(md5sum, Revision(name, label, md5sum, library, note))
         if self._base is not None:
@@ -363,7 +363,7 @@ class DefinitionLibrary:
         return self._look_up(kind, name) is not None
 
     def defines(self, kind: str, name: str) -> bool:
-        """As `has`, for what this library adds to its base."""
+        """Like `has`, without the base."""
         return is_legal_type_name(name) and self._own(kind, name) is not None
 
     def _revision_libraries(self, name: str, kind: str) -> Iterator[tuple[str, DefinitionLibrary, str]]:
@@ -373,8 +373,7 @@ class DefinitionLibrary:
                 yield row.label, library, row.note_for(package, used)
 
     def _tables(self, package: str) -> list[tuple[Row, DefinitionLibrary]]:
-        """Rows of the tables of a package's revisions, with the library of each; made once, so that equal
-        revisions of different types share their classes."""
+        """Rows of a package's revision tables with their libraries, cached so that types share classes."""
         known = self._tables_read.get(package)
         if known is None:
             known = []
@@ -398,9 +397,9 @@ def _parse(kind: str, text: str, name: str, file: str) -> Spec:
 
 @cache
 def bundled() -> DefinitionLibrary:
-    """The definitions that ship with this package: ROS's common ones and the chassis's.
+    """The definitions in this package: common ROS ones and the chassis's.
 
-    One for the whole process, and shared: `fork()` it to add to it.
+    The process shares one library: add definitions to a `fork()`.
     """
     library = DefinitionLibrary()
     library._sources = [bundled_source()]

@@ -1,4 +1,4 @@
-"""The md5sum of a definition: what two peers compare before they exchange a single message.
+"""The md5sum of a definition, which peers compare before they exchange messages.
 
 Source: wiki.ros.org/ROS/Technical%20Overview (section "msg MD5 sums"); gentools.py in genmsg.
 """
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from rosproto.msg.spec import MessageSpec
 
 try:
-    # What hashlib itself falls back on; hashlib loads all of OpenSSL first.
+    # hashlib's own fallback, without loading OpenSSL.
     from _md5 import md5  # type: ignore[import-not-found]
 except ImportError:
     from hashlib import md5
@@ -19,13 +19,13 @@ except ImportError:
 def md5_text(spec: MessageSpec, md5sum_of: Callable[[str], str]) -> str:
     """The text that is hashed: constants first, then fields, without comments.
 
-    A field of a message type stands as that message's md5sum, **without** its array suffix: `U u`, `U[] u`
+    A message type is replaced by its md5sum, **without** the array suffix: `U u`, `U[] u`
     and `U[3] u` hash alike. Builtin arrays keep theirs, aliases keep their name (`byte b` is not `int8 b`),
     and constants keep their literal as written (`True` is not `1`).
 
     Args:
         spec: The message.
-        md5sum_of: Gives the md5sum of a message type by its full name.
+        md5sum_of: Returns the md5sum of a message type by full name.
     """
     lines = [f"{constant.type} {constant.name}={constant.text}" for constant in spec.constants]
     for field in spec.fields:
@@ -36,7 +36,7 @@ def md5_text(spec: MessageSpec, md5sum_of: Callable[[str], str]) -> str:
 
 def md5sum_of_texts(*texts: str) -> str:
     """The md5sum of one text, or of a service's two with nothing between them."""
-    digest = md5(usedforsecurity=False)  # an identity, not a protection: also where FIPS forbids md5
+    digest = md5(usedforsecurity=False)  # an identity, not for security: works if FIPS forbids md5
     for text in texts:
         digest.update(text.encode("utf-8", "surrogateescape"))
     result: str = digest.hexdigest()

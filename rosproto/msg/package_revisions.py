@@ -1,4 +1,4 @@
-"""Older and differing definitions that a package ships in its `revisions` folder, found by their md5sum.
+"""Older and differing definitions in a package's `revisions` folder, found by md5sum.
 
 `<package>/revisions/revisions.txt` lists them:
 
@@ -8,8 +8,8 @@
     1.1.0 < 1.1.1
       StepControl: no angle
 
-`<package>/revisions/<label>/{msg,srv,action}/` holds only the definitions that differ. A revision is a whole
-library: these definitions over those of the revision it changes.
+`<package>/revisions/<label>/{msg,srv,action}/` holds only the definitions that differ. A revision is a
+complete library: these definitions replace those of the revision it changes.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class Revision(NamedTuple):
 
     Attributes:
         name: The message or service.
-        label: Which revision: a version of the package, or "page" for the vendor's interface page.
+        label: A version of the package, or "page" for the vendor's interface page.
         md5sum: Its md5sum.
         library: All definitions as of that revision; `library.message(name)` is this one.
-        note: What differs and how that is known, for a person.
+        note: The difference and its source, for users.
     """
 
     name: str
@@ -44,14 +44,14 @@ class Revision(NamedTuple):
 
 
 class Row(NamedTuple):
-    """One revision of a package, as the table has it; `notes` by the base name of what differs."""
+    """One revision in the table; `notes` by base name of the differing type."""
 
     label: str
     after: str
     notes: dict[str, str]
 
     def note_for(self, package: str, used: set[str]) -> str:
-        """The notes about the types in `used`, an action's messages belonging to their action."""
+        """The notes on the types in `used`; notes on an action also apply to its messages."""
         return " ".join(
             f"{package}/{base}: {note}"
             for base, note in self.notes.items()

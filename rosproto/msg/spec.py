@@ -1,9 +1,9 @@
-"""Parsed definitions as values: what the parser makes and everything else reads.
+"""Parsed definitions, made by the parser.
 
 Source: wiki.ros.org/msg, wiki.ros.org/srv, wiki.ros.org/actionlib; genmsg decides where they are silent.
 
-Named tuples, not dataclasses: six frozen dataclasses and the modules they pull in were a third of the
-import time.
+Named tuples, not dataclasses: six frozen dataclasses and the modules they import took a third of the import
+    time.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class FieldType(NamedTuple):
         base: Builtin name as written ("float64", "char") or full message name ("geometry_msgs/Point").
         is_array: True for `T[]` and `T[N]`.
         array_length: N of `T[N]`; None for a single value or `T[]`.
-        length_text: N as written when that is not the plain number, as in `T[007]`. The text of a
-            builtin array goes into the md5sum as it stands, so it has to survive.
+        length_text: N as written if it differs from the plain number, as in `T[007]`: the md5sum of a builtin
+            array includes it.
     """
 
     base: str
@@ -88,7 +88,7 @@ class MessageSpec(NamedTuple):
 
     @property
     def has_header(self) -> bool:
-        """True when the *first* field is `Header header`: only then is seq filled in on publish (genmsg)."""
+        """True when the *first* field is `Header header`: publishers set seq only then (genmsg)."""
         return bool(self.fields) and self.fields[0] == Field("header", FieldType("std_msgs/Header"))
 
 
@@ -107,7 +107,7 @@ class ActionSpec(NamedTuple):
     Attributes:
         name: "package/Type".
         goal, result, feedback: "package/TypeGoal" and so on, the three written parts.
-        messages: All seven messages actionlib makes of it, by full name (TypeGoal, TypeResult,
+        messages: The seven messages that actionlib derives, by full name (TypeGoal, TypeResult,
             TypeFeedback, TypeActionGoal, TypeActionResult, TypeActionFeedback, TypeAction).
     """
 

@@ -1,4 +1,4 @@
-"""Folders that are searched for definitions: those given, $ROSPROTO_MSG_PATH, and those learned from robots.
+"""Folders with definitions: given ones, $ROSPROTO_MSG_PATH, and definitions learned from robots.
 
 The learned ones are in `revisions_folder()`, as `<set>/<package>/msg/*.msg`; each set is a folder for
 `msg_path=`. The environment is read when a function is called, never at import.
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 def revisions_folder(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Path:
-    """Where this user's revisions are, whether the folder exists or not.
+    """The folder of this user's revisions, which may not exist.
 
     %LOCALAPPDATA% on Windows, ~/Library/Application Support on macOS, $XDG_DATA_HOME (by default
-    ~/.local/share) elsewhere; in there "rosproto/revisions".
+    ~/.local/share) elsewhere; followed by "rosproto/revisions".
 
     Raises:
         FileNotFoundError: This user has no home folder: a container with an arbitrary user id, some services.
@@ -52,11 +52,11 @@ def environment_paths(environment: Mapping[str, str] | None = None) -> list[str]
 
 
 def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:
-    """Each learned set, for `msg_path=`; empty when nothing was learned. What is no set is left out.
+    """The folders of all learned sets, for `msg_path=`; other entries are ignored.
 
-    They are `LearnedFolder`s: wherever they stand in `msg_path`, they come last when a type is looked for.
+    They are `LearnedFolder`s, which are searched last, independent of their position in `msg_path`.
     """
-    from pathlib import Path  # late: the commands and programs that learn nothing start faster
+    from pathlib import Path  # imported here for a faster start
 
     from rosproto.msg.learned_folder import LearnedFolder
 
@@ -69,27 +69,26 @@ def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:
 
 
 def is_learned(path: str | os.PathLike[str]) -> bool:
-    """True for what `learned_paths` gave."""
+    """Whether the path is from `learned_paths`."""
     return bool(getattr(path, "learned", False))
 
 
 def own_and_learned(
     given: Iterable[str | os.PathLike[str]] = (), *, learned: bool = True
 ) -> list[str | os.PathLike[str]]:
-    """The order for `msg_path=`: given by hand, then $ROSPROTO_MSG_PATH, and last what robots have sent."""
+    """The order for `msg_path=`: given paths, $ROSPROTO_MSG_PATH, learned definitions."""
     return [*given, *environment_paths(), *(learned_paths() if learned else ())]
 
 
 def library_of(
     name: str, kind: str = "msg", given: Iterable[str | os.PathLike[str]] = (), *, learned: bool = True
 ) -> DefinitionLibrary | None:
-    """Where a command finds a type by its name; None for the bundled definitions.
+    """The library in which a command looks up a type; None for the bundled definitions.
 
-    The user's own come first, also before bundled ones of that name. What was learned from a robot counts
-    only where nobody else has the type.
+    The user's folders take precedence over bundled definitions, and these over learned ones.
 
     Raises:
-        DefinitionError: A folder is not there or holds no definition.
+        DefinitionError: A folder does not exist or contains no definition.
     """
     own = [*given, *environment_paths()]
     if any(DefinitionLibrary([path]).has(kind, name) for path in own):
