@@ -58,7 +58,7 @@ class ComprehensionWriter:
         def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None: ...
 
     def all_at_once(self, element: Layout, items: str, string: bool) -> None:
-        """Pack all elements with one list comprehension; struct.error if they share no string object.
+        """Pack all elements with one list comprehension; struct.error if their string objects differ.
 
         After struct.error `parts` is unchanged, and the following loop packs the elements.
         """

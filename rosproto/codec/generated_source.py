@@ -1,14 +1,12 @@
 """Python source under construction, with the objects it refers to.
 
 The source contains only fixed text of this package and field names that `layout.resolve` has checked to be
-identifiers. Everything else (classes, structs, sizes) is an object
-or an integer. Values never become text.
+identifiers. Everything else (classes, structs, sizes) is an object or an integer. Values never become text.
 
 In a Path, and in nearly every TFMessage, the strings of all elements are as long as those of the first. The
 decoder assumes this, reads all elements with one struct and compares the lengths; elements after the first
-difference are decoded one by one. Otherwise a Path of 200 poses takes 2.2 times as
-long, one of 1000 poses and a TFMessage of 10 transforms 1.5 times (processor
-time, CPython 3.11).
+difference are decoded one by one. Otherwise a Path of 200 poses takes 2.2 times as long, one of 1000 poses
+and a TFMessage of 10 transforms 1.5 times (processor time, CPython 3.11).
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """The reference codec: slow and simple, one field after the other, as in wiki.ros.org/msg.
 
 Tests compare the generated code with it. If generated code fails, this codec makes the error, with the path
-of the field and the offset. Values are plain: a message is a dict by
-field name, an array a list, uint8[] and char[] bytes, time and duration a (secs, nsecs) pair, a string
-a str (bytes that are not UTF-8 as surrogates).
+of the field and the offset. Values are plain: a message is a dict by field name, an array a list, uint8[] and
+char[] bytes, time and duration a (secs, nsecs) pair, a string a str (bytes that are not UTF-8 as surrogates).
 """
 
 from __future__ import annotations

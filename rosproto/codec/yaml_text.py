@@ -2,9 +2,8 @@
 
 Fields are always double-quoted. List elements are plain if they read back as the same string, double-quoted
 if they contain tabs or other characters than printable ASCII, else single-quoted. Lines break at the first
-possible place after column
-80. Source: the YAML 1.1 specification, chapters 5 and 7 and its types; PyYAML's output,
-with which the tests compare.
+possible place after column 80. Source: the YAML 1.1 specification, chapters 5 and 7 and its types; PyYAML's
+output, with which the tests compare.
 """
 
 from __future__ import annotations

@@ -297,7 +297,7 @@ class DefinitionLibrary:
             if field.type.is_builtin:
                 continue
             self._check_use(spec, used, trail)
-            # The types that a type uses directly follow it, as in genmsg.
+            # The types that a seen type uses follow it directly, as in genmsg.
             if used not in seen:
                 seen[used] = None
                 self._visit(self.message(used), seen, (*trail, used))

@@ -19,9 +19,9 @@ except ImportError:
 def md5_text(spec: MessageSpec, md5sum_of: Callable[[str], str]) -> str:
     """The text that is hashed: constants first, then fields, without comments.
 
-    A message type is replaced by its md5sum, **without** the array suffix: `U u`, `U[] u`
-    and `U[3] u` hash alike. Builtin arrays keep theirs, aliases keep their name (`byte b` is not `int8 b`),
-    and constants keep their literal as written (`True` is not `1`).
+    A message type is replaced by its md5sum, **without** the array suffix: `U u`, `U[] u` and `U[3] u` hash
+    alike. Builtin arrays keep theirs, aliases keep their name (`byte b` is not `int8 b`), and constants keep
+    their literal as written (`True` is not `1`).
 
     Args:
         spec: The message.

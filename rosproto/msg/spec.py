@@ -58,7 +58,7 @@ class Constant(NamedTuple):
         type: Builtin type as written.
         name: Its name.
         value: Python value (int, float, bool or str).
-        text: The literal as it stands in the definition; part of the md5 text.
+        text: The literal as written in the definition; part of the md5 text.
     """
 
     type: str
