@@ -1,4 +1,4 @@
-"""Read bags: everything a recorder leaves behind, whether it was closed properly or crashed."""
+"""Read bags of recorders that were closed properly or crashed."""
 
 from __future__ import annotations
 
@@ -52,13 +52,12 @@ class BagReader(TimeOrderedReader):
     """A bag, opened for reading.
 
     Opening reads the table of contents only. A bag without a usable one (never closed, cut off, damaged) is
-    scanned record by record; `damage` then says what was wrong, and everything that is whole can be read.
+    scanned record by record; `damage` then lists the damage, and all complete messages can be read.
 
     Args:
         file: Path, URL (extra `remote`), or a seekable binary file.
-        skip_damaged: When a chunk turns out to be damaged, leave out the rest of it and note that in
-            `damage`, instead of raising.
-        limits: How much reading the file may cost; see `rosproto.bag.BagLimits`.
+        skip_damaged: Skip the rest of a damaged chunk and note that in `damage`, instead of raising.
+        limits: Limits on the cost of reading; see `rosproto.bag.BagLimits`.
         scanning: Called from time to time during such a scan with the bytes done and the total.
 
     Raises:
@@ -67,13 +66,13 @@ class BagReader(TimeOrderedReader):
     Attributes:
         path: Path of the file, None when there is none.
         size: Bytes of the file.
-        damage: What was wrong with the file, in words; empty for a sound bag.
-        version: Of the format, "2.0" as a rule.
+        damage: Descriptions of the file's damage; empty for a sound bag.
+        version: Of the format, usually "2.0".
         indexed: False when the file had no usable table of contents and was scanned.
         connections: All connections with messages, by id.
         topics: `TopicInfo` by topic, sorted.
         message_count: Messages in the bag.
-        chunks: What each chunk holds, in file order.
+        chunks: Contents of each chunk, in file order.
     """
 
     def __init__(
@@ -163,15 +162,15 @@ class BagReader(TimeOrderedReader):
     ) -> Iterator[tuple[str, Any, Time]]:
         """Messages in the order they were received.
 
-        Whatever the size of the bag, memory holds one chunk, or the few that overlap in time (and a few more
-        when chunks are compressed, because helper threads read ahead). The arrays of a message that makes up
+        For bags of any size, memory holds one chunk, or the few that overlap in time (and a few more when
+        chunks are compressed, because helper threads read ahead). The arrays of a message that makes up
         a quarter of its chunk or more are views of the chunk and keep it in memory as long as they live;
         smaller messages have bytes of their own.
 
         Args:
             topics: Only these.
-            start_time: Not earlier than this: a Time, or seconds.
-            end_time: Not later than this.
+            start_time: Earliest receive time: a Time, or seconds.
+            end_time: Latest receive time.
             raw: Yield `RawMessage`, not decoded. With "view" its data is a memoryview of the chunk, not a
                 copy; keeping one keeps the whole chunk in memory.
             connections: Only these.
@@ -200,12 +199,12 @@ class BagReader(TimeOrderedReader):
                 yield from (
                     raw_messages(run, self._known, view) if raw else decoded_messages(run, self._decoders)
                 )
-                del run  # the next chunk is read into the same memory, still in the cache
+                del run  # the next chunk reuses the memory, still in the cache
 
     def message_at(self, topic: str, time: Stamp, *, raw: bool = False) -> tuple[str, Any, Time] | None:
         """The latest message on a topic received at or before a time; None when there is none.
 
-        Reads one chunk where chunks do not overlap.
+        Reads one chunk if chunks do not overlap.
         """
         with system_errors(self.path):
             return self._message_at(topic, to_ns(time), raw)
@@ -232,7 +231,7 @@ class BagReader(TimeOrderedReader):
     def times(self, topic: str, *, step: Callable[[], None] | None = None) -> NDArray[np.int64]:
         """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages.
 
-        `step` is called after each chunk that has some.
+        `step` is called after each chunk with such messages.
         """
         with system_errors(self.path):
             return self._times(self._wanted(topic, None), step)
@@ -254,7 +253,7 @@ class BagReader(TimeOrderedReader):
         return np.sort(np.concatenate(parts))
 
     def _index_times(self, info: ChunkInfo, wanted: Collection[int]) -> NDArray[np.int64] | None:
-        """By the chunk's index records; None when it has none that can be used."""
+        """Times from the chunk's index records; None if there are no usable ones."""
         return read_index_times(self._source, info, self._spans[info.pos], wanted)
 
     def frequency(self, topic: str, *, step: Callable[[], None] | None = None) -> float | None:
@@ -300,7 +299,7 @@ class BagReader(TimeOrderedReader):
         """Columns of a topic: see `rosproto.bag.columns.to_numpy`.
 
         Raises:
-            BagError: No such topic, or no such field; the message lists what there is.
+            BagError: No such topic, or no such field; the message lists the existing ones.
         """
         from rosproto.bag.columns import to_numpy
 
@@ -317,14 +316,14 @@ class BagReader(TimeOrderedReader):
         """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read on demand.
 
         `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, and `polars.from_arrow` takes that
-        Table. Needs the extra `arrow`. `rosproto.bag.arrow.schema_of` says how fields map to columns.
+        Table. Needs the extra `arrow`. `rosproto.bag.arrow.schema_of` describes the columns.
 
         Args:
             topic: The topic; all its messages must have the same definition.
             fields: Paths such as "pose.pose.position.x", each a column; None for the whole message. Other
                 fields are not decoded.
-            start_time: Not earlier than this: a Time, or seconds.
-            end_time: Not later than this.
+            start_time: Earliest receive time: a Time, or seconds.
+            end_time: Latest receive time.
 
         Raises:
             BagError: No such topic or field, several definitions, or no pyarrow. While batches are read, the
@@ -336,7 +335,7 @@ class BagReader(TimeOrderedReader):
         return to_arrow(self, topic, fields, start_time, end_time)
 
     def batches(self, topic: str) -> Iterator[Batch]:
-        """Where the messages of a topic lie, chunk by chunk: for callers that need bytes, not objects.
+        """Locations of a topic's messages, chunk by chunk, for callers that need bytes, not objects.
 
         Raises:
             BagError: A chunk is damaged (see `skip_damaged`).

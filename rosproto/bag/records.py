@@ -1,16 +1,16 @@
 """Records of the bag format 2.0: bytes to values and back, without touching a file.
 
 A bag is the line `#ROSBAG V2.0`, then records. A record is a header (length, then fields `name=value`, each
-with its own length) and data (length, bytes); all integers little-endian. The `op` field tells what it is:
+with its own length) and data (length, bytes); all integers little-endian. The `op` field is its kind:
 
     file header   where the index section begins; padded with blanks to 4096 bytes, to be rewritten in place
     chunk         many message and connection records, compressed together
     index data    after a chunk, one for each connection in it: times and uncompressed offsets of its messages
-    connection    topic, type, definition: inside the chunk that first needs it, and once more at the end
+    connection    topic, type, definition: inside the chunk that first needs it, and again at the end
     chunk info    at the end, one for each chunk: position, time span, message counts
     message       connection id, receive time, serialized message
 
-Fields have no order: C++ rosbag writes them sorted, Python's as they come.
+Fields may be in any order; only C++ rosbag sorts them.
 
 Source: wiki.ros.org/Bags/Format/2.0; rosbag/bag.py and rosbag_storage/bag.cpp where it is silent.
 """
@@ -42,14 +42,14 @@ _TIME = Struct("<II")
 
 
 def encode_fields(fields: Mapping[str, bytes]) -> bytes:
-    """A header: its own length, then every field with its length, in the order given."""
+    """Encode a header: its own length, then every field with its length, in the given order."""
     parts = [b"%s=%s" % (name.encode(), value) for name, value in fields.items()]
     body = b"".join([_U32.pack(len(part)) + part for part in parts])
     return _U32.pack(len(body)) + body
 
 
 def encode_record(fields: Mapping[str, bytes], data: bytes = b"") -> bytes:
-    """A whole record."""
+    """Encode a whole record."""
     return encode_fields(fields) + _U32.pack(len(data)) + data
 
 
@@ -85,7 +85,7 @@ def decode_fields(data: bytes | memoryview, start: int, end: int) -> dict[str, b
 
 
 def decode_text_fields(data: bytes, start: int, end: int) -> dict[str, str]:
-    """The connection header inside a connection record: text, with undecodable bytes kept reversibly."""
+    """The connection header in a connection record, as text; undecodable bytes are kept reversibly."""
     fields = decode_fields(data, start, end)
     return {name: value.decode("utf-8", "surrogateescape") for name, value in fields.items()}
 
@@ -113,7 +113,7 @@ def _time(fields: Mapping[str, bytes], name: str) -> int:
 
 
 def _pack_time(time_ns: int) -> bytes:
-    # A damaged or odd bag may hold nsecs of 10**9 and more; carrying them over must not overflow secs.
+    # A damaged bag may contain nsecs of 10**9 or more; the carry must not overflow secs.
     secs, nsecs = divmod(time_ns, NS)
     return _TIME.pack(min(secs, 0xFFFFFFFF), nsecs)
 
@@ -244,7 +244,7 @@ class ChunkHeader:
 
 @dataclass(slots=True)
 class ChunkInfo:
-    """What a chunk holds.
+    """Contents of a chunk.
 
     Attributes:
         pos: Byte position of the chunk record in the file.

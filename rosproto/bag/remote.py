@@ -1,6 +1,6 @@
 """Remote bags: any URL that fsspec opens (`s3://`, `https://`), read by byte ranges.
 
-Needs fsspec (the extra `remote`) and what fsspec itself needs for that scheme, such as aiohttp or s3fs.
+Needs fsspec (the extra `remote`) and its package for the URL's scheme, such as aiohttp or s3fs.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, cast
 from rosproto.errors import BagError
 
 AHEAD = 32 << 10
-"""The least that one request fetches: the head of a chunk, and the beginning of the chunk with it."""
+"""Minimum bytes per request: the head of a chunk and the beginning of its data."""
 _ENDINGS = (".bag", ".mcap")
 _CREDENTIALS = (
     "; it wants credentials, or others: they are taken from where the package for that scheme looks for them,"
@@ -28,7 +28,7 @@ def is_remote(path: str) -> bool:
 
 
 def open_remote(url: str) -> BinaryIO:
-    """A seekable file that fetches what is read from it, and at most `AHEAD` bytes more.
+    """A seekable file that fetches the bytes to be read and at most `AHEAD` more.
 
     Raises:
         BagError: It cannot be opened, its server has no range requests, or fsspec is missing (extra
@@ -39,7 +39,7 @@ def open_remote(url: str) -> BinaryIO:
         # fsspec's own read-ahead is off: it would fetch megabytes around every record head.
         file = filesystem.open(path, "rb", cache_type="none")
         size = file.seek(0, io.SEEK_END) if file.seekable() else None
-    except Exception as problem:  # every file system has errors of its own
+    except Exception as problem:  # file systems raise their own errors
         raise BagError(f"it cannot be opened: {_why(problem)}", path=url) from problem
     if size is None:
         file.close()
@@ -48,10 +48,10 @@ def open_remote(url: str) -> BinaryIO:
 
 
 def remote_files(url: str) -> list[str]:
-    """The recordings a URL stands for: all bags and MCAP files in a folder, or all that match a pattern.
+    """The recordings at a URL: all bags and MCAP files in a folder, or all that match a pattern.
 
     Raises:
-        BagError: The place cannot be reached, or fsspec is missing.
+        BagError: The URL cannot be reached, or fsspec is missing.
     """
     filesystem, path = _filesystem(url)
     try:
@@ -83,14 +83,14 @@ def _filesystem(url: str) -> tuple[Any, str]:
 
 
 def _why(problem: BaseException) -> str:
-    """The reason for a failure, in words; fsspec reports nearly every failure as a missing file."""
+    """The reason for a failure, as text; fsspec reports nearly every failure as a missing file."""
     chain = [problem]
     while (deeper := chain[-1].__cause__ or chain[-1].__context__) is not None and deeper not in chain:
         chain.append(deeper)
     for each in chain:
         status = getattr(each, "status", None)
         if isinstance(status, int) and status >= 400:
-            from http.client import responses  # late: it loads ssl
+            from http.client import responses  # imported here: it loads ssl
 
             text = f"the server answers {status} {responses.get(status, '')}".rstrip()
             return text + _CREDENTIALS if status in (401, 403) else text
@@ -102,7 +102,7 @@ def _why(problem: BaseException) -> str:
     if isinstance(root, FileNotFoundError):
         return "there is no such file"
     if isinstance(root, OSError) and root.errno:
-        # What asyncio says in place of the system ("Connect call failed") tells less.
+        # asyncio's own text ("Connect call failed") is less specific.
         return os.strerror(root.errno) if root.errno > 0 else str(root.strerror)
     return _said(root)
 
@@ -112,10 +112,10 @@ def _said(problem: BaseException) -> str:
 
 
 class _RangeFile(io.RawIOBase):
-    """Reads exactly what is asked for, and the beginning of what is probably read next.
+    """Fetches the requested bytes and the beginning of the probable next read.
 
     Attributes:
-        far: Each read costs a round trip: a few large ones are better than many exact ones.
+        far: True: each read takes a round trip, so few large reads are better than many exact ones.
         name: The URL.
         fetched: Bytes fetched so far.
     """

@@ -30,11 +30,11 @@ File = Path | BinaryIO
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a repair did.
+    """The result of a repair.
 
     Attributes:
         messages: Messages in the repaired bag.
-        damage: What was wrong.
+        damage: Descriptions of the damage.
     """
 
     messages: int
@@ -42,10 +42,10 @@ class Report:
 
 
 def reindex(path: File, *, scanning: Scanning | None = None) -> Report:
-    """Give a bag that was never closed, or lost its end, a table of contents, in place.
+    """Add a table of contents, in place, to a bag that was never closed or is truncated.
 
-    No complete message is lost: those of a cut-off last chunk are written again as a chunk of their own. A
-    sound bag is left unchanged, and so is one that cannot be repaired (because the disk is still full).
+    All complete messages are kept: those of a cut-off last chunk are written again as a separate chunk. A
+    sound bag stays unchanged, as does one that cannot be repaired (because the disk is still full).
 
     Args:
         path: The file, or a file object open for reading and writing, which stays open.
@@ -93,7 +93,7 @@ def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
 def _messages_after(
     path: File, found: BagIndex, count: int
 ) -> tuple[list[tuple[str, RawMessage, Time]], Literal["none", "bz2", "lz4"]]:
-    """What can be read after the first `count` chunks, from the chunk being written, and its compression."""
+    """Readable messages after the first `count` chunks, from the unfinished one, and its compression."""
     if len(found.chunks) <= count:
         return [], "none"
     with _TailReader(path, found, count) as bag:
@@ -102,7 +102,7 @@ def _messages_after(
 
 
 class _TailReader(BagReader):
-    """A reader of the chunks from `count` on, as a scan found them: a second one would take as long again."""
+    """A reader of the chunks from `count` on; it uses the results of a scan to avoid a second one."""
 
     def __init__(self, path: File, found: BagIndex, count: int) -> None:
         self._source = BagFile(path)
@@ -114,7 +114,7 @@ class _TailReader(BagReader):
 
 @contextmanager
 def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
-    """If the repair fails, put back the file header and everything from `end` on: there is no other copy."""
+    """If the repair fails, restore the file header and all bytes from `end` on: there is no other copy."""
     with _opened(path, "rb") as file:
         file.seek(begin)
         header = file.read(len(FileHeader().encode()))
@@ -123,7 +123,7 @@ def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
     try:
         yield
     except BaseException as problem:
-        # There is room, for it was there a moment ago. If nothing can be written, nothing was changed either.
+        # The disk had room for these bytes before. If writing fails now, nothing was changed before either.
         with suppress(OSError), _opened(path, "r+b") as file:
             file.truncate(end)
             file.seek(end)
@@ -140,7 +140,7 @@ def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
 
 
 def _write_contents(path: File, index: BagIndex) -> None:
-    """Cut the file where the chunks end and write the table of contents there."""
+    """Truncate the file after the chunks and write the table of contents."""
     header = FileHeader(index.end, len(index.connections), len(index.chunks))
     with _opened(path, "r+b") as file:
         file.truncate(index.end)
@@ -152,7 +152,7 @@ def _write_contents(path: File, index: BagIndex) -> None:
 
 @contextmanager
 def _opened(path: File, mode: Literal["rb", "r+b"]) -> Iterator[BinaryIO]:
-    """The file of that name, closed afterwards; a file object is used as it is and stays open."""
+    """Open a path and close it afterwards; a file object is used unchanged and stays open."""
     if isinstance(path, (str, os.PathLike)):
         with open(path, mode) as file:
             yield file
@@ -179,7 +179,7 @@ def recover(
         path: The damaged bag, or a URL of one; it is not changed.
         output: The new bag; must not exist.
         compression: Of the new bag; see `create_bag`.
-        progress: Called with the number of messages now and then.
+        progress: Called regularly with the number of messages.
         found: Called once with the number of messages in the index or scan; not all may be readable.
         scanning: Called from time to time during a scan with the bytes done and the total.
 

@@ -1,8 +1,8 @@
-"""Recordings for ROS 2: a bag as `ros2 bag` has them, by the package rosbags (the extra `ros2`).
+"""Convert bags to bags of ROS 2 with the package rosbags (the extra `ros2`).
 
-Messages get the other serialization (CDR), types their other names; definitions stay as they were recorded,
-but for `std_msgs/Header`, which has no `seq` there, and constants with names that ROS 2 does not allow. A
-type that ROS 2 has changed since, such as `visualization_msgs/Marker`, keeps its old form.
+Messages are serialized as CDR, and types get their ROS 2 names. Definitions stay as recorded, except
+`std_msgs/Header`, which has no `seq` in ROS 2, and constants with names that ROS 2 does not allow. Types that
+ROS 2 has changed, such as `visualization_msgs/Marker`, keep their ROS 1 definition.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def write_ros2(bag: BagReader, path: str | os.PathLike[str], step: Callable[[], 
     """Write all messages into a new bag of ROS 2 (a directory, with SQLite); returns how many.
 
     Args:
-        bag: What is read.
-        path: The directory; what is there already is not replaced, and a failure leaves nothing.
+        bag: The source.
+        path: The new directory; an existing one is not replaced. After a failure it is removed.
         step: Called after each message.
 
     Raises:
@@ -47,7 +47,7 @@ def write_ros2(bag: BagReader, path: str | os.PathLike[str], step: Callable[[], 
     except BagError:
         shutil.rmtree(text, ignore_errors=True)
         raise
-    except Exception as problem:  # rosbags has errors of its own, and SQLite's
+    except Exception as problem:  # rosbags raises its own errors and SQLite's
         shutil.rmtree(text, ignore_errors=True)
         raise BagError(f"it cannot be written: {problem or type(problem).__name__}", path=text) from problem
     except BaseException:
@@ -72,7 +72,7 @@ def _write(bag: BagReader, writer: Any, store: _Store, step: Callable[[], None] 
         name, target = targets[raw.connection.id]
         try:
             data = store.types.ros1_to_cdr(raw.data, name)
-        except Exception as problem:  # whatever the generated code stumbles over
+        except Exception as problem:  # any error of the generated code
             raise BagError(
                 f"{topic}: a message of {raw.type} does not have the form of its definition: "
                 f"{problem or type(problem).__name__}",
@@ -87,10 +87,10 @@ def _write(bag: BagReader, writer: Any, store: _Store, step: Callable[[], None] 
 
 
 class _Store:
-    """Types as rosbags has them.
+    """Types in rosbags' form.
 
     Attributes:
-        types: Its typestore.
+        types: The typestore of rosbags.
     """
 
     def __init__(self) -> None:
@@ -107,10 +107,10 @@ class _Store:
         )
 
     def learn(self, cls: type[Message]) -> str:
-        """Take a class and all that is in it; its name in ROS 2.
+        """Register a class and its nested types; returns its name in ROS 2.
 
         Raises:
-            BagError: rosbags does not take its definition, or has another one under that name.
+            BagError: rosbags refuses its definition, or has another one of that name.
         """
         assert cls._binding is not None
         return self._add(cls._binding.layout)
@@ -131,14 +131,14 @@ class _Store:
         try:
             found = self._parse(text, name)
             self.types.register({name: found[name]})
-        except Exception as problem:  # of its parser
+        except Exception as problem:  # any error of its parser
             raise BagError(
                 f"rosbags does not take the definition of {layout.spec.name}: {problem}"
             ) from problem
         return name
 
     def latched(self) -> Any:
-        """The quality of service that a latched topic has there."""
+        """The ROS 2 quality of service of a latched topic."""
         qos = _library("interfaces")  # the package's own converter writes the same
         return qos.Qos(
             history=qos.QosHistory.KEEP_LAST,
@@ -160,7 +160,7 @@ def _line(field: FieldLayout) -> str:
 
 
 def _constants(layout: Layout) -> list[str]:
-    """Numbers whose names ROS 2 allows."""
+    """Numeric constants with names that ROS 2 allows."""
     return [
         f"{constant.type} {constant.name}={constant.value!r}\n"
         for constant in layout.spec.constants

@@ -1,6 +1,6 @@
 """A summary of a bag, as `rosbag info` prints it: the same text and the same YAML, line by line.
 
-Only the index is read, so the answer is immediate for a bag of any size.
+Only the index is read, which is fast for bags of any size.
 
 Source: rosbag/bag.py, Bag.__str__ and Bag._get_yaml_info.
 """
@@ -19,7 +19,7 @@ Facts = dict[str, Any]
 
 
 def facts(bag: BagReader, *, freq: bool = False, step: Callable[[], None] | None = None) -> Facts:
-    """What both forms show; `freq` adds the median rate of each topic, for which index records are read.
+    """Values for both forms; `freq` adds the median rate of each topic, which needs the index records.
 
     `step` is called after each chunk, and with `freq` after each chunk of each topic.
     """
@@ -58,7 +58,7 @@ def _topic_facts(bag: BagReader, topic: str, freq: bool, step: Callable[[], None
 
 
 def text(found: Facts, curves: Mapping[str, str] = MappingProxyType({})) -> str:
-    """The table of rosbag info; `curves`, by topic, are added to the end of their lines."""
+    """The table of rosbag info; `curves`, by topic, are appended to their lines."""
     rows = [("path", found["path"])] if found["path"] else []
     rows.append(("version", found["version"]))
     if "start" in found:
@@ -138,7 +138,7 @@ def _duration(seconds: float) -> str:
 def _local_time(seconds: float) -> str:
     fraction = f"{seconds - int(seconds):.2f}"[1:]
     moment = time.localtime(seconds)
-    # Not strftime's %b: month names are English in rosbag's C locale, whatever the user's is.
+    # Not strftime's %b: rosbag's month names are English in all locales.
     month = "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()[moment.tm_mon - 1]
     return f"{month} {time.strftime('%d %Y %H:%M:%S', moment)}{fraction}"
 
@@ -165,10 +165,10 @@ def yaml(found: Facts) -> str:
 
 
 def yaml_value(found: Facts, key: str) -> str:
-    """One value of it.
+    """One value of the YAML.
 
     Raises:
-        KeyError: There is no such key; its argument names those that exist.
+        KeyError: There is no such key; its argument lists the existing ones.
     """
     rows, blocks = _yaml_parts(found)
     if key in rows:

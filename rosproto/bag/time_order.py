@@ -1,10 +1,9 @@
-"""The messages of a bag as runs: messages that lie in one chunk, all of them in the order of time.
+"""The messages of a bag in time order, as runs of messages in one chunk.
 
-Recorders write one chunk after the other, so their time spans rarely overlap, and one chunk at a time is
-read, sorted and handed out. Where spans do overlap, chunks are opened by start time, and before the next one
-is opened, all messages up to its start are handed out. If so many chunks overlap that they exceed the budget,
-their bytes are dropped, only the places of their messages are kept (28 bytes each), and a chunk is read again
-when its messages are due.
+Recorders write one chunk after the other, so time spans of chunks rarely overlap, and one chunk at a time is
+read, sorted and yielded. Overlapping chunks are opened by start time; before each is opened, all messages up
+to its start are yielded. If overlapping chunks exceed the budget, only the places of their messages are kept
+(28 bytes each), and a chunk is read again when its messages are due.
 """
 
 from __future__ import annotations
@@ -27,17 +26,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-BUDGET_BYTES = 64 << 20  # of chunks that overlap in time, held at once
+BUDGET_BYTES = 64 << 20  # of chunks in memory that overlap in time
 
 
 class ChunkMessages(NamedTuple):
-    """Messages of one chunk, in the order of time.
+    """Messages of one chunk, in time order.
 
     Attributes:
         info: The chunk.
-        blob: Bytes that contain its plain data.
-        base: Where the data begins in there.
-        places: The messages.
+        blob: Bytes that contain its uncompressed data.
+        base: Offset of the data in `blob`.
+        places: Locations of the messages.
     """
 
     info: ChunkInfo
@@ -51,10 +50,10 @@ class Batch:
     """Messages in time order.
 
     Attributes:
-        rows: Where they are.
-        chunk: The chunk of all of them; None when they come from several.
+        rows: Their locations.
+        chunk: Their chunk; None if there are several.
         pieces: For each row the number of its chunk, (N,) int64; None with one chunk.
-        chunk_of: Gives a chunk by that number.
+        chunk_of: Returns a chunk by that number.
     """
 
     rows: MessageTable
@@ -64,7 +63,7 @@ class Batch:
 
 
 class TimeOrderedReader:
-    """What a reader does with chunks; the fields are those of `BagReader`."""
+    """Reads chunks in time order; the fields are those of `BagReader`."""
 
     _source: BagFile
     _spans: dict[int, int]
@@ -72,20 +71,20 @@ class TimeOrderedReader:
     path: str | None
     chunks: tuple[ChunkInfo, ...]
     damage: list[str]
-    _lost: bool  # a scan, in place of the index, had to leave messages out
+    _lost: bool  # a scan, in place of the index, omitted messages
 
     def runs(
         self, wanted: Collection[int], low: int | None = None, high: int | None = None
     ) -> Iterator[ChunkMessages]:
-        """All messages of these connections; for callers that need bytes, not objects.
+        """All messages of these connections, for callers that need bytes, not objects.
 
         Args:
             wanted: Ids of connections.
-            low: Not earlier than this, ns.
-            high: Not later than this, ns.
+            low: Earliest receive time, ns.
+            high: Latest receive time, ns.
 
         Raises:
-            BagError: A chunk is damaged, and `skip_damaged` was not asked for.
+            BagError: A chunk is damaged, and `skip_damaged` is false.
         """
         order = self._chunks_of(wanted, low, high)
         ahead = ReadAhead(self._read_chunk, order, self._spans)
@@ -94,7 +93,7 @@ class TimeOrderedReader:
                 run = self._run(ahead, numbers[0], order, wanted, low, high)
                 if run is not None:
                     yield run
-                del run  # the next chunk is read into the same memory, still in the cache
+                del run  # the next chunk reuses the memory, still in the cache
                 continue
             for batch in self._merged(ahead, numbers, order, wanted, low, high):
                 yield from runs_of(batch)
@@ -168,17 +167,17 @@ class TimeOrderedReader:
         return sorted(chunks, key=lambda c: (c.start, c.pos))
 
     def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
-        """In any thread: a chunk, of at most so many bytes.
+        """Read a chunk of at most `most` bytes, in any thread.
 
         Raises:
-            BagError: It is damaged or larger.
+            BagError: The chunk is damaged or larger.
         """
         return read_chunk(self._source, info, self._spans[info.pos], most=most)
 
     def _rows(
         self, info: ChunkInfo, wanted: Collection[int], high: int | None = None
     ) -> tuple[ChunkData, MessageTable] | None:
-        """A chunk, and its wanted messages; None when it is damaged and left out."""
+        """A chunk and its wanted messages; None if it is damaged and skipped."""
         self._source.check_open()
         try:
             data = self._read_chunk(info)
@@ -213,7 +212,7 @@ class TimeOrderedReader:
 
 
 def runs_of(batch: Batch) -> Iterator[ChunkMessages]:
-    """A batch's messages; where they come from several chunks by turns, a run for each turn."""
+    """Split a batch into runs of messages of one chunk."""
     import numpy as np
 
     places = batch.rows.places()
@@ -232,7 +231,7 @@ def runs_of(batch: Batch) -> Iterator[ChunkMessages]:
 
 
 def _overlapping(order: Sequence[ChunkInfo]) -> Iterator[range]:
-    """The chunks, sorted by start time, in groups that must be merged: their numbers."""
+    """Groups of chunks that must be merged, by their numbers in the order of start time."""
     first, latest = 0, -1
     for number, info in enumerate(order):
         if number > first and info.start >= latest:
@@ -245,7 +244,7 @@ def _overlapping(order: Sequence[ChunkInfo]) -> Iterator[range]:
 
 @dataclass(slots=True)
 class _PendingMessages:
-    """The messages of one chunk that have not been handed out yet, in time order."""
+    """The messages of one chunk that are not yet yielded, in time order."""
 
     number: int
     rows: MessageTable
@@ -255,7 +254,7 @@ class _PendingMessages:
 def _release(
     waiting: list[_PendingMessages], limit: int | None, held: _ChunkCache
 ) -> tuple[Batch | None, list[_PendingMessages]]:
-    """Everything up to `limit`, merged, and the pieces left over."""
+    """All messages up to `limit`, merged, and the remaining ones."""
     import numpy as np
 
     out: list[_PendingMessages] = []
@@ -281,7 +280,7 @@ def _release(
 
 
 class _ChunkCache:
-    """Chunks in memory, at most BUDGET_BYTES of them (and at least one); the least recently used go first."""
+    """A cache of the recently used chunks: at most BUDGET_BYTES, but at least one chunk."""
 
     def __init__(self, order: Sequence[ChunkInfo], load: Callable[[int], ChunkData | None]) -> None:
         self._order = order
@@ -301,7 +300,7 @@ class _ChunkCache:
             self._chunks.move_to_end(number)
             return data
         data = self._load(number)
-        if data is None:  # it was readable a moment ago
+        if data is None:  # it was readable before
             raise BagError("the bag changed while it was read", offset=self._order[number].pos)
         self.put(number, data)
         return data

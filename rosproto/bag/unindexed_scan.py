@@ -1,7 +1,7 @@
 """Scan a bag that has no usable index section: follow all its records and build a `BagIndex` in memory.
 
-A crashed recorder leaves `index_pos` 0, a last chunk that is cut off, and often a chunk header that still
-says 0 bytes (recorders fill it in when the chunk is complete). A bad disk or an interrupted copy truncates
+A crashed recorder leaves `index_pos` 0, a last chunk that is cut off, and often a chunk header with 0 bytes
+as size (recorders fill it in when the chunk is complete). A bad disk or an interrupted copy truncates
 the file anywhere or changes bytes. The data of a chunk is only read if its index records are missing. After
 damage, the scan continues at the next chunk record. `BagIndex.damage` lists all damage. The file is not
 changed.
@@ -50,11 +50,11 @@ class BagIndex:
         connections: By id.
         chunks: In file order.
         end: Position behind the last record of the chunks, where the index section begins if there is one.
-        damage: What was wrong, in words with positions; empty for a sound bag.
+        damage: Descriptions of the damage with positions; empty for a sound bag.
         closed: True when the bag's own index was used.
-        resumed: True when a scan met damage and continued after it, or had to leave messages out.
+        resumed: True when a scan met damage and continued after it, or omitted messages.
         lost: True when messages before the end of the file are missing, as far as a scan can tell.
-        version: Of the format, "2.0" as a rule; nothing else is known to differ in another 2.x.
+        version: Of the format, usually "2.0"; other 2.x versions are read in the same way.
         head: Position of the file header, behind the version line.
     """
 
@@ -78,7 +78,7 @@ _WINDOW = 1 << 20
 
 
 def scan(source: BagFile, first: int) -> BagIndex:
-    """Follow the records from `first` to the end of the file, whatever the index says."""
+    """Follow the records from `first` to the end of the file, without the index."""
     return _Scan(source).run(first)
 
 
@@ -119,7 +119,7 @@ class _Scan:
         return after
 
     def _chunk(self, at: int, head: RecordHead) -> int:
-        """A chunk and the index records after it; returns the position of what comes next."""
+        """A chunk and the index records after it; returns the position after them."""
         after = head.data_pos + head.data_size
         if ChunkHeader.from_fields(head.fields).compression not in COMPRESSIONS:
             raise self._source.error(f"a chunk with compression {head.fields.get('compression')!r}", at)
@@ -171,7 +171,7 @@ class _Scan:
         return at, False
 
     def _open_chunk(self, info: ChunkInfo) -> None:
-        """Read a chunk for its connections and, unless its index records told them, its counts and times."""
+        """Read a chunk's connections and, if index records are missing, its counts and times."""
         data = self._load(info)
         if data is None:
             return
@@ -221,7 +221,7 @@ class _Scan:
         for chunk in self._found.chunks:
             for unknown in chunk.counts.keys() - self._found.connections.keys():
                 count = chunk.counts.pop(unknown)
-                chunk.indexed = False  # its index records count more than is kept
+                chunk.indexed = False  # its index records include dropped messages
                 self._found.resumed = self._found.lost = True
                 self._found.damage.append(
                     f"{count} messages in the chunk at byte {chunk.pos} belong to connection {unknown}, "
@@ -251,7 +251,7 @@ class _Scan:
 
 
 def _chunk_starts(op_at: int) -> list[int]:
-    """Where the chunk record may start that has its op field at `op_at`: op is its first or second field."""
+    """Possible starts of a chunk record with its op field at `op_at`: op is its first or second field."""
     first = op_at - 8
     return [first, *[first - 4 - len("compression=") - len(name) for name in COMPRESSIONS]]
 

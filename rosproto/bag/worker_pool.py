@@ -1,9 +1,9 @@
 """Helper threads that compress and decompress chunks beside the caller.
 
-LZ4 and bz2 release the GIL while they work, so a second thread nearly doubles their speed. Threads are
-started when there is work and end a moment after it has run out, so none of them can keep a program alive, a
-file open, or a test from ending. A caller that waits for a result works as well; where no thread can be
-started (one processor, an interpreter that is shutting down), the caller does everything.
+LZ4 and bz2 release the GIL while they work, so a second thread nearly doubles their speed. Threads start on
+demand and end shortly after the last task, so they do not keep a program alive or a file open. A caller that
+waits for a result also runs tasks; if no thread can be started (one processor, an interpreter that is
+shutting down), the caller runs all of them.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _WAITING, _RUNNING, _DONE = range(3)
 
 
 def worker_count() -> int:
-    """Threads worth having beside the caller: one less than this process has processors, at most 3."""
+    """Number of useful helper threads: this process's processors minus one, at most 3."""
     affinity = getattr(os, "sched_getaffinity", None)  # not on Windows and macOS
     processors = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
     return min(processors - 1, 3)
 
 
 class Task(Generic[T]):
-    """A piece of work to be done once, by whichever thread comes first.
+    """Work that one thread does once.
 
     Attributes:
         done: True when there is a result or an error.
@@ -46,7 +46,7 @@ class Task(Generic[T]):
         return self._state == _DONE
 
     def result(self) -> T:
-        """What the work returned, or the exception it raised; only call this once it is done."""
+        """Return the result or raise the work's exception; only valid once `done`."""
         assert self._state == _DONE
         if self._problem is not None:
             raise self._problem
@@ -58,7 +58,7 @@ class WorkerPool:
 
     Args:
         name: Of the threads: "rosproto:name".
-        most: Threads at a time; 0 leaves all work to the callers of `wait` and `help`.
+        most: Maximum number of threads; with 0, the callers of `wait` and `help` do all work.
         daemon: Whether a program may end before the tasks are done.
     """
 
@@ -73,11 +73,11 @@ class WorkerPool:
 
     @property
     def idle(self) -> bool:
-        """True when no thread is at work."""
+        """True when no thread is working."""
         return self._threads == 0
 
     def add(self, work: Callable[[], T]) -> Task[T]:
-        """Queue this work; a thread is started for it unless enough are running already."""
+        """Queue work, and start a thread unless enough are running."""
         task = Task(work)
         with self._changed:
             self._waiting.append(task)  # type: ignore[arg-type]
@@ -105,21 +105,21 @@ class WorkerPool:
         return True
 
     def wait(self, task: Task[T]) -> T:
-        """The result of a task; until there is one, this thread works on what is waiting.
+        """Wait for a task's result; meanwhile this thread runs waiting tasks.
 
         Raises:
-            Whatever the work raised.
+            The exception of the work.
         """
         while not task.done:
             if self.help():
                 continue
             with self._changed:
-                # Another thread has begun it, and a task that has begun always ends; so does this wait.
+                # Another thread runs the task, which always ends, so this wait ends too.
                 self._changed.wait_for(lambda: task.done or bool(self._waiting))
         return task.result()
 
     def _run(self) -> None:
-        """Thread: work until nothing has been waiting for a moment."""
+        """Thread: run tasks until none was waiting for `LINGER` seconds."""
         while True:
             with self._changed:
                 if not self._waiting:
@@ -140,13 +140,13 @@ class WorkerPool:
         except Exception as problem:
             task._problem = problem
         except BaseException:
-            # Ctrl-C interrupted it: it is not done, and somebody may still want it.
+            # Ctrl-C interrupted the task: queue it again.
             with self._changed:
                 task._state = _WAITING
                 self._waiting.appendleft(task)  # type: ignore[arg-type]
                 self._changed.notify_all()
             raise
         with self._changed:
-            task._work = None  # what it refers to need not live as long as the result
+            task._work = None  # free the referenced objects
             task._state = _DONE
             self._changed.notify_all()

@@ -1,9 +1,9 @@
 """Write bags that every ROS 1 tool reads.
 
 Messages are collected in memory until a chunk is full; then the chunk and its index records are written to
-the file in one go (helper threads compress it while the next one is filled). So the file on disk is always a
+the file at once (helper threads compress it while the next one is filled). So the file on disk is always a
 sequence of complete chunks. A process that dies loses only the chunk it was filling and those being
-compressed; `BagReader` reads the rest as it is, rosbag does after `rosbag reindex`. `close()` adds the table
+compressed; `BagReader` reads the rest directly, rosbag after `rosbag reindex`. `close()` adds the table
 of contents.
 """
 
@@ -54,10 +54,10 @@ _FEW = 64  # messages of one connection in a chunk, up to which a plain loop bea
 
 
 class _OutgoingConnection:
-    """One connection while it is written.
+    """A connection that is being written.
 
     Attributes:
-        connection: As it goes into the file; its id is given with its first message.
+        connection: Its record; the first message assigns the id.
         encode: Serializes a message.
         head: The bytes of every message record up to the time; empty until the first message.
         index: secs, nsecs and offset of each message in the chunk being filled.
@@ -114,7 +114,7 @@ class BagWriter:
         self._size = 0
         self._index = BagIndex()
         self._failed: BagError | None = None
-        # Several callbacks write to one bag. Reentrant: a signal's handler may close it in the middle.
+        # Several callbacks write to one bag. Reentrant: a signal handler may close it during a write.
         self._lock = threading.RLock()
         self.message_count = 0
         self._closed = False
@@ -139,7 +139,7 @@ class BagWriter:
 
     @property
     def size(self) -> int:
-        """Bytes in the file so far; what is not in it yet is counted uncompressed."""
+        """Bytes in the file so far, plus the uncompressed bytes not yet written."""
         return self._chunks.size + self._size
 
     def write(
@@ -154,7 +154,7 @@ class BagWriter:
 
         Args:
             topic: Topic to store it under.
-            message: A message, or what `BagReader.read_messages(raw=True)` or a raw subscriber returned; its
+            message: A message, or a raw one of `BagReader.read_messages(raw=True)` or a raw subscriber; its
                 type, definition and connection header are then stored as they are.
             t: Receive time: Time, or seconds since 1970; None is now.
             header: The publisher's connection header to store (callerid, latching), and with it the
@@ -291,7 +291,7 @@ class BagWriter:
     def _find_out(
         self, topic: str, message: Message | RawMessage, header: Mapping[str, str] | None
     ) -> tuple[_OutgoingConnection, Message | RawMessage]:
-        """The connection a message belongs to, made when it is new."""
+        """The connection of a message, made if new."""
         self._check_open()
         if not isinstance(topic, str) or not topic:
             raise ValueError(f"topic {topic!r}: a name such as /odom is needed")
@@ -333,7 +333,7 @@ class BagWriter:
         """Give a connection its id and write its record in front of its first message."""
         key = identity(out.connection)
         known = self._by_identity.setdefault(key, out)
-        if known.head:  # the same connection, reached through another class
+        if known.head:  # the same connection by another class
             out.connection, out.head, out.index = known.connection, known.head, known.index
             return
         self._by_identity[key] = out
@@ -372,13 +372,13 @@ class BagWriter:
         self._output.truncate(found.end)
 
     def _flush(self) -> None:
-        """Hand the filled chunk to the output."""
+        """Pass the filled chunk to the output."""
         if not self._parts:
             return
         info = ChunkInfo(0, 0, 0)
         try:
             indexes = self._take_index(info)
-        except (OSError, ImportError) as problem:  # numpy cannot be loaded when no file is left to open
+        except (OSError, ImportError) as problem:  # importing numpy needs free file descriptors
             raise self._fail(problem) from problem
         parts, size = self._parts, self._size
         self._parts, self._size = [], 0
@@ -420,7 +420,7 @@ class BagWriter:
             raise self._fail(problem) from problem
 
     def _fail(self, problem: Exception) -> BagError:
-        """Remember that nothing more can be written."""
+        """Store the failure, which refuses later writes."""
         self._forget()
         lost, end = self.message_count - self._chunks.messages, self._chunks.end
         why = (problem.strerror if isinstance(problem, OSError) else None) or problem
@@ -433,7 +433,7 @@ class BagWriter:
         return self._failed
 
     def _forget(self) -> None:
-        """Make every further write look up its connection again, where it notices that the bag has ended."""
+        """Make later writes look up their connection again, which checks for a closed bag."""
         self._outs.clear()
         self._raw_outs.clear()
 
@@ -452,7 +452,7 @@ def _message_head(connection_id: int) -> bytes:
 
 
 def _index_entries(flat: list[int]) -> tuple[bytes, int, int]:
-    """secs, nsecs and offsets as an index record holds them, by time, and the first and the last time."""
+    """The entries of an index record, sorted by time, and the first and last time."""
     if len(flat) <= 3 * _FEW:
         times = [secs * NS + nsecs for secs, nsecs in zip(flat[0::3], flat[1::3], strict=True)]
         if times == sorted(times):

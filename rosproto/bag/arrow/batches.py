@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 BATCH_BYTES = 4 << 20
 BATCH_ROWS = 1 << 16
-"""A batch ends at whichever comes first; a single message may be larger."""
+"""A batch ends at the first of both limits; a single message may be larger."""
 
 
 class TopicBatches:
-    """Makes record batches of a topic's messages, which are added one by one.
+    """Makes record batches of a topic's messages, added one by one.
 
     Args:
         bag: The bag they are from.
@@ -47,11 +47,11 @@ class TopicBatches:
     Attributes:
         schema: Of the batches, a pyarrow.Schema.
         connections: The numbers of the topic's connections.
-        size: Bytes of the messages that wait for their batch.
+        size: Bytes of the messages that are not yet in a batch.
     """
 
     def __init__(self, bag: BagReader, topic: str, fields: Iterable[str] | None = None) -> None:
-        pyarrow()  # or what is missing is told by whatever needs it first
+        pyarrow()  # raises the error that names the extra
         connections = bag.topics[topic].connections
         first = connections[0]
         others = {c.md5sum for c in connections} - {first.md5sum}
@@ -74,10 +74,10 @@ class TopicBatches:
         self.size = 0
 
     def add(self, secs: int, nsecs: int, data: bytes) -> Any | None:
-        """Add a message; a pyarrow.RecordBatch when there are enough for one.
+        """Add a message; returns a pyarrow.RecordBatch when one is full.
 
         Raises:
-            CodecError: One of them does not have the form of its definition.
+            CodecError: A message does not fit its definition.
         """
         self._parts.append(data)
         self._times.append(secs * NS + nsecs)
@@ -85,7 +85,7 @@ class TopicBatches:
         return self.rest() if self.size >= BATCH_BYTES or len(self._times) >= BATCH_ROWS else None
 
     def rest(self) -> Any | None:
-        """A batch of what there is; None when nothing waits.
+        """A batch of the remaining messages; None if there are none.
 
         Raises:
             CodecError: See `add`.
@@ -111,14 +111,14 @@ def to_arrow(
     start_time: Stamp | None = None,
     end_time: Stamp | None = None,
 ) -> Any:
-    """A topic's messages as a pyarrow.RecordBatchReader, which reads the bag as batches are read.
+    """A topic's messages as a pyarrow.RecordBatchReader, which reads the bag on demand.
 
     Args:
         bag: The bag; keep it open as long as batches are read.
         topic: One of its topics.
         fields: See `schema_of`.
-        start_time: Not earlier than this.
-        end_time: Not later than this.
+        start_time: Earliest receive time.
+        end_time: Latest receive time.
 
     Raises:
         BagError: See `TopicBatches`.
@@ -142,7 +142,7 @@ def batches_of(
     *,
     step: Callable[[int], object] | None = None,
 ) -> Iterator[tuple[int, Any]]:
-    """Batches of several topics in one pass over the bag: which of the tables, and the batch.
+    """Batches of several topics in one pass over the bag: the number of the table, and the batch.
 
     `step` is called after each chunk, with the number of its messages.
 
@@ -200,12 +200,12 @@ def _misfit(cls: type[Message], parts: list[bytes], topic: str) -> Exception:
 
 
 # -- messages that all have one size ------------------------------------------------------------------------
-# Arrays of messages that are all built alike: columns of one table of bytes.
+# Arrays of messages with equal layout: columns of one table of bytes.
 #
-# Messages of a topic mostly differ in numbers only: their texts and arrays have one length. They have one
-# size then, every field lies at one offset in all of them, and a column is a strided view of their bytes,
-# copied once. Whether that holds is looked at field by field; where it does not, `MessagesDiffer` says so,
-# and `Columns` takes them in the general way.
+# Messages of a topic mostly differ in numbers only: their strings and arrays have equal lengths. Then they
+# have one size, every field has one offset in all of them, and a column is a strided view of their bytes,
+# copied once. This is checked field by field; if it does not hold, `MessagesDiffer` is raised and `Columns`
+# handles the messages.
 
 
 class MessagesDiffer(Exception):
@@ -213,14 +213,14 @@ class MessagesDiffer(Exception):
 
 
 class _Grid(NamedTuple):
-    """Where copies of a message lie: how many in each direction, and the bytes from one to the next."""
+    """Locations of repeated messages: the count and the stride in bytes of each dimension."""
 
     shape: tuple[int, ...]
     strides: tuple[int, ...]
 
 
 class UniformMessages:
-    """Arrays of messages of one size that lie one behind the other.
+    """Arrow arrays of consecutive messages of one size.
 
     Args:
         blob: The messages.
@@ -237,7 +237,7 @@ class UniformMessages:
         """The wanted fields' arrays, by path.
 
         Raises:
-            MessagesDiffer: See there. Also for whatever does not have the form of its definition.
+            MessagesDiffer: The messages differ, or do not fit their definition.
         """
         if self._message(self._grid, layout, 0, take=False, single=True)[1] != self._size:
             raise MessagesDiffer
@@ -262,7 +262,7 @@ class UniformMessages:
     def _field(
         self, grid: _Grid, field: FieldLayout, at: int, *, take: bool, single: bool
     ) -> tuple[Any, int]:
-        """A field's array, None unless it is to be taken, and the offset behind it."""
+        """A field's array (None unless `take`) and the offset after it."""
         if field.is_array:
             return self._array(grid, field, at, take)
         if field.layout is not None:
@@ -318,7 +318,7 @@ class UniformMessages:
         return at + size
 
     def _length(self, grid: _Grid, at: int) -> int:
-        """A length that is the same in all of them."""
+        """A length, which must be the same in all messages."""
         self._within(at, 4)
         lengths = self._view(grid, at, "<u4")
         if not lengths.size:
@@ -342,7 +342,7 @@ class UniformMessages:
         return texts(plain.tobytes(), np.full(count, size, np.int64), coded=coded)
 
     def _cut(self, grid: _Grid, at: int, size: int) -> NDArray[Any]:
-        """So many bytes of each, one behind the other."""
+        """`size` bytes of each message, in one array."""
         import numpy as np
 
         if not size or not prod(grid.shape):

@@ -22,27 +22,27 @@ if TYPE_CHECKING:
     Places = NDArray[np.int64]
 
 
-_BY_SLICES = 64  # bytes per message from which a slice for each message is the quicker copy
+_BY_SLICES = 64  # minimum bytes per message for copying by slices
 
 
 class DefinitionMismatch(Exception):
-    """Some message does not fit its definition."""
+    """A message does not fit its definition."""
 
 
 class Columns:
-    """Arrays of the messages that lie in a blob.
+    """Arrow arrays of the messages in a blob.
 
     Args:
         blob: Serialized messages, one after the other.
-        start: Where each begins, (N,) int64.
-        end: Where each ends, (N,) int64.
+        start: Start of each, (N,) int64.
+        end: End of each, (N,) int64.
     """
 
     def __init__(self, blob: bytes, start: Places, end: Places) -> None:
         self._pa = pyarrow()
         self._blob = blob
         self._start, self._end = start, end
-        # Elements of (nearly) no bytes cost the sender nothing, so the memory for them is counted.
+        # Short messages may have many elements of (nearly) no bytes: limit their memory.
         self._light = LIGHT_SPARE + LIGHT_PER_BYTE * len(blob)
 
     def take(self, layout: Layout, want: WantedFields) -> dict[str, Any]:
@@ -61,7 +61,7 @@ class Columns:
     def _wanted(
         self, layout: Layout, at: Places, end: Places, want: WantedFields, prefix: str, found: dict[str, Any]
     ) -> Places | None:
-        """Fill `found`; returns where the messages end, None when their last fields were not looked at."""
+        """Fill `found`; returns the messages' ends, None if their last fields were not read."""
         left = len(want) - ("" in want)
         for field in layout.fields:
             if not left:
@@ -194,7 +194,7 @@ class Columns:
         return _windows(self._blob, field.size)[at].tobytes() if len(at) else b""
 
     def _ranges(self, at: Places, sizes: Places) -> bytes:
-        """That many bytes from each place, joined."""
+        """`sizes` bytes from each place, joined."""
         import numpy as np
 
         total = int(sizes.sum())
@@ -216,24 +216,23 @@ def _moved(at: Places, size: int, end: Places) -> Places:
 
 
 def _windows(blob: bytes, size: int) -> Any:
-    """A window of that many bytes at every position of the blob."""
+    """A window of `size` bytes at every position of the blob."""
     import numpy as np
 
     return np.ndarray((max(len(blob) - size + 1, 0),), f"V{size}", blob, 0, (1,))
 
 
 # -- arrays of Arrow ----------------------------------------------------------------------------------------
-# Arrow arrays of plain bytes: numbers, times, texts, and the lists that values belong to.
+# Arrow arrays from bytes: numbers, times, strings and lists.
 #
-# No value becomes a Python object: the bytes are handed to Arrow as they are, or through one numpy
-# operation.
+# Bytes are passed to Arrow unchanged or through one numpy operation, without Python objects.
 
 
 _NS = 1_000_000_000
 
 
 def numbers(field: FieldLayout, plain: Any) -> Any:
-    """A field's values, one after the other, from their bytes (anything that has a buffer)."""
+    """A field's values from a buffer of their bytes."""
     import numpy as np
 
     pa = pyarrow()
@@ -247,9 +246,9 @@ def numbers(field: FieldLayout, plain: Any) -> Any:
 
 
 def from_numpy(values: NDArray[Any], kind: Any) -> Any:
-    """An Arrow array of this type over the same memory; truth values are packed.
+    """An Arrow array of this type over the same memory; booleans are packed.
 
-    Not `pyarrow.array`, which imports pandas, where there is one, to ask whether it knows the values.
+    Not `pyarrow.array`, which imports pandas if it is installed.
     """
     import numpy as np
 
@@ -259,11 +258,11 @@ def from_numpy(values: NDArray[Any], kind: Any) -> Any:
 
 
 def texts(plain: bytes, sizes: NDArray[np.int64], *, coded: bool) -> Any:
-    """Strings of these sizes, one after the other.
+    """An array of strings from their joined bytes.
 
     Args:
-        plain: Their bytes.
-        sizes: Of each, (N,) int64.
+        plain: The joined bytes.
+        sizes: Bytes of each string, (N,) int64.
         coded: Dictionary-encoded.
     """
     import numpy as np
@@ -280,11 +279,11 @@ def texts(plain: bytes, sizes: NDArray[np.int64], *, coded: bool) -> Any:
 
 
 def listed(field: FieldLayout, values: Any, counts: NDArray[np.int64]) -> Any:
-    """The values, grouped into the lists they belong to; of a binary field, bytes.
+    """Values grouped into lists; bytes for a binary field.
 
     Args:
         field: An array field.
-        values: Its elements, one after the other: an Arrow array, or what has a buffer for a binary field.
+        values: Its elements: an Arrow array, or a buffer for a binary field.
         counts: Elements of each list, (N,) int64.
     """
     import numpy as np
@@ -304,7 +303,7 @@ def listed(field: FieldLayout, values: Any, counts: NDArray[np.int64]) -> Any:
 
 
 def offsets_of(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Where each of them begins when they are joined, and the end; (N + 1,) int64."""
+    """The start of each part when joined, and the end; (N + 1,) int64."""
     import numpy as np
 
     found = np.zeros(len(sizes) + 1, np.int64)

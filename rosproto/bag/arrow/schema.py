@@ -19,7 +19,7 @@ from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError, DefinitionError
 
 WantedFields = Mapping[str, Any]
-"""Wanted fields by name: True, or what is wanted inside."""
+"""Wanted fields by name: True, or the wanted nested fields."""
 
 
 def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] | None = None) -> Any:
@@ -32,7 +32,7 @@ def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] 
 
     Returns:
         A pyarrow.Schema: the receive time, then the fields. Its metadata have `topic`, `type`, `md5sum` and
-        `definition`; a field's have its `comment` in the definition, and the `unit` that is told there.
+        `definition`; a field's have its `comment` in the definition, and the `unit` stated there.
 
     Raises:
         BagError: No such field, or pyarrow is missing.
@@ -63,13 +63,13 @@ def time_name(names: Iterable[str]) -> str:
 
 
 def layout_of(cls: type[Message]) -> Layout:
-    """A message class's definition, resolved."""
+    """The resolved definition of a message class."""
     assert cls._binding is not None
     return cls._binding.layout
 
 
 def wanted_fields(layout: Layout, paths: Iterable[str] | None, topic: str) -> WantedFields:
-    """Which fields to take, as a tree.
+    """The wanted fields as a tree.
 
     Raises:
         BagError: There is no such field; names those that exist.
@@ -110,7 +110,7 @@ def is_binary(field: FieldLayout) -> bool:
 
 
 def arrow_type(field: FieldLayout, *, single: bool) -> Any:
-    """A field's type.
+    """A field's Arrow type.
 
     Args:
         field: The field.
@@ -133,7 +133,7 @@ def arrow_type(field: FieldLayout, *, single: bool) -> Any:
 
 
 def struct_type(layout: Layout, *, single: bool) -> Any:
-    """A message's type."""
+    """A message's Arrow type."""
     pa = pyarrow()
     if not layout.fields:
         return pa.null()
@@ -147,7 +147,7 @@ def struct_type(layout: Layout, *, single: bool) -> Any:
 
 
 def _metadata(layout: Layout) -> dict[str, dict[str, str]]:
-    """By field, what its definition says: its comment, and its unit."""
+    """Comment and unit in the definition, by field."""
     found: dict[str, dict[str, str]] = {}
     for name, comment in comments_of(layout.spec.text).items():
         found.setdefault(name, {})["comment"] = comment
@@ -157,7 +157,7 @@ def _metadata(layout: Layout) -> dict[str, dict[str, str]]:
 
 
 def number_type(field: FieldLayout) -> Any:
-    """The type of a number, or of a number in an array."""
+    """The Arrow type of a number, or of a number in an array."""
     return _NUMBERS[field.code](pyarrow())
 
 
@@ -180,7 +180,7 @@ _NUMBERS: dict[str, Any] = {
 
 
 def pyarrow() -> Any:
-    """The module.
+    """Import pyarrow.
 
     Raises:
         BagError: It is not installed; names the extra.
@@ -193,11 +193,10 @@ def pyarrow() -> Any:
 
 
 # -- units, from the comments of a definition ---------------------------------------------------------------
-# Units of fields, as far as the definitions' comments tell them.
+# Units of fields, if comments of the definition state them.
 #
-# The definitions that come with this package say them in one way: the unit is a part of the comment,
-# between commas. Where a recording has a definition of its own, its fields that the bundled one has, too,
-# of the same type, have the same units.
+# In bundled definitions the unit is a part of the comment, between commas. If a recording has another
+# definition, fields with the same name and type as in the bundled one have the same units.
 
 
 _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*(?:\[\d*\])?)\s+([A-Za-z]\w*)\s*(?:#(.*))?$")
@@ -207,7 +206,7 @@ _UNITS = (
     *_NAMES, "m/s^2", "m/s", "m^2", "m", "rad/s^2", "rad/s", "rad^2", "rad", "s", "V", "A h", "A", "W",
     "kg m^2", "kg", "N m", "N", "Hz", "1/min", "%",
 )  # fmt: skip
-# A part of a comment that is a unit, or a first part that goes on with what it counts: `m per cell`.
+# A unit as a whole part of a comment, or at the beginning of the first part: `m per cell`.
 _UNIT = "|".join(re.escape(unit) for unit in _UNITS)
 _PART = re.compile(_UNIT)
 _FIRST = re.compile(rf"({_UNIT}) (?:per|from|along|above|left|when)\b")
@@ -255,7 +254,7 @@ def _bundled(name: str) -> dict[tuple[str, str], str]:
 
 
 def _units(text: str) -> dict[tuple[str, str], str]:
-    """By type and name of a field."""
+    """Units by type and name of a field."""
     found: dict[tuple[str, str], str] = {}
     for line in text.splitlines():
         match = _FIELD.match(line)

@@ -31,7 +31,7 @@ def library(module: str) -> Any:
 
 
 def misfits() -> tuple[type[Exception], ...]:
-    """The errors it raises for a file that is not sound MCAP."""
+    """The library's errors for damaged MCAP files."""
     error: type[Exception] = library("exceptions").McapError
     return error, ValueError, KeyError, OverflowError, EOFError, struct.error, RuntimeError
 
@@ -74,14 +74,13 @@ class BoundedStream:
 # -- chunks -------------------------------------------------------------------------------------------------
 
 
-LOOSE = 1024  # how many messages outside of chunks are read together
+LOOSE = 1024  # number of messages outside of chunks that are read together
 
 
 class McapChunk(ChunkData):
     """A chunk's messages, one after the other.
 
-    It is never said to be packed: the library takes chunks apart by plain Python, which helper threads do not
-    make faster.
+    It is never marked as packed: the library parses chunks in Python, which helper threads do not speed up.
 
     Args:
         info: The chunk they came from.
@@ -122,7 +121,7 @@ class McapChunk(ChunkData):
 
 
 def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
-    """The chunk, or the messages outside of chunks, that begin there.
+    """Read the chunk, or the messages outside of chunks, at `info.pos`.
 
     Raises:
         BagError: It is damaged.

@@ -1,4 +1,4 @@
-"""Read MCAP files with the interface of `BagReader`; what a file holds, and where."""
+"""Read MCAP files with the interface of `BagReader`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class McapReader(BagReader):
     """An MCAP file with messages of ROS 1 (profile `ros1`), with the interface of `BagReader`.
 
     Channels are connections; a channel's metadata are its connection header. A file whose recorder died has
-    no summary: it is scanned, `damage` says so, and every complete message can be read.
+    no summary: it is scanned, `damage` lists that, and every complete message can be read.
 
     Args:
         file: Path, URL (extra `remote`), or a seekable binary file.
@@ -66,7 +66,7 @@ class McapReader(BagReader):
         return None  # from the messages themselves
 
     def compression(self, *, step: Callable[[], None] | None = None) -> dict[str, Compression]:
-        """How the chunks are compressed, by "none", "lz4" and "zstd"; opening the file has told that."""
+        """How the chunks are compressed, by "none", "lz4" and "zstd"; known from opening."""
         kinds: dict[str, Compression] = {}
         for info in self.chunks:
             # Messages outside of chunks have no such sizes.
@@ -83,7 +83,7 @@ class McapReader(BagReader):
         return read_mcap_chunk(self._source, info, info.pos in self._loose)
 
 
-# -- what a file holds --------------------------------------------------------------------------------------
+# -- contents of a file -------------------------------------------------------------------------------------
 
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -97,11 +97,11 @@ class Contents:
     Attributes:
         connections: By the channel's number.
         chunks: In file order; `pos` is where the chunk's record begins.
-        damage: What was wrong, in words.
+        damage: Descriptions of the damage.
         finished: True when the file was closed properly; then it nearly always has a summary.
-        lost: True when a scan had to leave messages out.
+        lost: True when a scan omitted messages.
         loose: Positions at which messages outside of chunks begin.
-        packed: Of the chunks by position: compression, bytes in the file, bytes unpacked.
+        packed: By position of the chunk: compression, bytes in the file, uncompressed bytes.
     """
 
     connections: dict[int, Connection] = field(default_factory=dict)
@@ -114,10 +114,10 @@ class Contents:
 
 
 def read_contents(source: BagFile) -> Contents:
-    """The contents, whatever state the file is in.
+    """The contents of a finished or damaged file.
 
     Raises:
-        BagError: It does not begin like an MCAP file, or the package mcap is missing.
+        BagError: The file does not begin with MCAP's magic, or the package mcap is missing.
     """
     wrong = misfits()
     why = ""
@@ -131,7 +131,7 @@ def read_contents(source: BagFile) -> Contents:
         why = problem.reason
     scan = _Scan(source)
     found = scan.run()
-    if scan.whole and not why:  # a writer may leave the summary out
+    if scan.whole and not why:  # a writer may omit the summary
         found.finished = True
         return found
     why = why or "it has none, or it does not tell of all messages"
@@ -145,7 +145,7 @@ def read_contents(source: BagFile) -> Contents:
 
 
 def _by_summary(source: BagFile) -> Contents | None:
-    """The contents by the summary; None unless it tells where every message is."""
+    """The contents from the summary; None if it does not cover all messages."""
     reader = library("reader").SeekingReader(BoundedStream(source), record_size_limit=_limit(source))
     summary = reader.get_summary()
     if summary is None or summary.statistics is None:
@@ -178,7 +178,7 @@ def _by_summary(source: BagFile) -> Contents | None:
 
 
 def _index_count(source: BagFile, offset: int) -> int:
-    """How many messages the index record at this offset lists."""
+    """Number of messages in the index record at this offset."""
     records = library("stream_reader").StreamReader(
         BoundedStream(source, offset), skip_magic=True, record_size_limit=_limit(source)
     )
@@ -204,7 +204,7 @@ class _Scan:
 
     @property
     def whole(self) -> bool:
-        """The file is finished, and has as many messages as it says, if it does."""
+        """Whether the file is finished and has the stated number of messages, if any."""
         count = sum(sum(chunk.counts.values()) for chunk in self._found.chunks)
         return self._footer and not self._found.damage and self._stated in (None, count)
 

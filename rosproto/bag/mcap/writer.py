@@ -26,7 +26,7 @@ from rosproto.codec import Message, encode
 from rosproto.errors import BagError
 from rosproto.version import __version__
 
-_OWN = ("type", "message_definition")  # what the schema says
+_OWN = ("type", "message_definition")  # part of the schema
 
 
 class McapWriter:
@@ -100,7 +100,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """Bytes in the file so far; what is not in it yet is counted uncompressed."""
+        """Bytes in the file so far, plus the uncompressed bytes not yet written."""
         with self._lock:
             return (0 if self._file.closed else self._file.tell()) + self._waiting
 
@@ -219,10 +219,10 @@ class McapWriter:
         return self._number(Connection(-1, topic, cls._type, cls._md5sum, definition, header or {}))
 
     def _number(self, connection: Connection) -> int:
-        """The channel of a connection, a new one when there is none yet.
+        """The channel of a connection, made if new.
 
         Raises:
-            BagError: Its header is not UTF-8, and MCAP stores nothing else.
+            BagError: Its header is not UTF-8, which MCAP requires.
         """
         key = identity(connection)
         if key in self._channels:
