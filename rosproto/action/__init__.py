@@ -1,4 +1,4 @@
-"""Actions: goals that take time, with feedback and cancelling, over a node (actionlib's protocol)."""
+"""Actions: long-running goals with feedback and cancelling, over a node (actionlib's protocol)."""
 
 from rosproto.action.client import ActionClient
 from rosproto.action.goal_handle import GoalHandle

@@ -1,4 +1,4 @@
-"""The thread of an action client in which its callbacks run, one after the other."""
+"""The thread that runs the callbacks of an action client in order."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ MOST_WAITING = 100
 
 
 class CallbackThread:
-    """Calls what it is given, in order, in a thread of its own that starts with the first call.
+    """Calls functions in order, in a separate thread that starts with the first call.
 
-    Status, result and feedback arrive in three threads; callbacks run here instead, so that they come in
-    the order of the goal's states, never two at once, and without a lock held: they may call anything.
+    Status, result and feedback arrive in three threads. Callbacks run in this one, in the order of the goal's
+    states, one at a time, and without a lock held, so they may call anything.
     """
 
     def __init__(self, name: str) -> None:
@@ -33,14 +33,14 @@ class CallbackThread:
         return threading.current_thread() is self._thread
 
     def call(self, function: Callable[[], object], *, droppable: bool = False) -> bool:
-        """Have `function` called soon.
+        """Queue a call of `function`.
 
         Args:
-            function: What to call.
+            function: Called without arguments.
             droppable: Drop the call when `MOST_WAITING` are queued.
 
         Returns:
-            False when it will not be called: dropped, or after `close`.
+            False if it will not be called: dropped, or after `close`.
         """
         with self._ready:
             if self._closed or (droppable and len(self._queue) >= MOST_WAITING):
@@ -55,7 +55,7 @@ class CallbackThread:
         return True
 
     def close(self, timeout: float = 1.0) -> None:
-        """Stop after the call under way; waits for it unless called from it."""
+        """Stop after the current call; wait for that call unless called from it."""
         with self._ready:
             self._closed = True
             self._queue.clear()
@@ -73,5 +73,5 @@ class CallbackThread:
                 function = self._queue.popleft()
             try:
                 function()
-            except BaseException:  # a sys.exit() would end this thread, and every later callback with it
+            except BaseException:  # sys.exit() would end this thread and prevent later callbacks
                 _log.exception("! %s: a callback raised", self._name)

@@ -1,7 +1,7 @@
 """ActionClient: sends goals to an action server and follows them.
 
-This file joins topics to goals: `GoalTracker` follows the goals, and their states are in
-`rosproto.protocol.goal_client`. The program holds a `GoalHandle` for each.
+`ActionClient` connects the topics with the goals. `GoalTracker` follows the goals; their states are in
+`rosproto.protocol.goal_client`. The program gets a `GoalHandle` for each goal.
 
 Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_client.py.
 """
@@ -27,38 +27,37 @@ from rosproto.sentence import say
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 
-_counter = itertools.count(
-    1
-)  # shared by all clients of the process: two with the same node name must not make the same id
+# Shared by all clients of the process: two with the same node name must not generate the same id.
+_counter = itertools.count(1)
 
 STATUS_TIMEOUT = 5.0
 ACK_TIMEOUT = 5.0
-_POLL = 0.01  # as actionlib; new connections are not reported to us
-_QUEUE = 1000  # messages; a server's results go to all of its clients, and a burst must not lose any
+_POLL = 0.01  # seconds, as actionlib; no event reports new connections
+_QUEUE = 1000  # messages; a server sends results to all clients, and none of a burst may be lost
 
 
 class ActionClient:
     """A client of one action server.
 
     Args:
-        node: The node to do it with.
-        name: The action: "/move_base".
+        node: The node that opens the topics.
+        name: Name of the action: "/move_base".
         action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
-        status_timeout: A server counts as gone when no status has come from it for this many seconds (it is
-            sent 5 times a second, also when nothing happens); None never.
-        ack_timeout: A goal is LOST when a server that is still heard has not mentioned it for this many
-            seconds: it was sent over a connection that the server had dropped. If it arrives later, it is
-            cancelled. None never (as actionlib).
+        status_timeout: Seconds without a status message, sent 5 times a second even when idle, after which a
+            server counts as gone; None for no limit.
+        ack_timeout: Seconds after which a goal is LOST if the server sends status without it: the server had
+            dropped the connection. If the goal arrives later, it is cancelled. None for no limit (as
+            actionlib).
 
     Raises:
-        DefinitionError: No such action type.
+        DefinitionError: The action type is unknown.
         LocalProtocolError: The node is closed, or has one of the topics with another type.
         MasterError: The master refused a registration.
         ConnectionLost, RosTimeout: The master cannot be reached, or did not answer in time.
 
     Attributes:
         name: Resolved name of the action.
-        type: Its classes: `client.type.goal` and so on.
+        type: Message classes of the action: `client.type.goal` and so on.
     """
 
     def __init__(
@@ -108,10 +107,10 @@ class ActionClient:
         self._feedback = subscribe("feedback", type_.action_feedback, self._on_feedback)
         self._result = subscribe("result", type_.action_result, self._on_result)
         self._status = subscribe("status", type_.status_array, self._on_status)
-        # Nobody would follow a goal that arrives after this program has ended; a late cancel does no harm.
+        # No client would follow a goal that arrives after this program has ended; a late cancel is harmless.
         self._goal = publish("goal", type_.action_goal, linger=False)
         self._cancel_out = publish("cancel", type_.goal_id)
-        type_.goal()  # generates what makes one: `send_goal` of a dict need not (the publishers do the rest)
+        type_.goal()  # generates its constructor before `send_goal` needs it (publishers do the rest)
         node.add_closer(self.close)
 
     def __enter__(self) -> ActionClient:
@@ -127,12 +126,12 @@ class ActionClient:
 
     @property
     def servers(self) -> list[str]:
-        """Caller ids of the servers heard and fully connected now; there should not be more than one."""
+        """Caller ids of the servers that send status and are fully connected; there should be at most one."""
         return [server for server in self._goals.audible if not self._missing(server)]
 
     @property
     def revisions(self) -> dict[str, type[Message]]:
-        """What each present server takes goals as, by caller id: `type.action_goal`, or a revision of it."""
+        """Goal class of each present server by caller id: `type.action_goal`, or a revision of it."""
         return self._goal.revisions  # type: ignore[no-any-return]
 
     def wait_for_server(self, timeout: float | None = 5.0) -> None:
@@ -142,7 +141,7 @@ class ActionClient:
             timeout: Seconds; None waits for ever.
 
         Raises:
-            RosTimeout: There is none; the text says which part is missing.
+            RosTimeout: No server is ready; the text has the missing parts.
             ConnectionLost: The client or its node was closed.
         """
         timeout = as_float(timeout)
@@ -179,14 +178,14 @@ class ActionClient:
         Args:
             goal: The goal message, or a dict of its fields.
             feedback: Called with the handle and each feedback message.
-            transition: Called with the handle for each communication state the goal passes. Both are called
-                in the client's own thread, one at a time and in order; what they raise is logged. They may
-                be called before `send_goal` returns.
-            goal_id: What `new_goal_id` has given; "" makes a new one.
+            transition: Called with the handle for each communication state of the goal. Both callbacks run in
+                the client's own thread, one at a time and in order, possibly before `send_goal` returns.
+                Their exceptions are logged.
+            goal_id: An id from `new_goal_id`; "" generates one.
 
         Raises:
             ConnectionLost: No server is connected: call `wait_for_server` first.
-            CodecError: It is no goal of this action, or a value does not fit its field.
+            CodecError: `goal` is not a goal of this action, or a value does not fit its field.
         """
         self._check_open()
         goal = part_from(goal, self.type.goal, f"a goal of {self.name}")
@@ -200,12 +199,12 @@ class ActionClient:
         goal_id = goal_id or self.new_goal_id()
         receivers = frozenset(self._goal.subscribers)
         sent = SentGoal(goal_id, goal, stamp, self._clock.monotonic(), receivers)
-        # Encoded now: a cancel may be needed when no module can be imported any more.
+        # Encode now: a cancel may be needed when Python can no longer import modules.
         cancel = encode(self.type.goal_id(id=goal_id))
         handle = GoalHandle(sent, self._goals, partial(self._write_cancel, cancel))
         sent.on_feedback = None if feedback is None else partial(feedback, handle)
         sent.on_transition = None if transition is None else partial(transition, handle)
-        # Before it is published: the answer may be faster than the return from publish (actionlib #66).
+        # Before publishing: the answer may arrive before publish returns (actionlib #66).
         self._goals.follow(sent)
         message: Any = self.type.action_goal(goal_id=self.type.goal_id(stamp=stamp, id=goal_id), goal=goal)
         message.header.stamp = stamp
@@ -217,12 +216,12 @@ class ActionClient:
         return handle
 
     def new_goal_id(self) -> str:
-        """An id for `send_goal`, where somebody has to know it before the goal is sent."""
+        """Generate an id for `send_goal`, to know it before the goal is sent."""
         stamp = self._node.clock.now()
         return f"{self._node.name}-{next(_counter)}-{stamp.secs}.{stamp.nsecs:09d}"
 
     def cancel_all(self) -> None:
-        """Ask the server to cancel every goal it has, also those of other clients.
+        """Ask the server to cancel all goals, also those of other clients.
 
         Raises:
             ConnectionLost: No server is connected to take the request.
@@ -238,7 +237,7 @@ class ActionClient:
         self._send_cancel("", time)
 
     def close(self) -> None:
-        """Stop following goals; they go on at the server. Waiters get ConnectionLost. May be called twice."""
+        """Stop following goals; the server continues them. Waiting calls raise ConnectionLost. Idempotent."""
         if not self._goals.close():
             return
         for part in reversed(self._parts):
@@ -246,7 +245,7 @@ class ActionClient:
         self._goals.stop_callbacks()
         self._node.remove_closer(self.close)
 
-    # -- what arrives ------------------------------------------------------------------------
+    # -- incoming ----------------------------------------------------------------------------
 
     def _on_status(self, message: Any) -> None:
         mentioned = {status.goal_id.id: status for status in message.status_list}
@@ -258,7 +257,7 @@ class ActionClient:
     def _on_feedback(self, message: Any) -> None:
         self._goals.feedback_received(message, _caller(message))
 
-    # -- what is sent ------------------------------------------------------------------------
+    # -- outgoing ----------------------------------------------------------------------------
 
     def _send_cancel(self, goal_id: str, stamp: Time) -> None:
         self._write_cancel(self.type.goal_id(stamp=stamp, id=goal_id))
@@ -273,10 +272,10 @@ class ActionClient:
             )
         self._cancel_out.publish(message)
 
-    # -- whether anybody is there ------------------------------------------------------------
+    # -- servers -----------------------------------------------------------------------------
 
     def _missing(self, server: str) -> list[str]:
-        """Topics not connected with this server yet (status aside: it was heard)."""
+        """Topics not connected with this server yet, except status."""
         ours = (self._goal, self._cancel_out)
         theirs = (self._result, self._feedback)
         return [p.topic for p in ours if server not in p.subscribers] + [

@@ -1,4 +1,4 @@
-"""The classes behind one action type."""
+"""The message classes of an action type."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class ActionType:
 
     Attributes:
         name: "package/FooAction".
-        action_goal, action_result, action_feedback: What is on the topics: header, id or status, and the part
-            that was written in the .action file.
-        goal, result, feedback: Those parts.
-        goal_id, status, status_array: actionlib_msgs' own, as these classes use them.
+        action_goal, action_result, action_feedback: Messages of the topics: header, id or status, and the
+            part from the .action file.
+        goal, result, feedback: The parts from the .action file.
+        goal_id, status, status_array: Types of actionlib_msgs, as these classes use them.
     """
 
     name: str
@@ -36,14 +36,14 @@ class ActionType:
 
 
 def action_type(action: type[Message] | str, revisions: KnownDefinitions | None = None) -> ActionType:
-    """The classes of an action type.
+    """The message classes of an action type.
 
     Args:
-        action: A `FooAction` class, or "package/FooAction", or "package/Foo" as the .action file is named.
-        revisions: Where to look for a type by its name: a node's own folders come before the bundled types.
+        action: A `FooAction` class, "package/FooAction", or "package/Foo" as the .action file is named.
+        revisions: Finds a type by name: a node's own folders come before the bundled types.
 
     Raises:
-        DefinitionError: It is unknown, or not an action.
+        DefinitionError: The type is unknown, or not an action.
     """
     cls = _class_of(action, revisions) if isinstance(action, str) else action
     try:
@@ -68,15 +68,15 @@ def action_type(action: type[Message] | str, revisions: KnownDefinitions | None 
 
 
 def part_from(value: Any, part: type[Any], what: str) -> Any:
-    """A goal, result or feedback message from what a program passed.
+    """A goal, result or feedback message from a program's argument.
 
     Args:
-        value: A message of the type (of any class that has its name), or a dict of its fields.
+        value: A message of the type (of any class with its name), or a dict of its fields.
         part: Class of the message.
-        what: For the error: "a goal of /move_base".
+        what: Description for the error text: "a goal of /move_base".
 
     Raises:
-        CodecError: It is neither, or names a field that is not there.
+        CodecError: It is neither, or has an unknown field.
     """
     if isinstance(value, Mapping):
         try:
@@ -93,7 +93,7 @@ def part_from(value: Any, part: type[Any], what: str) -> Any:
 
 
 def _part(owner: type[Any], name: str) -> type[Any]:
-    """The class of a field; without making a message, for which code would be generated, where it can be."""
+    """The class of a field; if possible without making a message, which would generate code."""
     binding: Any = getattr(owner, "_binding", None)
     for field in binding.spec.fields if binding is not None else ():
         if field.name == name and "/" in field.type.base and not field.type.is_array:

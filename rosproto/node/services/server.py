@@ -1,4 +1,4 @@
-"""The providing side of a service: reads and answers the requests of each connection in order.
+"""A service server: reads and answers the requests of each connection in order.
 
 Source: wiki.ros.org/ROS/TCPROS (one byte "ok", then a length-prefixed response, or error text),
 wiki.ros.org/Services; rospy impl/tcpros_service.py and roscpp service_client_link.cpp.
@@ -37,8 +37,8 @@ def response_from(returned: Any, response_class: type) -> Any:
         response_class: Class of the response.
 
     Raises:
-        TypeError: It is none of these. None for a response with fields is an error, as in rospy, because it
-            is most often a forgotten `return`.
+        TypeError: It is none of these, or None for a response with fields: usually a forgotten `return` (as
+            in rospy).
     """
     if isinstance(returned, response_class) or getattr(returned, "_type", None) == response_class._type:  # type: ignore[attr-defined]
         return returned
@@ -66,7 +66,7 @@ def _shown(returned: Any) -> str:
 
 
 def encode_reply(response: Any) -> bytes:
-    """The answer of a successful call: ok byte 1, length, response."""
+    """The answer to a successful call: ok byte 1, length, response."""
     body = encode(response)
     return struct.pack("<BI", 1, len(body)) + body
 
@@ -80,7 +80,7 @@ def error_text(error: BaseException) -> str:
 
 
 def encode_error(text: str) -> bytes:
-    """The answer of a failed call: ok byte 0, length, text in UTF-8 (at most `LONGEST_ERROR` bytes)."""
+    """The answer to a failed call: ok byte 0, length, text in UTF-8 (at most `LONGEST_ERROR` bytes)."""
     body = text.encode("utf-8", "surrogateescape" if _has_escaped_bytes(text) else "backslashreplace")
     body = body[:LONGEST_ERROR]
     return struct.pack("<BI", 0, len(body)) + body
@@ -95,11 +95,11 @@ def _has_escaped_bytes(text: str) -> bool:
 logger = get_logger("rosproto.node")
 
 ROOM = 4 << 10  # bytes; enough for most requests
-STEP = 256 << 10  # growth for a longer one: peers may announce a length and send nothing
+STEP = 256 << 10  # growth for longer ones: a peer may announce a length and send nothing
 
 
 class ServiceSession:
-    """Serves one connection whose headers are exchanged; `run` returns when it is over.
+    """Serves one connection after the exchange of headers.
 
     Requests may be pipelined: they are answered one after the other. An idle connection has no time limit,
     but `stall_seconds` without progress within a request or an answer end it.
@@ -136,9 +136,9 @@ class ServiceSession:
         self.callerid = callerid
 
     def run(self) -> None:
-        """Serve until the client leaves, breaks the protocol, or `finish`; then the socket is closed.
+        """Serve until the client disconnects or violates the protocol, or `finish`; then close the socket.
 
-        A client that leaves is no event: one-shot clients, probes and port scans do it all the time.
+        A disconnection is not logged: one-shot clients, probes and port scans cause many.
         """
         self._thread = threading.current_thread()
         try:
@@ -153,8 +153,8 @@ class ServiceSession:
             logger.debug("! service client %s %s: %s", self.callerid, self.peer, error)
         finally:
             with self._lock:
-                # Under the lock, and before close() takes the number away: who waits in `join` must find the
-                # line cut when it returns.
+                # Under the lock, and before close() frees the descriptor: the connection must be cut when
+                # `join` returns.
                 self._shutdown()
                 self._busy, self._ending = False, True
                 self._changed.notify_all()
@@ -198,11 +198,10 @@ class ServiceSession:
                 self._shutdown()
 
     def join(self, timeout: float | None) -> bool:
-        """Wait until the request in progress is answered; then, or when `timeout` is over, cut the line.
+        """Wait at most `timeout` seconds until the request in progress is answered; then cut the connection.
 
         Returns:
-            False when the handler was still running; its thread is left behind (Python cannot end it) and
-            its answer will go nowhere.
+            False if the handler still runs; its thread stays (Python cannot end it), and its answer is lost.
         """
         done = self._thread is threading.current_thread()  # closed by its own handler
         if not done:
@@ -221,8 +220,8 @@ class ServiceServer:
     The handler is called with the request in the thread of that client's connection ("rosproto:..."), so
     calls of several clients run at the same time: protect shared data. It returns a response, a dict of its
     fields, a tuple or list of all fields in order, the bare value for a response of one field, or None for a
-    response without fields. An exception, or another value, makes the call fail: the caller gets its text,
-    the log gets the traceback, and the connection stays open. Raise `ServiceError(server.name, "why")` to
+    response without fields. After an exception or another value the call fails: the caller gets the error
+    text, the traceback is logged, and the connection stays open. Raise `ServiceError(server.name, "why")` to
     report failure without a traceback.
 
     Attributes:
@@ -266,7 +265,7 @@ class ServiceServer:
         self.close()
 
     def accept(self, sock: socket.socket, header: Mapping[str, str], peer: str) -> None:
-        """Serve one connection whose header names this service; returns when it is over.
+        """Serve one connection whose header names this service; return when the connection ends.
 
         Called by the node in the connection's own thread. Probes, and clients that disconnect without a
         request, are not logged.
@@ -294,7 +293,7 @@ class ServiceServer:
     def _understand(
         self, header: Mapping[str, str], peer: str
     ) -> tuple[ServiceRequest, ServiceRevision | None]:
-        """Check the client's header; its revision of the service if that is not ours."""
+        """Check the client's header; return the request, and its revision of the service if not ours."""
         try:
             return check_service_client_header(
                 header, service=self.name, type_name=self.type_name, md5sum=self.md5sum, peer=peer
@@ -399,7 +398,7 @@ class ServiceServer:
     def close(self, timeout: float = 2.0) -> None:
         """Unregister the service and end its connections. May be called again.
 
-        Requests being served have `timeout` seconds together to finish; then their connections are closed.
+        Requests being served have `timeout` seconds in total to finish; then their connections are closed.
         """
         self.leave()
         self.join(Deadline(timeout))
