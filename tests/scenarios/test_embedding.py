@@ -187,6 +187,7 @@ def test_ctrl_c_ends_an_application_at_once() -> None:
 IMPORT_ALL = """
 import importlib, pkgutil, sys
 import numpy, lz4.frame, pytest  # what others load has effects of its own: numpy sets a variable, pytest a hook
+import uvicorn.protocols.websockets.websockets_sansio_impl  # one for the exit; loaded when a web server is made
 from tests.support import process_state
 opened = []
 watched = ("socket.", "subprocess.", "signal.", "os.putenv", "os.fork", "os.remove", "os.rename", "os.mkdir")

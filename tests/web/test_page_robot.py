@@ -299,7 +299,7 @@ def test_the_costmap_is_drawn_where_the_simulator_says(browser: Browser, robot: 
     """Each sampled place of the hall is coloured when it costs something, and only then; and it can be put away."""
     from woosh_pure.sim.costmap import Costmap
 
-    costs = Costmap(robot.sim.world.site.grid, robot.sim.world.settings.radius).with_things([])
+    costs = Costmap(robot.sim.world.site.grid, robot.sim.world.settings.radius).with_obstacles([])
     cells = [(row, column) for row in range(2, 80, 5) for column in range(2, 120, 5)]
     with person(browser, robot.url) as page:
         page.click("#fit")
