@@ -19,7 +19,7 @@ RUNS_CODE = {
     "rosproto/codec/conversion.py": "values carried over between two revisions, from names of fields",
     "rosproto/codec/generated_source.py": "encoders and decoders, from definitions",
     "rosproto/rospy/launch.py": "a program of the user's: `rosproto run`",
-    "woosh_pure/cli/commands/shell.py": "what the user types: `woosh shell`",
+    "woosh_pure/cli/commands/start.py": "what the user types: `woosh shell`",
 }
 """Where Python code is made and run, and of what."""
 

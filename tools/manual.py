@@ -121,9 +121,9 @@ def with_table(text: str) -> str:
 
 def _all_commands() -> Iterator[str]:
     from rosproto.cli.entry import COMMANDS as ROSPROTO
-    from woosh_pure.cli.commands import COMMANDS, load
+    from woosh_pure.cli.commands import COMMANDS
 
-    rows = [("woosh", name, load(name).HELP) for name in COMMANDS]
+    rows = [("woosh", name, text) for name, text in COMMANDS.items()]
     rows += [("rosproto", name, command.help) for name, command in ROSPROTO.items()]
     yield from _table(
         ("command", "what it does"),
@@ -146,7 +146,7 @@ def manual() -> Mapping[str, str]:
 
 def _woosh() -> Iterator[str]:
     from woosh_pure.cli.entry import parser_for
-    from woosh_pure.cli.exit_codes import EXIT_CODES
+    from woosh_pure.cli.output import EXIT_CODES
 
     yield _WOOSH
     yield from _contents("woosh")

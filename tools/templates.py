@@ -37,8 +37,8 @@ __all__ = [
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
-_COMMANDS = "doctor status ready goto move rotate drive stop faults selftest connect".split()
-_CLI = "config connection drive_line entry follow_goal readiness arguments".split()
+_COMMANDS = "start state driving drive".split()
+_CLI = "config connection entry follow_goal arguments".split()
 _ROOMS = (
     "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
     "feed/feed feed/feeds motion/action_goal motion/goal_handle motion/motion motion/steps motion/task "
@@ -74,7 +74,16 @@ _LEFT_OUT_CALLS = set(
     "add_argument add_argument_group add_parser debug info warning exception compile sub search match "
     "fullmatch Thread NamedTuple getattr removeprefix startswith".split()
 )
-_LEFT_OUT_NAMES = {"HELP", "__all__", "EXIT_CODES", "EXAMPLES", "MEANT", "COMMON_LINE"}
+_LEFT_OUT_NAMES = {
+    "__all__",
+    "EXIT_CODES",
+    "EXAMPLES",
+    "MEANT",
+    "COMMON_LINE",
+    "COMMANDS",
+    "_TASK_KINDS",
+    "_TASK_COMMANDS",
+}
 _QUOTED = re.compile(
     r"`[^`]*`|https?://\S+|'[^']*'|--?[a-zA-Z][\w-]*|/[\w/.-]+|\b\w+\(\)|\b[\w.]+\.\w+(\(.*?\))?|\{[^}]*\}"
 )

@@ -1,6 +1,6 @@
 """Exit codes of `rosproto`, and the sentence and exit code for an exception.
 
-`woosh` uses the same codes and adds two: `woosh_pure/cli/exit_codes.py`.
+`woosh` uses the same codes and adds two: `woosh_pure/cli/output.py`.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from rosproto.errors import DefinitionError
 from rosproto.msg import bundled, library_from_full_text, parse_service
 from rosproto.msg.user_folder import learned_paths
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.cli.commands import load
+from woosh_pure.cli.commands import add_arguments, run
 from woosh_pure.cli.output import Output
 from woosh_pure.firmware.learn import KnownDefinitions, compare, make_sets, write_set
 from woosh_pure.firmware.survey import SurveyAnswer, survey
@@ -28,8 +28,8 @@ FUTURE_BATTERY = "uint16 cells\n" + bundled().message("woosh_msgs/Battery").text
 
 def learn(uri: str, folder: Path, *more: str) -> dict[str, Any]:
     """Run the command; its document."""
-    command, parser, stream = load("learn"), ArgumentParser(), StringIO()
-    command.add_arguments(parser)
+    parser, stream = ArgumentParser(), StringIO()
+    add_arguments("learn", parser)
     common = {
         "chassis": None,
         "sim": False,
@@ -40,7 +40,7 @@ def learn(uri: str, folder: Path, *more: str) -> dict[str, Any]:
     }
     parser.set_defaults(master=uri, **common)
     args = parser.parse_args(["--folder", str(folder), *more])
-    assert command.run(args, Output(as_json=True, stream=stream)) == 0
+    assert run("learn", args, Output(as_json=True, stream=stream)) == 0
     document: dict[str, Any] = json.loads(stream.getvalue())
     return document
 

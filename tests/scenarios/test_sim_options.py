@@ -14,7 +14,6 @@ import pytest
 
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
-from woosh_pure.cli.commands import sim as command
 from woosh_pure.faults import FaultLevel
 from woosh_pure.maps.marks import MarkFile
 from woosh_pure.sim import Settings
@@ -139,4 +138,3 @@ def test_the_option_of_the_command(
         assert main(["sim", "--port", "0", "--for", "0", "--json", *words]) == 0
         assert "A1" in json.loads(capsys.readouterr().out)["marks"]
     assert seen == [True, False]
-    assert command.HELP

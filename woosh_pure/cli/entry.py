@@ -25,9 +25,8 @@ from rosproto.cli import (
 from rosproto.sentence import Sentence
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
-from woosh_pure.cli.commands import COMMANDS, load
-from woosh_pure.cli.exit_codes import EXIT_CODES
-from woosh_pure.cli.output import Output, spoken
+from woosh_pure.cli.commands import COMMANDS, add_arguments, run
+from woosh_pure.cli.output import EXIT_CODES, Output, spoken
 from woosh_pure.language import LANGUAGES, language_of
 
 COMMON_LINE = (
@@ -97,7 +96,7 @@ def _task(args: argparse.Namespace, out: Output) -> Task:
         where = "" if code in (INTERRUPTED, TERMINATED) else f"{args.command}: "
         say(f"woosh: {where}{out.say(text)}")
 
-    return Task(lambda: load(args.command).run(args, out), failed, args.debug)
+    return Task(lambda: run(args.command, args, out), failed, args.debug)
 
 
 def _speaking(language: str) -> type[Parser]:
@@ -125,12 +124,10 @@ def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentP
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     asked = _asked(words)
     for name in COMMANDS if asked is None else (asked,):
-        command = load(name)
-        sub = commands.add_parser(
-            name, help=command.HELP, description=command.HELP, shared=common, epilog=COMMON_LINE
-        )
+        text = COMMANDS[name]
+        sub = commands.add_parser(name, help=text, description=text, shared=common, epilog=COMMON_LINE)
         if asked is not None:
-            command.add_arguments(sub)
+            add_arguments(name, sub)
             give_examples(sub, EXAMPLES)
     return parser
 

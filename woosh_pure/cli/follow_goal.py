@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
+import math
 import sys
 import time
+from collections import deque
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.cli import DONE, FAILED, Progress, hurry, is_terminal
-from rosproto.sentence import say
+from rosproto.sentence import Sentence, say
 from woosh_pure.cli.output import Output
+from woosh_pure.geometry import Pose2D
 from woosh_pure.outcome import Outcome
 
 if TYPE_CHECKING:
-    from woosh_pure.cli.drive_line import DriveLine
+    from woosh_pure.chassis import Chassis
     from woosh_pure.motion.goal_handle import GoalHandle
 
 
@@ -63,3 +69,94 @@ def report(outcome: Outcome, out: Output, **more: Any) -> int:
         {"ok": outcome.arrived, "outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2), **more}
     )
     return DONE if outcome.arrived else FAILED
+
+
+_WINDOW = 4.0
+"""Seconds over which the speed of getting there is taken."""
+
+
+def length_left(path: Sequence[Pose2D], here: Pose2D) -> float | None:
+    """Return the distance in m to the nearest path point and on to its end; None without a path.
+
+    If a path passes a place twice, the nearest point may belong to the other pass.
+    """
+    if len(path) < 2:
+        return here.distance_to(path[0]) if path else None
+    best, behind = (math.inf, 0.0), 0.0
+    for a, b in reversed(list(itertools.pairwise(path))):
+        length = a.distance_to(b)
+        along = ((here.x - a.x) * (b.x - a.x) + (here.y - a.y) * (b.y - a.y)) / length if length else 0.0
+        along = min(max(along, 0.0), length)
+        share = along / length if length else 0.0
+        away = math.hypot(a.x + share * (b.x - a.x) - here.x, a.y + share * (b.y - a.y) - here.y)
+        best = min(best, (away, behind + length - along))
+        behind += length
+    return sum(best)
+
+
+class DriveLine:
+    """The state of a running drive; create it before the goal is sent, so that no plan is missed.
+
+    Args:
+        chassis: The driving chassis.
+        target: The target, if known.
+        clock: A monotonic clock, s.
+    """
+
+    def __init__(
+        self, chassis: Chassis, target: Pose2D | None = None, *, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._chassis = chassis
+        self._target = target
+        self._clock = clock
+        self._began = clock()
+        self._lefts: deque[tuple[float, float]] = deque(maxlen=200)
+        chassis.pose.open()
+        chassis.feed("plan").open()
+
+    def text(self, said: str, percent: float | None = None) -> str:
+        """Return the line with all known values.
+
+        Args:
+            said: The goal's own progress text, or "".
+            percent: The goal's progress, if known.
+        """
+        seconds = self._clock() - self._began
+        here = self._chassis.pose.latest
+        left = None if here is None else self._left(here)
+        parts = [say("{seconds:.0f} s", seconds=seconds)]
+        if percent is not None:
+            parts.append(_about(say(said), seconds * (100.0 - percent) / percent if percent > 2.0 else None))
+        elif left is not None:
+            parts.append(_about(say("{metres:.1f} m left", metres=left), self._seconds_left(left)))
+        if here is not None:
+            where = say("x {x:.2f} m, y {y:.2f} m, {yaw:.0f}°", x=here.x, y=here.y, yaw=here.yaw_degrees)
+            parts.append(say("at {where}", where=where))
+        if percent is None and left is None and said:
+            parts.append(say(said))
+        return functools.reduce(lambda a, b: say("{first}   {second}", first=a, second=b), parts)
+
+    def _left(self, here: Pose2D) -> float | None:
+        from woosh_pure.readings import known_path
+
+        reading: Any = self._chassis.feed("plan").reading
+        fresh = reading is not None and reading.received >= self._began
+        if fresh:
+            return length_left(known_path(self._chassis), here)
+        return None if self._target is None else here.distance_to(self._target)
+
+    def _seconds_left(self, left: float) -> float | None:
+        """Estimate from the progress of the last seconds; None without progress."""
+        now = self._clock()
+        self._lefts.append((now, left))
+        while now - self._lefts[0][0] > _WINDOW:
+            self._lefts.popleft()
+        since, before = self._lefts[0]
+        gained = before - left
+        if now - since < 0.8 or gained <= 0.05:
+            return None
+        return left * (now - since) / gained
+
+
+def _about(text: Sentence, seconds: float | None) -> Sentence:
+    return text if seconds is None else say("{text}, about {seconds:.0f} s", text=text, seconds=seconds)

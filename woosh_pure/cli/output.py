@@ -1,4 +1,8 @@
-"""Prints a command's results: lines for people, JSON for programs, and a progress line during long waits."""
+"""Prints a command's results: lines for people, JSON for programs, a progress line during long waits.
+
+An exception has its own exit code: `exit_code` in `rosproto/errors.py` and `woosh_pure/errors.py`. A command
+without an exception returns a code from here.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +16,35 @@ from contextlib import contextmanager
 from enum import Enum
 from typing import Any, TextIO
 
-from rosproto.cli import Progress, enable_escapes, is_terminal, json_text, own
+from rosproto.cli import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    TERMINATED,
+    UNREACHABLE,
+    WRONG_USE,
+    Progress,
+    enable_escapes,
+    is_terminal,
+    json_text,
+    own,
+)
 from rosproto.text import padded, printable
 
+REFUSED, NOT_KNOWN = 3, 5
+EXIT_CODES = {
+    DONE: "done",
+    FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
+    WRONG_USE: "wrong use: an argument is missing, unknown or out of range; nothing was sent",
+    REFUSED: "the chassis is not ready, or refused to move",
+    UNREACHABLE: "the chassis cannot be reached, or the connection was lost",
+    NOT_KNOWN: "the answer is not known: the chassis has not told it (`ready`, `faults`)",
+    INTERRUPTED: "interrupted by Ctrl-C; a motion of this command was stopped",
+    TERMINATED: "ended by SIGTERM, a hang-up or a closed console; a motion of this command was stopped",
+}
+"""What the exit codes mean."""
+READY = {"yes": DONE, "no": REFUSED, "not known": NOT_KNOWN}
+"""Exit codes of `woosh ready`, by its answer."""
 _COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
 _FIRST_SIGN = 1.0
 

@@ -23,7 +23,7 @@ EXISTS = frozenset(
         ("rosproto/node/outgoing/queued_link.py", ["tests/unit/node"]),
         ("rosproto/names.py", ["tests/unit"]),
         ("woosh_pure/stopping/stop.py", ["tests/unit/woosh"]),
-        ("woosh_pure/cli/commands/goto.py", ["tests/unit/woosh_cli"]),
+        ("woosh_pure/cli/commands/driving.py", ["tests/unit/woosh_cli"]),
         ("tools/stubs.py", ["tests/unit/tools"]),
         ("msgdefs/std_msgs/msg/Header.msg", ["tests/unit/msg"]),
         ("tests/unit/msg/test_md5.py", ["tests/unit/msg/test_md5.py"]),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.png import read_png
-from woosh_pure.cli.commands.scan import _word, free_ways, nearest_of
+from woosh_pure.cli.commands.devices import _word, free_ways, nearest_of
 from woosh_pure.cli.output import Output
 from woosh_pure.cli.picture import BOTTOM, LEFT, LINES, MARK, PATH, RIGHT, TOP, chart_of, chart_png, step_of
 from woosh_pure.geometry import Pose2D

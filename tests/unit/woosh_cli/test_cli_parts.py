@@ -20,7 +20,7 @@ from rosproto.text import width
 from tests.support.png import read_png
 from woosh_pure.cli import config, main
 from woosh_pure.cli.commands import watch
-from woosh_pure.cli.commands.camera import image_png
+from woosh_pure.cli.commands.devices import image_png
 from woosh_pure.cli.output import Output, plain
 from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
 from woosh_pure.cli.screen import Scene, Screen
@@ -368,5 +368,5 @@ def test_how_a_motion_ends_is_the_exit_code(
     def run(*_: object) -> int:
         raise error
 
-    monkeypatch.setattr("woosh_pure.cli.commands.goto.run", run)
+    monkeypatch.setattr("woosh_pure.cli.commands.driving.run_goto", run)
     assert main(["goto", "A1"]) == code

@@ -1,43 +1,84 @@
-"""The commands: one file each, named here. To add one, write the file and add its name.
+"""The commands, by name: `COMMANDS`.
 
-Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`, with slow imports
-inside `run`. A new one also needs a place in `GROUPS` of tools/manual.py. After a change run
-`python -m tools.manual`, which writes docs/commands.md and docs/commands/.
+A command `goto` consists of two functions: `add_goto(parser)` adds its arguments, and `run_goto(args, out)`
+runs it and returns the exit code; slow imports belong inside the latter. To add a command, write both and
+add a row here, and a place in `GROUPS` of tools/manual.py. After a change run `python -m tools.manual`, which
+writes docs/commands.md and docs/commands/.
 """
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from importlib import import_module
-from typing import Protocol, cast
+from typing import Any
 
 from woosh_pure.cli.output import Output
 
-__all__ = ["COMMANDS", "Command", "load"]
+__all__ = ["COMMANDS", "add_arguments", "run"]
 
-COMMANDS = (
-    *("demo", "sim", "connect", "doctor", "selftest", "learn"),
-    *("status", "ready", "watch", "battery", "faults", "imu", "scan", "camera", "cloud"),
-    *("goto", "task", "charge", "move", "rotate", "drive", "stop"),
-    *("localization", "map", "plan", "costmap", "footprint", "mode", "marks"),
-    *("led", "say"),
-    *("record", "web", "foxglove", "vda5050"),
-    *("shell", "completion"),
-)
+COMMANDS = {
+    "demo": "start a simulated chassis and drive it: the first thing to try",
+    "sim": "run a simulated chassis until interrupted",
+    "connect": "remember a chassis, so that the other commands need no address",
+    "doctor": "say in plain words why it does not work; moves nothing",
+    "selftest": "check that everything works on this machine; needs no robot, moves nothing, takes seconds",
+    "learn": "ask the robot for its message definitions and keep what is new; moves nothing",
+    "status": "show battery, pose, state, faults and whether it would move",
+    "ready": "say whether it would move now, and why not (exit code 3: not ready; 5: not known)",
+    "watch": "watch pose, map, scan, battery, task, faults and rates live",
+    "battery": "show charge, voltage, current, temperature and health of the battery",
+    "faults": "show active faults, or what a status code means (exit code 1: there are faults; 5: not known)",
+    "imu": "show turning rates, accelerations and orientation",
+    "scan": "show the lidar scan: the nearest thing, how far it is free on each side, or a picture",
+    "camera": "take a picture, in colour or of depth, and save it",
+    "cloud": "take a point cloud of the depth camera, as a PLY file",
+    "goto": "drive to a mark, or to a pose in the map",
+    "task": "run a task (pick, park, charge, carry), or pause, resume, cancel the running one",
+    "charge": "drive to a charger and charge",
+    "move": "move straight by metres (negative: backward), or sideways",
+    "rotate": "turn in place by degrees (positive: to the left)",
+    "drive": "drive by the keyboard: arrow keys or WASD; everything else stops",
+    "stop": "stop: zero velocity and cancel everything, whoever started it (no emergency stop)",
+    "localization": "show, start or stop the localisation, or tell it where the robot is",
+    "map": "save the map (PGM, YAML, and a PNG with robot, path and scan), or set another one",
+    "plan": "plan a path without driving it (exit code 1: there is no way)",
+    "costmap": "let obstacles enter the costmaps or not, or forget those seen so far",
+    "footprint": "tell the navigation the robot's outline, for example with a load on it",
+    "mode": "set what the navigation does about obstacles, and how fast it drives",
+    "marks": "keep your own list of marks (the chassis cannot list them), for completion and notes",
+    "led": "set the light strips: a named state, or a colour",
+    "say": "let the chassis speak (where it has a voice)",
+    "record": "record what the chassis says and is told into a bag, until interrupted; moves nothing",
+    "web": "show the robot in a browser, on a phone too, and serve a REST API for any language",
+    "foxglove": "show the chassis live in Foxglove and Lichtblick; read only unless you open something",
+    "vda5050": "put the chassis under a fleet manager, by VDA 5050 over MQTT",
+    "shell": "open Python with `chassis` ready",
+    "completion": "print what a shell needs to complete this command (bash, zsh, fish, powershell)",
+}
+"""One line for `woosh --help` by command."""
+_MODULES = {
+    "start": ("demo", "connect", "doctor", "selftest", "shell", "completion"),
+    "state": ("status", "ready", "battery", "faults"),
+    "devices": ("imu", "scan", "camera", "cloud", "led", "say"),
+    "driving": ("goto", "task", "charge", "move", "rotate", "stop"),
+    "navigation": ("localization", "plan", "costmap", "footprint", "mode"),
+    "maps": ("map", "marks"),
+    "bags_and_viewers": ("record", "foxglove"),
+}
+"""The commands of a module; every other command has a module of its own name."""
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 
 
-class Command(Protocol):
-    """The interface of a command file."""
-
-    HELP: str
-
-    def add_arguments(self, parser: ArgumentParser) -> None:
-        """Add the command's arguments."""
-
-    def run(self, args: Namespace, out: Output) -> int:
-        """Run the command and return the exit code."""
+def add_arguments(name: str, parser: ArgumentParser) -> None:
+    """Add the arguments of a command."""
+    _function("add", name)(parser)
 
 
-def load(name: str) -> Command:
-    """Import the command file of that name."""
-    return cast(Command, import_module(f"{__package__}.{name}"))
+def run(name: str, args: Namespace, out: Output) -> int:
+    """Run a command and return the exit code."""
+    code: int = _function("run", name)(args, out)
+    return code
+
+
+def _function(verb: str, name: str) -> Any:
+    return getattr(import_module(f"{__package__}.{_MODULE_OF.get(name, name)}"), f"{verb}_{name}")

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.velocity.drive import Drive
 
-HELP = "drive by the keyboard: arrow keys or WASD; everything else stops"
+
 _WARNING = (
     "DRIVING BY VELOCITY BYPASSES THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.",
     "The area must be clear. Watch the robot all the time, and keep its red button in reach.",
@@ -37,8 +37,7 @@ _WARNING = (
 _KEYS = "arrows or WASD: drive   + -: faster, slower (stops)   q, Esc: end   any other key: stop"
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """See `Command`."""
+def add_drive(parser: ArgumentParser) -> None:
     parser.add_argument("--linear", type=positive, metavar="M/S", help="full speed (0.2, or the limit)")
     parser.add_argument(
         "--angular", type=positive, metavar="DEG/S", help="full turning speed (25, or the limit)"
@@ -62,8 +61,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_watchdog(parser)
 
 
-def run(args: Namespace, out: Output) -> int:
-    """See `Command`."""
+def run_drive(args: Namespace, out: Output) -> int:
     if args.json:
         raise ValueError("--json: there is nothing to print for programs; use Chassis.velocity in Python")
     if not (is_terminal(sys.stdin) and is_terminal(sys.stdout)):

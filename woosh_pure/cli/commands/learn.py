@@ -15,7 +15,6 @@ from woosh_pure.cli.output import Output
 if TYPE_CHECKING:
     from woosh_pure.firmware.learn import Comparison
 
-HELP = "ask the robot for its message definitions and keep what is new; moves nothing"
 
 _WORDS = {
     "bundled": "as bundled",
@@ -28,8 +27,7 @@ _WORDS = {
 }
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """See `Command`."""
+def add_learn(parser: ArgumentParser) -> None:
     parser.add_argument("--dry-run", action="store_true", help="write nothing")
     parser.add_argument("--all", action="store_true", help="list also what does not differ")
     parser.add_argument("--timeout", type=positive, default=30.0, metavar="S", help="in all (default 30)")
@@ -39,8 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--folder", type=Path, help="keep it there, in place of your own revisions folder")
 
 
-def run(args: Namespace, out: Output) -> int:
-    """See `Command`."""
+def run_learn(args: Namespace, out: Output) -> int:
     from rosproto import Node
     from woosh_pure.connection.arguments import master_uri_of
     from woosh_pure.firmware.learn import KnownDefinitions, compare

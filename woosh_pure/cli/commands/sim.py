@@ -21,6 +21,7 @@ from woosh_pure.errors import ChassisError
 if TYPE_CHECKING:
     from woosh_pure.sim import SimulatedChassis
 
+
 FAULTS = (
     "estop",
     "release",
@@ -41,11 +42,9 @@ FAULTS = (
     "compete:X:Y",
     "code:NUMBER",
 )
-HELP = "run a simulated chassis until interrupted"
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """See `Command`."""
+def add_sim(parser: ArgumentParser) -> None:
     parser.add_argument("--port", type=port, default=11311, help="port of its own master (11311; 0: any)")
     parser.add_argument(
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address to be reached at"
@@ -105,8 +104,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
 
 
-def run(args: Namespace, out: Output) -> int:
-    """See `Command`."""
+def run_sim(args: Namespace, out: Output) -> int:
     hurry()
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits

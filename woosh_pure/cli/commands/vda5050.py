@@ -18,11 +18,8 @@ from woosh_pure.cli.output import Output
 if TYPE_CHECKING:
     from woosh_pure.fleet import FleetConfig, VehicleConfig
 
-HELP = "put the chassis under a fleet manager, by VDA 5050 over MQTT"
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """See `Command`."""
+def add_vda5050(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("--broker", metavar="URL", help="mqtt://HOST:PORT, or mqtts:// for TLS")
     add("--manufacturer", default="Woosh", help="part of the topics (Woosh)")
@@ -78,8 +75,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_watchdog(parser)
 
 
-def run(args: Namespace, out: Output) -> int:
-    """See `Command`."""
+def run_vda5050(args: Namespace, out: Output) -> int:
     hurry()
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis

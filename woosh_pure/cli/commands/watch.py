@@ -13,18 +13,15 @@ from rosproto.cli import Keys, enable_escapes, is_terminal, open_keys, own, show
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import number, seconds
+from woosh_pure.cli.commands.state import as_json
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output, full_screen
-from woosh_pure.cli.readiness import as_json
 
 if TYPE_CHECKING:
     from woosh_pure.cli.screen import Observer, Scene
 
-HELP = "watch pose, map, scan, battery, task, faults and rates live"
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """See `Command`."""
+def add_watch(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
     )
@@ -34,8 +31,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--no-map", action="store_true", help="do not fetch the map")
 
 
-def run(args: Namespace, out: Output) -> int:
-    """See `Command`."""
+def run_watch(args: Namespace, out: Output) -> int:
     whole = not (args.lines or args.json) and enable_escapes(sys.stdout)
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:

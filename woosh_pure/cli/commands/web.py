@@ -23,14 +23,13 @@ if TYPE_CHECKING:
 
     from woosh_pure.chassis import Chassis
 
+
 TOKEN_VARIABLE = "WOOSH_WEB_TOKEN"
 AGAIN_SECONDS = 1.0
 """Seconds between two attempts to reach a robot that is off."""
-HELP = "show the robot in a browser, on a phone too, and serve a REST API for any language"
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """See `Command`."""
+def add_web(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)"
     )
@@ -66,8 +65,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_watchdog(parser)
 
 
-def run(args: Namespace, out: Output) -> int:
-    """See `Command`."""
+def run_web(args: Namespace, out: Output) -> int:
     hurry()
     from woosh_pure import web
     from woosh_pure.web.optional_libraries import require

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from woosh_pure.cli.drive_line import DriveLine, length_left
+from woosh_pure.cli.follow_goal import DriveLine, length_left
 from woosh_pure.geometry import Pose2D
 
 WAY = [Pose2D(0.0, 0.0), Pose2D(4.0, 0.0), Pose2D(4.0, 3.0)]

@@ -1,0 +1,168 @@
+"""`woosh record` and `woosh foxglove`."""
+
+from __future__ import annotations
+
+import time
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosproto.cli import (
+    add_server_options,
+    announced,
+    gateway_watchdog,
+    interrupt_on_signals,
+    server_options,
+    serving,
+    until_interrupted,
+)
+from rosproto.sentence import say
+from woosh_pure.cli import config
+from woosh_pure.cli.connection import chosen, connect, names, simulated
+from woosh_pure.cli.output import Output
+from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
+from woosh_pure.interface.table import driving_patterns, find
+from woosh_pure.maps.marks import MarkFile, UserMark
+
+if TYPE_CHECKING:
+    from rosproto.recording import Recorder
+
+
+def add_record(parser: ArgumentParser) -> None:
+    from rosproto.cli import add_output_options
+
+    parser.add_argument("topics", nargs="*", metavar="TOPIC", help="more topics, beside those of the chassis")
+    parser.add_argument("--camera", action="store_true", help="also images and point clouds (much data)")
+    parser.add_argument("--all", action="store_true", help="every topic of the graph")
+    parser.add_argument("-x", "--exclude", action="append", default=[], metavar="REGEX", help="not these")
+    add_output_options(parser)
+    parser.add_argument("--uncompressed", action="store_const", const="none", dest="compression")
+    parser.set_defaults(compression="lz4", output_prefix=None)
+
+
+def run_record(args: Namespace, out: Output) -> int:
+    from rosproto import Node
+    from rosproto.cli import follow_recording, interrupt_on_signals, recorder_options
+    from rosproto.recording import Recorder
+    from woosh_pure.connection.arguments import master_uri_of
+
+    if not args.output_name and not args.output_prefix:
+        args.output_prefix = "woosh"
+    options = recorder_options(args)
+    with ExitStack() as stack:
+        stack.enter_context(interrupt_on_signals())
+        address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
+        uri = master_uri_of(address)
+        node = stack.enter_context(
+            Node("woosh_record", master_uri=uri, host=host, anonymous=True, rosout=False, resolve=names(args))
+        )
+        selection = selection_of(args.topics, camera=args.camera, all=args.all, exclude=args.exclude)
+        recorder = Recorder(node, selection=selection, **options)
+        code = follow_recording(recorder, quiet=args.quiet or args.json)
+    return _tell_bags(recorder, out) or code
+
+
+def _tell_bags(recorder: Recorder, out: Output) -> int:
+    """Print the bags' contents; return 1 if one is damaged, or without pose or battery (no chassis)."""
+    from rosproto.bag import open_bag
+
+    counts: dict[str, int] = {}
+    files: list[dict[str, Any]] = []
+    damage: list[str] = []
+    for path in filter(Path.exists, recorder.paths):
+        with open_bag(path) as bag:
+            files.append({"path": str(path), "bytes": bag.size, "seconds": round(bag.duration, 3)})
+            for topic, known in bag.topics.items():
+                counts[topic] = counts.get(topic, 0) + known.message_count
+            damage += [f"{path}: {problem}" for problem in bag.damage]
+    for topic, count in sorted(counts.items()):
+        out.line(f"  {topic:40s} {count:8d}")
+    rows = [find(feed) for feed in ALWAYS]
+    silent = [row.name for row in rows if not any(name in counts for name in (row.name, *row.aliases))]
+    if silent:
+        out.line(say("nothing was heard on {names}; try `woosh doctor`", names=" and ".join(silent)))
+    for problem in damage:
+        out.line(say("damaged, messages may be missing: {problem}", problem=problem))
+    out.result(
+        {"files": files, "topics": counts, "dropped": recorder.dropped, "silent": silent, "damage": damage}
+    )
+    return 1 if silent or damage else 0
+
+
+def add_foxglove(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--layout",
+        type=Path,
+        metavar="FILE",
+        help="write a layout for the chassis there (import it in the viewer), and serve",
+    )
+    parser.add_argument("--layout-only", action="store_true", help="write the layout and end")
+    parser.add_argument("--marks", type=Path, metavar="FILE", help="the list of marks that is drawn")
+    add_server_options(parser)
+    parser.add_argument(
+        "--allow-driving",
+        action="store_true",
+        help="let viewers publish velocities and the goals that move the robot; keep the red button in reach",
+    )
+
+
+def run_foxglove(args: Namespace, out: Output) -> int:
+    from rosproto.gateway import Foxglove
+    from woosh_pure.foxglove import ChassisTopics, write_layout
+
+    if args.layout_only and args.layout is None:
+        raise ValueError("--layout-only needs --layout FILE")
+    if args.layout is not None:
+        out.line(
+            say(
+                "layout: {path} (in the viewer: Layouts, Import from file)",
+                path=write_layout(args.layout),
+            )
+        )
+    if args.layout_only:
+        out.result({"layout": str(args.layout)})
+        return 0
+    options = server_options(args, write=driving_patterns() if args.allow_driving else ())
+    marks = _Marks(args.marks or config.mark_file())
+    with ExitStack() as stack:
+        stack.enter_context(interrupt_on_signals())
+        watchdog = stack.enter_context(gateway_watchdog(args, options["access"]))
+        chassis = stack.enter_context(connect(args, out))
+        topics = stack.enter_context(ChassisTopics(chassis, marks, out.language))
+        server = stack.enter_context(
+            serving(
+                Foxglove, chassis.node, options, topics=topics.all, name="Woosh chassis", watchdog=watchdog
+            )
+        )
+        for line in announced(server, options):
+            out.line(line)
+        out.result({"url": server.url, "token": options["token"], "write": list(options["access"].write)})
+        try:
+            until_interrupted(chassis.node, args.seconds)
+        except KeyboardInterrupt:
+            pass  # the normal end of this command
+    return 0
+
+
+class _Marks:
+    """The list of marks; reread when its file changes."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._read: tuple[float, tuple[UserMark, ...]] = (-1.0, ())
+        self._looked = 0.0
+
+    def __call__(self) -> Sequence[UserMark]:
+
+        now = time.monotonic()
+        if now - self._looked >= 1.0:
+            self._looked = now
+            try:
+                changed = self._path.stat().st_mtime
+            except OSError:
+                changed = -1.0
+            if changed != self._read[0]:
+                self._read = changed, tuple(MarkFile(self._path))
+        return self._read[1]

@@ -1,0 +1,244 @@
+"""`woosh map`, and `woosh marks`: the user's own list of marks."""
+
+from __future__ import annotations
+
+from argparse import SUPPRESS, ArgumentParser, Namespace
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError, RosTimeout
+from rosproto.files import write_file
+from rosproto.sentence import say
+from rosproto.text import padded, width
+from woosh_pure.cli import config
+from woosh_pure.cli.arguments import POSE, add_wait, marks_here, number, pose, seconds, wait_for
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
+from woosh_pure.errors import ChassisError
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.marks import MarkFile, UserMark
+from woosh_pure.reasons import ReasonKey
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+
+
+def add_map(parser: ArgumentParser) -> None:
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs.add_parser("show", help="size and resolution of the current map")
+    save = verbs.add_parser("save", help="write OUT.yaml and OUT.pgm for map_server, and OUT.png to look at")
+    save.add_argument("out", type=Path, metavar="OUT", help="name of the files, without an ending")
+    save.add_argument("--no-png", action="store_true", help="leave the picture out")
+    save.add_argument("--listen", type=seconds, default=2.0, metavar="S", help="for pose, scan and path (2)")
+    change = verbs.add_parser("set", help="replace the map of the chassis")
+    change.add_argument("file", type=Path, metavar="YAML", help="map_server's YAML, with the image beside it")
+    change.add_argument(
+        "--pose",
+        nargs=3,
+        type=number,
+        metavar=POSE,
+        help="where the robot is in it: m, m and degrees (0 0 0)",
+    )
+
+
+def run_map(args: Namespace, out: Output) -> int:
+    return {"show": _show_map, "save": _save_map, "set": _set_map}[args.verb](args, out)
+
+
+def _map_facts(grid: GridMap) -> dict[str, Any]:
+    return {
+        "width": grid.width,
+        "height": grid.height,
+        "resolution": round(grid.resolution, 6),
+        "origin": grid.origin,
+        "occupied": int((grid.cells > 50).sum()),
+        "unknown": int((grid.cells < 0).sum()),
+    }
+
+
+def _say_size(grid: GridMap, out: Output) -> None:
+    cells = "{width} x {height} cells of {metres:.3f} m, {across:.1f} m x {along:.1f} m, from {origin}"
+    out.line(
+        say(
+            cells,
+            width=grid.width,
+            height=grid.height,
+            metres=grid.resolution,
+            across=grid.width * grid.resolution,
+            along=grid.height * grid.resolution,
+            origin=grid.origin,
+        )
+    )
+
+
+def _get_map(chassis: Chassis, out: Output) -> GridMap:
+    with out.working("fetching the map"):
+        return chassis.get_map()
+
+
+def _show_map(args: Namespace, out: Output) -> int:
+    with connect(args, out) as chassis:
+        grid = _get_map(chassis, out)
+    _say_size(grid, out)
+    out.result(_map_facts(grid))
+    return 0
+
+
+def _save_map(args: Namespace, out: Output) -> int:
+    target = args.out.with_suffix("") if args.out.suffix in (".yaml", ".pgm", ".png") else args.out
+    if not target.parent.is_dir():
+        raise ValueError(say("{parent} is no directory; make it first", parent=target.parent))
+    with connect(args, out) as chassis:
+        for name in ("pose", "scan", "velocity", "plan", "tf_static"):
+            chassis.feed(name).open()  # received while the map is fetched
+        grid = _get_map(chassis, out)
+        files = [*grid.save(target.parent / f"{target.name}.yaml")]
+        if not args.no_png:
+            files.append(target.parent / f"{target.name}.png")
+            write_file(files[-1], _draw_map(chassis, grid, args.listen, out))
+    _say_size(grid, out)
+    for file in files:
+        out.line(say("wrote {path}", path=file))
+    out.result({**_map_facts(grid), "files": [str(file) for file in files]})
+    return 0
+
+
+def _draw_map(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
+    from woosh_pure.cli.picture import chart_png
+    from woosh_pure.readings import scan_in_map
+
+    pose = scan = None
+    path: Sequence[Pose2D] = ()
+    try:
+        with out.working("waiting for pose and scan"):
+            pose = chassis.pose.wait(listen, new=False)
+            scan = scan_in_map(chassis, chassis.scan.wait(listen, new=False), pose)
+            path = _path(chassis, listen, out)
+    except RosTimeout as error:
+        out.line(say("not in the picture: {error}", error=error))
+    return chart_png(grid, out, pose=pose, scan=scan, path=path)
+
+
+def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
+    """Return the path of a moving robot, published now and then or once when planned; empty at rest."""
+    from woosh_pure.readings import known_path
+
+    if not chassis.measured_velocity.wait(listen, new=False).is_standing():
+        try:
+            chassis.feed("plan").wait(listen, new=False)
+        except RosTimeout as error:
+            out.line(say("the path is not in the picture, although the robot moves: {error}", error=error))
+            return ()
+    return known_path(chassis)
+
+
+def _set_map(args: Namespace, out: Output) -> int:
+
+    grid = GridMap.load(args.file)
+    with connect(args, out) as chassis, out.working("sending the map"):
+        chassis.set_map(grid, pose(args.pose) if args.pose else None)
+    _say_size(grid, out)
+    out.line("the chassis took it")
+    out.result(_map_facts(grid))
+    return 0
+
+
+def add_marks(parser: ArgumentParser) -> None:
+    parser.add_argument("--file", type=Path, help="the list (default: beside the saved chassis)")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs.add_parser("list", help="show the list")
+    add = verbs.add_parser("add", help="add or replace a mark")
+    add.add_argument("name", help="of a place, or of a mark on the chassis's map (--on-chassis)")
+    place = add.add_mutually_exclusive_group()
+    place.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees in the map")
+    place.add_argument("--here", action="store_true", help="where the robot is now (the default)")
+    place.add_argument(
+        "--no-pose", action="store_true", help="the name alone, of a mark on the chassis's map; asks no robot"
+    )
+    owner = add.add_mutually_exclusive_group()
+    owner.add_argument(
+        "--on-chassis",
+        action="store_true",
+        help="the chassis's map has this mark: `goto` asks for it by name (else `goto` drives to the pose)",
+    )
+    owner.add_argument("--place", action="store_true", help=SUPPRESS)  # the default; for older scripts
+    add.add_argument("--note", default="", help="anything")
+    add_wait(add)
+    remove = verbs.add_parser("remove", help="take a mark off the list")
+    remove.add_argument("mark", help="its name")
+
+
+def run_marks(args: Namespace, out: Output) -> int:
+    if args.sim and args.file is None:
+        return _simulated_marks(args, out)
+    marks = MarkFile(args.file or config.mark_file())
+    if args.verb == "add":
+        before = {mark.name: mark for mark in marks}.get(args.name)
+        on_chassis = args.on_chassis or (args.no_pose and not args.place)
+        where = pose(args.pose) if args.pose else None if args.no_pose else _here(args, out)
+        mark = marks.put(args.name, where, args.note, on_chassis=on_chassis)
+        marks.save()
+        out.line(
+            say(
+                "{name}: {pose} (in {path})",
+                name=mark.name,
+                pose=mark.pose or say("no pose"),
+                path=marks.path,
+            )
+        )
+        if before is not None and before.pose not in (None, where):
+            out.line(say("before it was {pose}", pose=before.pose))
+        if before is not None and before.on_chassis and not on_chassis:
+            out.line(
+                say(
+                    "`woosh goto {name}` drives to this pose now; for the chassis's mark give --on-chassis",
+                    name=mark.name,
+                )
+            )
+    elif args.verb == "remove":
+        marks.remove(args.mark)
+        marks.save()
+        out.line(say("removed {name}", name=args.mark))
+    else:
+        _print_marks(marks, out)
+        if not len(marks):
+            out.line(say("no marks in {path}; add one with `woosh marks add NAME`", path=marks.path))
+    out.result(sorted(marks, key=lambda m: m.name))
+    return 0
+
+
+def _simulated_marks(args: Namespace, out: Output) -> int:
+    """With --sim: list the marks of the simulated hall; refuse changes."""
+    if args.verb != "list":
+        raise ValueError(
+            "--sim ends with this command, and your list is for real robots; give another one: --file FILE"
+        )
+    marks = [UserMark(name, where) for name, where in sorted(marks_here(args).items())]
+    _print_marks(marks, out)
+    out.result(marks)
+    return 0
+
+
+def _print_marks(marks: Iterable[UserMark], out: Output) -> None:
+    listed = list(marks)
+    column = max((width(mark.name) for mark in listed), default=0)
+    for mark in listed:
+        name = padded(mark.name, max(12, column))
+        out.line(f"{name} {mark.pose or 'no pose'}  {mark.note}".rstrip())
+
+
+def _here(args: Namespace, out: Output) -> Pose2D:
+    """Return the robot's pose, if it is localized."""
+    try:
+        with connect(args, out) as chassis:
+            chassis.readiness()  # subscribes
+            where = wait_for(chassis.pose, args, out)
+            lost = [r for r in chassis.readiness().reasons if r.key is ReasonKey.NOT_LOCALISED]
+    except (RosError, ValueError):
+        out.line("`--pose X Y DEGREES` or `--no-pose` keeps a mark without asking the robot")
+        raise
+    if lost:
+        raise ChassisError(lost[0].text)
+    return where

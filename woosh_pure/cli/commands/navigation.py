@@ -1,0 +1,236 @@
+"""Commands for the navigation: localisation, paths, costmaps, outline, behaviour."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from argparse import ArgumentParser, Namespace
+
+from rosproto.cli import counted, to_float
+from rosproto.sentence import say
+from woosh_pure.cli.arguments import (
+    POSE,
+    add_pose,
+    add_wait,
+    corners,
+    mark_missing,
+    marks_here,
+    natural,
+    number,
+    png_file,
+    pose,
+    positive,
+    seconds,
+    wait_for,
+    word_of,
+    write,
+)
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
+from woosh_pure.enums import NavDirection, NavigationMode
+from woosh_pure.geometry import Footprint, Pose2D
+
+
+def add_localization(parser: ArgumentParser) -> None:
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    show = verbs.add_parser("show", help="where it believes to be, and how sure it is")
+    add_wait(show)
+    verbs.add_parser("start", help="start the localisation module")
+    verbs.add_parser("stop", help="stop it")
+    tell = verbs.add_parser("pose", help="tell it where the robot stands, after power-up for example")
+    add_pose(tell)
+    tell.add_argument("--deviation", type=number, default=0.25, metavar="M", help="1 sigma (0.25)")
+    tell.add_argument("--yaw-deviation", type=number, default=15.0, metavar="DEGREES", help="1 sigma (15)")
+
+
+def run_localization(args: Namespace, out: Output) -> int:
+    with connect(args, out) as chassis:
+        if args.verb == "show":
+            estimate = wait_for(chassis.localization, args, out)
+            sigma = [math.sqrt(max(0.0, estimate.covariance[i, i])) for i in (0, 1, 5)]
+            out.line(str(estimate.pose))
+            deviation = "1 sigma: {x:.3f} m, {y:.3f} m, {yaw:.1f}°"
+            out.line(say(deviation, x=sigma[0], y=sigma[1], yaw=math.degrees(sigma[2])))
+            out.result({"pose": estimate.pose, "deviation": sigma})
+        elif args.verb == "pose":
+            if not (args.deviation > 0.0 and args.yaw_deviation > 0.0):
+                raise ValueError("a deviation says how sure you are: more than 0")
+            where = pose((args.x, args.y, args.degrees))
+            with out.working("telling the localisation"):
+                chassis.set_pose(
+                    where,
+                    position_deviation=args.deviation,
+                    yaw_deviation=math.radians(args.yaw_deviation),
+                )
+            out.line(say("told: {where}", where=where))
+            out.result({"told": where})
+        else:
+            with out.working("asking the localisation"):
+                chassis.start_localization(args.verb == "start")
+            out.line(say("localisation: {verb}", verb=args.verb))
+            out.result({"done": args.verb})
+    return 0
+
+
+def add_plan(parser: ArgumentParser) -> None:
+    parser.add_argument("mark", metavar="X|MARK", help="m, in the map; or a mark whose pose is known here")
+    parser.add_argument("y", nargs="?", type=number, metavar="Y", help="m, in the map")
+    parser.add_argument(
+        "degrees", nargs="?", type=number, metavar="DEGREES", help="heading, counter-clockwise from x"
+    )
+    parser.add_argument(
+        "--start", nargs=3, type=number, metavar=POSE, help="from here (default: where the robot is)"
+    )
+    parser.add_argument(
+        "--tolerance", type=number, default=0.0, metavar="M", help="how far the end may be moved (0)"
+    )
+    parser.add_argument("-o", "--png", type=png_file, metavar="FILE", help="draw it into the map")
+
+
+def run_plan(args: Namespace, out: Output) -> int:
+    file, target = None, _plan_target(args)
+    with connect(args, out) as chassis:
+        start = pose(args.start) if args.start else None
+        with out.working("planning"):
+            path = chassis.plan(target, start, tolerance=args.tolerance)
+        if args.png:
+            from woosh_pure.cli.picture import chart_png
+
+            with out.working("fetching the map"):
+                grid = chassis.get_map()
+            picture = chart_png(grid, out, pose=start or chassis.pose.latest, path=path)
+            file = write(args.png, picture, out)
+    length = sum(a.distance_to(b) for a, b in itertools.pairwise(path))
+    out.line(
+        say("{points}, {metres:.2f} m", points=counted(len(path), "point"), metres=length)
+        if path
+        else "there is no way"
+    )
+    for point in path if len(path) <= 20 else (*path[:10], *path[-10:]):
+        out.line(" ", str(point))
+    out.result({"ok": bool(path), "length": length, "path": path, "file": file})
+    return 0 if path else 1
+
+
+def _plan_target(args: Namespace) -> Pose2D:
+    """Return the pose of three numbers or of a locally known mark: the chassis reports no poses of marks."""
+    if args.degrees is not None:
+        return pose((to_float(args.mark), args.y, args.degrees)).require_finite()
+    target = marks_here(args).get(args.mark) if args.y is None else None
+    if target is None:
+        wrong = say("{place}: give X Y DEGREES, or a mark whose pose is known here", place=args.mark)
+        raise ValueError(mark_missing(args, wrong))
+    return target
+
+
+_COSTMAP_SAID = {
+    "on": "obstacles enter the costmaps",
+    "off": "obstacles are NO LONGER noticed",
+    "clear": "the obstacles seen so far are forgotten",
+}
+
+
+def add_costmap(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "setting", choices=("on", "off", "clear"), help="off: obstacles are no longer noticed"
+    )
+
+
+def run_costmap(args: Namespace, out: Output) -> int:
+    with connect(args, out) as chassis, out.working("asking the navigation"):
+        if args.setting == "clear":
+            chassis.clear_costmaps()
+        else:
+            chassis.enable_costmaps(args.setting == "on")
+    out.line(_COSTMAP_SAID[args.setting])
+    out.result({"done": args.setting})
+    return 0
+
+
+def add_footprint(parser: ArgumentParser) -> None:
+    shape = parser.add_mutually_exclusive_group(required=True)
+    shape.add_argument("--rectangle", nargs=2, type=number, metavar=("LENGTH", "WIDTH"), help="m")
+    shape.add_argument("--circle", type=number, metavar="RADIUS", help="m")
+    shape.add_argument(
+        "--points",
+        metavar="CORNERS",
+        help='corners in order, m, in base_link, as one argument: "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3"',
+    )
+    parser.add_argument("--padding", type=number, default=0.0, metavar="M", help="added outwards (0)")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--local", action="store_true", help="only for avoiding obstacles nearby")
+    which.add_argument("--global", dest="global_", action="store_true", help="only for planning")
+
+
+def run_footprint(args: Namespace, out: Output) -> int:
+    shape = _footprint_shape(args)
+    with connect(args, out) as chassis, out.working("looking for the navigation"):
+        outline = chassis.set_footprint(
+            shape, padding=args.padding, local=not args.global_, global_=not args.local
+        )
+    out.line(
+        say(
+            "outline of {count} corners: inner radius {inscribed_radius:.3f} m, outer "
+            "{circumscribed_radius:.3f} m",
+            count=len(outline.points),
+            inscribed_radius=outline.inscribed_radius,
+            circumscribed_radius=outline.circumscribed_radius,
+        )
+    )
+    out.result({"points": outline.points, "local": not args.global_, "global": not args.local})
+    return 0
+
+
+def _footprint_shape(args: Namespace) -> Footprint:
+
+    if args.rectangle:
+        return Footprint.rectangle(*args.rectangle)
+    if args.circle is not None:
+        return Footprint.circle(args.circle)
+    return Footprint.from_points(corners(args.points))
+
+
+MODES = ("fuzzy-avoidance", "precise-avoidance", "stop-and-wait", "wait-then-avoid")
+DIRECTIONS = ("chassis-decides", "forward", "backward", "along-path")
+
+
+def add_mode(parser: ArgumentParser) -> None:
+    parser.add_argument("mode", choices=MODES, help="what to do about an obstacle")
+    parser.add_argument(
+        "--waiting-timeout",
+        type=seconds,
+        metavar="S",
+        help="how long wait-then-avoid waits (needed there; 0 may mean not at all)",
+    )
+    parser.add_argument(
+        "--max-speed", type=seconds, default=0.0, metavar="M/S", help="0 keeps the configured one"
+    )
+    parser.add_argument("--passage", type=natural, default=0, metavar="ID", help="passage this is about (0)")
+    parser.add_argument("--permitted", action="store_true", help="a changed path may be followed")
+    parser.add_argument(
+        "--capacity", type=natural, default=0, metavar="N", help="vehicles in the passage (0)"
+    )
+    parser.add_argument(
+        "--direction", choices=DIRECTIONS, default=DIRECTIONS[0], help=f"which way round ({DIRECTIONS[0]})"
+    )
+    parser.add_argument("--timeout", type=positive, default=10.0, metavar="S", help="to confirm it (10)")
+
+
+def run_mode(args: Namespace, out: Output) -> int:
+    mode = NavigationMode[word_of(args.mode)]
+    if mode is NavigationMode.WAIT_THEN_AVOID and args.waiting_timeout is None:
+        raise ValueError(say("{mode} needs --waiting-timeout, in seconds", mode=args.mode))
+    with connect(args, out) as chassis, out.working("asking the navigation"):
+        chassis.set_navigation_mode(
+            mode,
+            waiting_timeout=args.waiting_timeout,
+            max_speed=args.max_speed,
+            passage_id=args.passage,
+            permitted_passage=args.permitted,
+            capacity=args.capacity,
+            direction=NavDirection[word_of(args.direction)],
+            timeout=args.timeout,
+        )
+    out.line(say("navigation mode: {mode}", mode=args.mode))
+    out.result({"mode": args.mode})
+    return 0
