@@ -67,7 +67,7 @@ def check_drive() -> str:
 
 
 def _turn_until_measured(chassis: Chassis, drive: Drive) -> None:
-    """Send a velocity again and again, as a program does: one value may lapse before a busy machine measures it."""
+    """Send a velocity again and again, as programs do: one may lapse before a busy machine measures it."""
     end = time.monotonic() + _PATIENCE
     while time.monotonic() < end:
         drive.set(0.0, 0.3, valid_for=0.3)

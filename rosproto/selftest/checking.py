@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rosproto.sentence import say
 
 LIMIT = 60.0
-"""Seconds that a check may take: on a quiet machine the longest takes two, on a busy one twenty times as long."""
+"""Seconds that a check may take: the longest takes two on a quiet machine, forty on a busy one."""
 
 
 class CheckFailed(Exception):
