@@ -22,7 +22,6 @@ from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
@@ -203,9 +202,7 @@ class DriveRunner:
             )
         except RosError as error:
             if limited or self._limited:
-                raise _NotSent(
-                    say("speed and direction were not set, so it was not begun: {error}", error=error)
-                ) from error
+                raise _NotSent(f"speed and direction were not set, so it was not begun: {error}") from error
             self._without_modes = True
             _log.warning(
                 "! the chassis takes no speed and direction (%s); it drives as it is configured", error

@@ -9,11 +9,11 @@ from typing import Any
 
 from rosproto.errors import RosError
 from woosh_pure.chassis import Chassis
+from woosh_pure.fleet.action_handlers.custom_actions import Triggers
 from woosh_pure.fleet.action_handlers.log_report import Journal
-from woosh_pure.fleet.action_handlers.map_store import MapStore
+from woosh_pure.fleet.action_handlers.maps import MapStore
 from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import Handler
-from woosh_pure.fleet.action_handlers.triggers import Triggers
 from woosh_pure.fleet.chassis_facts import ChassisFacts, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.order.vehicle_limits import Capabilities

@@ -1,4 +1,7 @@
-"""Actions and triggers that the user configures: a Python function, or a program of this computer."""
+"""Actions and triggers that the user configures: a Python function, or a program of this computer.
+
+waitForTrigger is an action that ends when `Vehicle.trigger` or a configured handler fires its trigger.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,12 @@ import shlex
 import subprocess
 import sys
 import threading
+from collections.abc import Mapping
 
 from rosproto.sentence import say
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
+from woosh_pure.fleet.order.action_states import Parameter, Scope, SupportedAction
 
 _LONGEST_RESULT = 1000
 _ENDS_SECONDS = 3.0  # for a program to end after SIGTERM
@@ -81,14 +86,7 @@ def _program(command: str) -> Handler:
             output, _ = process.communicate(given)
         output = output.strip()[-_LONGEST_RESULT:]
         if process.returncode:
-            raise ChassisError(
-                say(
-                    "{name} ended with {returncode}: {output}",
-                    name=name,
-                    returncode=process.returncode,
-                    output=output,
-                )
-            )
+            raise ChassisError(f"{name} ended with {process.returncode}: {output}")
         return output
 
     return run
@@ -109,3 +107,54 @@ def _watch(process: subprocess.Popen[str], task: Task) -> None:
             except subprocess.TimeoutExpired:
                 process.kill()
             return
+
+
+# -- waitForTrigger ------------------------------------------------------------------------------------------
+
+
+class Triggers:
+    """The waitForTrigger actions that wait for `Vehicle.trigger`."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._waiting: list[tuple[str, threading.Event]] = []
+
+    def fire(self, name: str) -> int:
+        """End all waits for a trigger; return their number."""
+        with self._changed:
+            gone = [event for waits_for, event in self._waiting if waits_for == name]
+        for event in gone:
+            event.set()
+        return len(gone)
+
+    def wait(self, name: str, task: Task) -> None:
+        """Wait until a trigger is fired, or the action is cancelled."""
+        entry = (name, threading.Event())
+        with self._changed:
+            self._waiting.append(entry)
+        try:
+            while not entry[1].wait(0.05):
+                if task.cancelled.is_set():
+                    raise ChassisError("it was cancelled")
+        finally:
+            with self._changed:
+                self._waiting.remove(entry)
+
+
+def wait_for_trigger(given: Mapping[str, str], triggers: Triggers) -> tuple[SupportedAction, Handler]:
+    """The waitForTrigger action for trigger types and their configured handlers; "" waits for
+    `Vehicle.trigger`."""
+    loaded = {name: handler_of(name, target) if target else None for name, target in given.items()}
+    kinds = Parameter("triggerType", choices=tuple(loaded))
+    text = f"waits for one of: {', '.join(loaded)}"
+    supported = SupportedAction("waitForTrigger", (Scope.NODE,), (kinds,), description=text)
+
+    def wait(task: Task) -> str | None:
+        name = str(task.parameters["triggerType"])
+        handler = loaded[name]
+        if handler is not None:
+            return handler(task)
+        triggers.wait(name, task)
+        return None
+
+    return supported, wait

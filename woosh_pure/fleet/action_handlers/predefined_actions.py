@@ -10,11 +10,9 @@ from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.action_handlers.custom_actions import handler_of
-from woosh_pure.fleet.action_handlers.map_archive import fetch, unpack
-from woosh_pure.fleet.action_handlers.map_store import MapStore
+from woosh_pure.fleet.action_handlers.custom_actions import Triggers, handler_of, wait_for_trigger
+from woosh_pure.fleet.action_handlers.maps import MapStore, fetch, unpack
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
-from woosh_pure.fleet.action_handlers.triggers import Triggers, wait_for_trigger
 from woosh_pure.fleet.chassis_facts import Load, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.order.action_states import BUILT_IN, Parameter, Scope, SupportedAction
@@ -114,20 +112,14 @@ def _init_position(task: Task, maps: MapStore | None, own: MapEntry) -> str:
     given = task.parameters
     pose = Pose2D(float(given["x"]), float(given["y"]), float(given["theta"]))
     if abs(pose.yaw) > math.pi + 1e-6:
-        raise ChassisError(say("theta {theta:g}: expected an angle of -pi to pi, in rad", theta=pose.yaw))
+        raise ChassisError(f"theta {pose.yaw:g}: expected an angle of -pi to pi, in rad")
     wanted = str(given["mapId"])
     if maps is None and wanted != own.map_id:
-        raise ChassisError(
-            say("the vehicle has no map {wanted}, only {map_id}", wanted=wanted, map_id=own.map_id)
-        )
+        raise ChassisError(f"the vehicle has no map {wanted}, only {own.map_id}")
     if maps is not None and wanted != maps.active:
         entry = maps.enabled(wanted)
         if entry is None:
-            raise ChassisError(
-                say(
-                    "no version of map {wanted} is ENABLED on the vehicle; use enableMap first", wanted=wanted
-                )
-            )
+            raise ChassisError(f"no version of map {wanted} is ENABLED on the vehicle; use enableMap first")
         maps.use(task.chassis, wanted, entry.version, pose)
     else:
         task.chassis.set_pose(pose)
@@ -141,15 +133,10 @@ def _init_position(task: Task, maps: MapStore | None, own: MapEntry) -> str:
         known = task.chassis.pose.known
         if known is None:
             raise
+        away, turned = pose.distance_to(known.value), math.degrees(abs(pose.angle_to(known.value)))
         raise ChassisError(
-            say(
-                "the robot takes itself to be at {heard}: {away:.2f} m and {turned:.0f}° away from the pose "
-                "that it was given, {pose}; look where it stands and which way it faces",
-                heard=known.value,
-                away=pose.distance_to(known.value),
-                turned=math.degrees(abs(pose.angle_to(known.value))),
-                pose=pose,
-            )
+            f"the robot takes itself to be at {known.value}: {away:.2f} m and {turned:.0f}° away from the "
+            f"pose that it was given, {pose}; look where it stands and which way it faces"
         ) from error
     return f"the robot takes itself to be at {pose}"
 
@@ -237,14 +224,7 @@ def map_actions(maps: MapStore) -> dict[str, tuple[SupportedAction, Handler]]:
     def download(task: Task) -> str:
         given = {key: str(value) for key, value in task.parameters.items()}
         name, version = given["mapId"], given["mapVersion"]
-        if maps.find(name, version) is not None:
-            raise ChassisError(
-                say(
-                    "map {name} {version} is on the vehicle already; delete it first",
-                    name=name,
-                    version=version,
-                )
-            )
+        maps.require_room(name, version)
         data = fetch(given["mapDownloadLink"], task.cancelled.is_set, given.get("mapHash", ""))
         grid = unpack(data)
         maps.add(name, version, grid)
@@ -252,14 +232,7 @@ def map_actions(maps: MapStore) -> dict[str, tuple[SupportedAction, Handler]]:
 
     def enable(task: Task) -> str:
         name, version = str(task.parameters["mapId"]), str(task.parameters["mapVersion"])
-        if maps.find(name, version) is None:
-            raise ChassisError(
-                say(
-                    "map {name} {version} is not on the vehicle; download it first",
-                    name=name,
-                    version=version,
-                )
-            )
+        maps.require_stored(name, version)
         if name == maps.active:
             maps.use(task.chassis, name, version, task.chassis.pose.wait(_POSE_SECONDS, new=False))
         maps.enable(name, version)

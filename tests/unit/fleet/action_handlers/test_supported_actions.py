@@ -15,10 +15,10 @@ from typing import Any, cast
 import pytest
 
 from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.action_handlers.custom_actions import Triggers
 from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import Task
-from woosh_pure.fleet.action_handlers.triggers import Triggers
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.action_states import Scope, objection

@@ -18,9 +18,8 @@ from rosproto.errors import RosTimeout
 from tests.support.fleet_maps import packed as packed_map
 from tests.support.fleet_maps import serving
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.action_handlers import map_archive
-from woosh_pure.fleet.action_handlers.map_archive import fetch, unpack
-from woosh_pure.fleet.action_handlers.map_store import MapStore
+from woosh_pure.fleet.action_handlers import maps
+from woosh_pure.fleet.action_handlers.maps import MapStore, fetch, unpack
 from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
 from woosh_pure.fleet.chassis_facts import MapEntry
@@ -239,7 +238,7 @@ def test_a_download_is_bounded_and_can_be_cancelled(served: str, monkeypatch: py
         fetch(f"{served}/other.zip", lambda: False)
     with pytest.raises(ChassisError, match="could not be fetched"):
         fetch("http://127.0.0.1:1/x", lambda: False)
-    monkeypatch.setattr(map_archive, "MOST_DOWNLOAD", 10)
+    monkeypatch.setattr(maps, "MOST_DOWNLOAD", 10)
     with pytest.raises(ChassisError, match="more than 10 bytes"):
         fetch(f"{served}/good.zip", lambda: False)
 
@@ -262,7 +261,7 @@ def test_what_is_no_map_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         file.writestr("a.yaml", f"image: {tmp_path}/good/hall.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n")
     with pytest.raises(ChassisError, match=r"hall\.pgm"):
         unpack(lone.getvalue())
-    monkeypatch.setattr(map_archive, "MOST_UNPACKED", 100)
+    monkeypatch.setattr(maps, "MOST_UNPACKED", 100)
     with pytest.raises(ChassisError, match="larger than 100"):
         unpack(packed(tmp_path / "good"))
 

@@ -1,29 +1,41 @@
-"""`MapStore`: the maps of a vehicle (6.7), stored as files: add, enable, use and delete them.
+"""The maps of a vehicle (6.7): `MapStore` keeps them as files; `fetch` and `unpack` get the fleet manager's.
 
 A chassis has one map at a time. Its own map, present at the start, has the name of the configuration; others
 are only stored. `enableMap` for another version of the map in use replaces that map (`set_map`, with the
 robot's current pose). `enableMap` for another map only marks it ENABLED; `initPosition` with its id, as an
 instant action or at a node, then switches the robot to it.
+
+A map archive is a ZIP of a map_server YAML and its picture. Sizes are limited, and files are unpacked to a
+temporary folder without their paths.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from rosproto.files import replace_file
 from rosproto.logs import get_logger
-from rosproto.sentence import say
+from rosproto.text import printable
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.chassis_facts import MapEntry
 from woosh_pure.maps.gridmap import GridMap
 
-_log = get_logger("woosh_pure.fleet.action_handlers.map_store")
+_log = get_logger("woosh_pure.fleet.action_handlers.maps")
 MOST_MAPS = 50
+MOST_DOWNLOAD = 64_000_000
+"""Largest download, bytes."""
+MOST_UNPACKED = 256_000_000
+"""Largest size of the unpacked files, bytes."""
+_SILENCE = 20.0  # s without a byte after which a download has failed
+_HASHES = {32: "md5", 40: "sha1", 64: "sha256", 128: "sha512"}  # by their hexadecimal digits
 
 
 class MapStore:
@@ -50,8 +62,7 @@ class MapStore:
         with self._lock:
             return tuple(self._entries)
 
-    def find(self, map_id: str, version: str) -> MapEntry | None:
-        """The entry of a map; None if it is not stored."""
+    def _find(self, map_id: str, version: str) -> MapEntry | None:
         return next((each for each in self.entries if (each.map_id, each.version) == (map_id, version)), None)
 
     def enabled(self, map_id: str) -> MapEntry | None:
@@ -63,40 +74,30 @@ class MapStore:
         """Ids of the map in use and of all maps with an enabled version."""
         return tuple(dict.fromkeys([self.active, *(each.map_id for each in self.entries if each.enabled)]))
 
-    def add(self, map_id: str, version: str, grid: GridMap) -> None:
-        """Store a map, DISABLED.
+    def require_room(self, map_id: str, version: str) -> None:
+        """Raise `ChassisError` if a map is stored already, or there are too many."""
+        if self._find(map_id, version) is not None:
+            raise ChassisError(f"map {map_id} {version} is on the vehicle already; delete it first")
+        if len(self.entries) >= MOST_MAPS:
+            raise ChassisError(f"there are {MOST_MAPS} maps on the vehicle; delete one first")
 
-        Raises:
-            ChassisError: The map is stored already, or there are too many.
-        """
+    def require_stored(self, map_id: str, version: str) -> None:
+        """Raise `ChassisError` if a map is not stored."""
+        if self._find(map_id, version) is None:
+            raise _not_stored(map_id, version)
+
+    def add(self, map_id: str, version: str, grid: GridMap) -> None:
+        """Store a map, DISABLED; raises as `require_room`."""
         with self._lock:
-            if self.find(map_id, version) is not None:
-                raise ChassisError(
-                    say(
-                        "map {map_id} {version} is on the vehicle already; delete it first",
-                        map_id=map_id,
-                        version=version,
-                    )
-                )
-            if len(self._entries) >= MOST_MAPS:
-                raise ChassisError(
-                    say("there are {most_maps} maps on the vehicle; delete one first", most_maps=MOST_MAPS)
-                )
+            self.require_room(map_id, version)
             self._write(map_id, version, grid)
             self._entries.append(MapEntry(map_id, version, enabled=False))
             self._save()
 
     def enable(self, map_id: str, version: str) -> None:
-        """Enable one version of a map, and disable its other versions."""
+        """Enable one version of a map, and disable its other versions; raises as `require_stored`."""
         with self._lock:
-            if self.find(map_id, version) is None:
-                raise ChassisError(
-                    say(
-                        "map {map_id} {version} is not on the vehicle; download it first",
-                        map_id=map_id,
-                        version=version,
-                    )
-                )
+            self.require_stored(map_id, version)
             self._entries = [
                 each if each.map_id != map_id else replace(each, enabled=each.version == version)
                 for each in self._entries
@@ -110,27 +111,13 @@ class MapStore:
             ChassisError: The map is not stored, is enabled, or is the chassis's own.
         """
         with self._lock:
-            found = self.find(map_id, version)
+            found = self._find(map_id, version)
             if found is None:
-                raise ChassisError(
-                    say("map {map_id} {version} is not on the vehicle", map_id=map_id, version=version)
-                )
+                raise ChassisError(f"map {map_id} {version} is not on the vehicle")
             if found.enabled:
-                raise ChassisError(
-                    say(
-                        "map {map_id} {version} is ENABLED; enable another version of it first",
-                        map_id=map_id,
-                        version=version,
-                    )
-                )
+                raise ChassisError(f"map {map_id} {version} is ENABLED; enable another version of it first")
             if (map_id, version) == (self.own.map_id, self.own.version):
-                raise ChassisError(
-                    say(
-                        "map {map_id} {version} is the chassis's own, and stays",
-                        map_id=map_id,
-                        version=version,
-                    )
-                )
+                raise ChassisError(f"map {map_id} {version} is the chassis's own, and stays")
             self._entries.remove(found)
             self._save()
             for path in self._place(map_id, version):
@@ -149,14 +136,8 @@ class MapStore:
             if not self._place(self.active, self.version)[0].exists():
                 self._write(self.active, self.version, chassis.get_map())
             sheet = self._place(map_id, version)[0]
-            if self.find(map_id, version) is None or not sheet.exists():
-                raise ChassisError(
-                    say(
-                        "map {map_id} {version} is not on the vehicle; download it first",
-                        map_id=map_id,
-                        version=version,
-                    )
-                )
+            if not sheet.exists():
+                raise _not_stored(map_id, version)
             chassis.set_map(GridMap.load(sheet), pose)
             self.active, self.version = map_id, version
             self._save()
@@ -195,6 +176,7 @@ class MapStore:
         replace_file(beside, self.folder / "index.json")
 
     def _load(self) -> None:
+        """Read the index. Maps without a file are forgotten, except the chassis's own."""
         path = self.folder / "index.json"
         try:
             data = json.loads(path.read_text("utf-8"))
@@ -208,19 +190,94 @@ class MapStore:
         except (OSError, ValueError, KeyError, TypeError) as error:
             _log.warning("! %s cannot be used: %s", path, error)
             return
-        there = [each for each in found if self._place(each.map_id, each.version)[0].exists()]
-        known = {(each.map_id, each.version) for each in found}
         own = (self.own.map_id, self.own.version)
-        if own not in known:
-            enabled = not any(each.map_id == own[0] and each.enabled for each in there)
-            there.insert(0, MapEntry(*own, enabled))
-        elif not any((each.map_id, each.version) == own for each in there):
-            there.insert(0, next(each for each in found if (each.map_id, each.version) == own))
-        self._entries = there
-        if any((each.map_id, each.version) == (active, version) for each in there):
+        there = {
+            (each.map_id, each.version): each
+            for each in found
+            if (each.map_id, each.version) == own or self._place(each.map_id, each.version)[0].exists()
+        }
+        if own not in there:
+            enabled = not any(each.map_id == own[0] and each.enabled for each in there.values())
+            there = {own: MapEntry(*own, enabled), **there}
+        self._entries = list(there.values())
+        if (active, version) in there:
             self.active, self.version = str(active), str(version)
+
+
+def _not_stored(map_id: str, version: str) -> ChassisError:
+    return ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
 
 
 def _alike(one: GridMap, other: GridMap) -> bool:
     """Compare as pictures: a file only keeps free, occupied and unknown cells."""
     return one.cells.shape == other.cells.shape and bool((one.to_grey() == other.to_grey()).all())
+
+
+# -- map archives --------------------------------------------------------------------------------------------
+
+
+def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
+    """Download a file.
+
+    Args:
+        link: An http:// or https:// URL; others are refused.
+        cancelled: Called between two blocks; True ends the download.
+        digest: MD5, SHA-1, SHA-256 or SHA-512 in hexadecimal digits, chosen by the length; "" checks nothing.
+
+    Raises:
+        ChassisError: The download failed, is too large, or does not match the digest.
+    """
+    from urllib.request import Request, urlopen  # imported late: not needed to start a vehicle
+
+    where = printable(link)[:200]
+    if urlsplit(link).scheme not in ("http", "https") or not urlsplit(link).hostname:
+        raise ChassisError(f"mapDownloadLink {where}: expected http:// or https://")
+    kind = _HASHES.get(len(digest), "")
+    if digest and not kind:
+        raise ChassisError(
+            f"mapHash of {len(digest)} characters: expected 32, 40, 64 or 128 hexadecimal digits"
+        )
+    found = bytearray()
+    try:
+        with urlopen(Request(link), timeout=_SILENCE) as reply:
+            while piece := reply.read(65536):
+                found += piece
+                if len(found) > MOST_DOWNLOAD:
+                    raise ChassisError(f"{where}: more than {MOST_DOWNLOAD} bytes; send a smaller map")
+                if cancelled():
+                    raise ChassisError("the download was cancelled")
+    except (OSError, ValueError) as error:
+        raise ChassisError(f"{where} could not be fetched: {error}") from error
+    if digest and hashlib.new(kind, found).hexdigest() != digest.lower():
+        raise ChassisError(f"{where}: what came is not what mapHash says ({kind})")
+    return bytes(found)
+
+
+def unpack(data: bytes) -> GridMap:
+    """Read the map from an archive.
+
+    Raises:
+        ChassisError: The data is not a map archive.
+    """
+    import tempfile
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:
+            infos = [info for info in packed.infolist() if not info.is_dir()]
+            if sum(info.file_size for info in infos) > MOST_UNPACKED:
+                raise ChassisError(f"the map is larger than {MOST_UNPACKED} bytes when unpacked")
+            names = [Path(info.filename.replace("\\", "/")).name for info in infos]
+            sheets = [name for name in names if name.lower().endswith((".yaml", ".yml"))]
+            if len(sheets) != 1 or len(set(names)) != len(names):
+                listed = ", ".join(printable(name) for name in names[:10]) or "nothing"
+                raise ChassisError(
+                    f"a map is a ZIP of one YAML of map_server and its picture; in this are {listed}"
+                )
+            for info, name in zip(infos, names, strict=True):
+                (Path(folder) / name).write_bytes(packed.read(info))
+            return GridMap.load(Path(folder) / sheets[0], beside=True)
+    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, OSError) as error:
+        raise ChassisError(f"the file is no ZIP of a map: {error}") from error
+    except (ValueError, RuntimeError) as error:
+        raise ChassisError(f"the map cannot be read: {error}") from error
