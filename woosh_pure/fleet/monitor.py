@@ -1,7 +1,11 @@
-"""`ChassisMonitor`: keeps the `ChassisFacts` up to date by the chassis's feeds."""
+"""What is measured of a chassis: `ChassisMonitor` keeps the `ChassisFacts` up to date by the chassis's feeds;
+`EdgeSpeedMonitor` tells whether a drive keeps to the maxSpeed of its edge.
+"""
 
 from __future__ import annotations
 
+import json
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -11,8 +15,9 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.enums import RobotMode
 from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
-from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.geometry import Footprint, Pose2D, Velocity
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.values import Parameters
 
@@ -40,9 +45,9 @@ class ChassisMonitor:
         chassis: The chassis.
         facts: The facts to update.
         on_motion: Called for each pose and velocity.
-        on_status: Called when mode, faults or battery may have changed.
-        on_parameters: Called when the driving parameters have changed.
         on_path: Called for each planned path.
+        flag: Called with "status" when mode, faults or battery may have changed, and with "parameters" when
+            the driving parameters have changed.
     """
 
     def __init__(
@@ -50,13 +55,11 @@ class ChassisMonitor:
         chassis: Chassis,
         facts: ChassisFacts,
         on_motion: Callable[[], object],
-        on_status: Callable[[], object],
-        on_parameters: Callable[[], object],
         on_path: Callable[[], object],
+        flag: Callable[[str], object],
     ) -> None:
         self._chassis, self._facts = chassis, facts
-        self._motion_changed, self._status_changed = on_motion, on_status
-        self._parameters_changed, self._path_changed = on_parameters, on_path
+        self._motion_changed, self._path_changed, self._flag = on_motion, on_path, flag
         self.parameters: Parameters | None = None
         self._ends: list[Callable[[], None]] = []
         self.heard = 0.0
@@ -76,8 +79,8 @@ class ChassisMonitor:
             chassis.battery.on(self._on_battery, connect=False),
             chassis.parameters.on(self._on_parameters, connect=False),
             chassis.feed("plan").on(self._on_path, connect=False),
-            chassis.status.on(self._on_status, connect=False),
-            chassis.status_code.on(self._on_status, connect=False),
+            chassis.status.on(lambda status: self._flag("status"), connect=False),
+            chassis.status_code.on(lambda code: self._flag("status"), connect=False),
         ]
 
     def close(self) -> None:
@@ -126,12 +129,12 @@ class ChassisMonitor:
         facts.percent, facts.voltage = float(battery.percent), battery.voltage
         facts.charging = battery.charging
         if before != (False, facts.charging):
-            self._status_changed()
+            self._flag("status")
 
     def _on_parameters(self, parameters: Parameters) -> None:
         if parameters != self.parameters:
             self.parameters = parameters
-            self._parameters_changed()
+            self._flag("parameters")
 
     def _on_path(self, path: Any) -> None:
         """Keep at most `MOST_CORNERS` corners; a path in another frame than the map is ignored."""
@@ -140,9 +143,6 @@ class ChassisMonitor:
         points = ((pose.pose.position.x, pose.pose.position.y) for pose in kept)
         self._facts.path = tuple(points) if frame in ("map", "") else ()
         self._path_changed()
-
-    def _on_status(self, value: Any) -> None:
-        self._status_changed()
 
     def refresh(self, owner: str = "") -> None:
         """Update mode, faults, emergency stop and localisation. Must not be called in a feed's callback.
@@ -166,3 +166,88 @@ class ChassisMonitor:
             mode = RobotMode.MANUAL
         self.mode = operating_mode(int(mode), owner=owner)
         self.blocked = readiness.sentence() if readiness.refuses else ""
+
+
+# -- the maxSpeed of an edge ---------------------------------------------------------------------------------
+
+_SLOWING_SECONDS = 2.0  # from the start of a drive, for the robot to slow down to the speed of its edge
+_EXCEEDED_SECONDS = 0.3  # before a drive counts as too fast
+_FACTOR, _MARGIN = 1.1, 0.05  # overshoot of the controller that is tolerated: of the limit, and m/s
+
+
+def speed_above_limit(drive: Drive | None, velocity: tuple[float, float, float] | None) -> float:
+    """The speed in m/s if it exceeds the maxSpeed of the edge, else 0.
+
+    Args:
+        drive: The drive under way.
+        velocity: vx, vy in m/s, wz in rad/s; None if it is not known.
+    """
+    limit = 0.0 if drive is None or drive.edge is None else float(drive.edge.options.get("maxSpeed", 0.0))
+    speed = 0.0 if velocity is None else math.hypot(velocity[0], velocity[1])
+    return speed if limit and speed > _FACTOR * limit + _MARGIN else 0.0
+
+
+class EdgeSpeedMonitor:
+    """Detects drives that stay above the maxSpeed of their edge."""
+
+    def __init__(self) -> None:
+        self._began = 0.0
+        self._above_since: float | None = None
+
+    @property
+    def above_limit(self) -> bool:
+        """Whether the last check found the speed above the limit."""
+        return self._above_since is not None
+
+    def drive_began(self, now: float) -> None:
+        """Start the time in which the robot may slow down; `now` is monotonic."""
+        self._began = now
+
+    def check(
+        self, drive: Drive | None, velocity: tuple[float, float, float] | None, now: float
+    ) -> str | None:
+        """Return what is wrong if the drive has been too fast for too long, else None."""
+        speed = speed_above_limit(drive, velocity)
+        if not speed:
+            self._above_since = None
+            return None
+        if self._above_since is None:
+            self._above_since = max(now, self._began + _SLOWING_SECONDS)
+        if now - self._above_since < _EXCEEDED_SECONDS:
+            return None
+        assert drive is not None
+        assert drive.edge is not None
+        limit = drive.edge.options["maxSpeed"]
+        return f"it drove at {speed:.2f} m/s, and edge {drive.edge.id} allows {limit:g} m/s; it is halted"
+
+
+# -- the footprint -------------------------------------------------------------------------------------------
+
+_OUTLINES = ("/move_base/global_costmap", "/move_base/local_costmap")
+
+
+def navigation_footprint(chassis: Chassis) -> tuple[tuple[float, float], ...]:
+    """The footprint in the parameters of the chassis's navigation, in m in base_link; empty if there is none.
+
+    The parameters are those of costmap_2d: `footprint`, a list of corners or its text, or `robot_radius`.
+    """
+    for space in _OUTLINES:
+        try:
+            corners = _parameter(chassis, f"{space}/footprint")
+            if isinstance(corners, str):
+                corners = json.loads(corners.replace("(", "[").replace(")", "]"))
+            if corners:
+                return Footprint.from_points(corners).points
+            radius = _parameter(chassis, f"{space}/robot_radius")
+            if radius:
+                return Footprint.circle(float(radius)).points
+        except (RosError, ValueError, TypeError):
+            continue
+    return ()
+
+
+def _parameter(chassis: Chassis, name: str) -> Any:
+    try:
+        return chassis.node.params[name]
+    except KeyError:
+        return None

@@ -1,15 +1,19 @@
 """The messages that a vehicle publishes, as JSON objects: connection, state, visualization and factsheet, and
-the header of each. Pure; `publisher.py` sends them.
+the header of each. `MessagePublisher` sends them.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rosproto.version import __version__
+from woosh_pure.fleet.action_handlers.log_report import Journal
+from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import ChassisFacts
+from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages import schema
 from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.messages.schema import timestamp
@@ -17,6 +21,7 @@ from woosh_pure.fleet.order.action_states import BUILT_IN, SupportedAction
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
+from woosh_pure.values import Parameters
 
 # -- the header of each message ------------------------------------------------------------------------------
 
@@ -36,17 +41,12 @@ class MessageHeaders:
         self._next: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def header(self, topic: str, now: float) -> dict[str, Any]:
-        """Return the next header of a topic; `now` in seconds since 1970."""
+    def header(self, topic: str) -> dict[str, Any]:
+        """Return the next header of a topic."""
         with self._lock:
             number = self._next.get(topic, 0)
             self._next[topic] = (number + 1) % _HEADER_IDS
-        return {"headerId": number, "timestamp": timestamp(now), **self._fixed}
-
-
-def connection_message(state: str, header: dict[str, Any]) -> dict[str, Any]:
-    """A connection message; `state` is ONLINE, OFFLINE or CONNECTIONBROKEN."""
-    return {**header, "connectionState": state}
+        return {"headerId": number, "timestamp": timestamp(time.time()), **self._fixed}
 
 
 # -- state and visualization: from the order and the data of the chassis -------------------------------------
@@ -98,7 +98,10 @@ def state_message(
 ) -> dict[str, Any]:
     """The state message for a version of the standard."""
     later = not version.startswith("2.0")
-    problems = [*_of_chassis(facts), *order.problems]
+    faults = [
+        Problem(ErrorType.CHASSIS, text, (), Level.FATAL if severe else Level.WARNING)
+        for text, severe in facts.faults
+    ]
     message: dict[str, Any] = {
         **header,
         "orderId": order.order_id,
@@ -113,7 +116,7 @@ def state_message(
         "actionStates": [record.to_state() for record in order.action_states],
         "batteryState": _battery(facts),
         "operatingMode": order.mode,
-        "errors": [problem.to_json(hints=later) for problem in problems],
+        "errors": [problem.to_json(hints=later) for problem in (*faults, *order.problems)],
         "information": [
             {"infoType": kind, "infoDescription": text, "infoLevel": "INFO", "infoReferences": []}
             for kind, text in facts.information
@@ -141,13 +144,6 @@ def _battery(facts: ChassisFacts) -> dict[str, Any]:
     return found
 
 
-def _of_chassis(facts: ChassisFacts) -> Collection[Problem]:
-    return [
-        Problem(ErrorType.CHASSIS, text, (), Level.FATAL if severe else Level.WARNING)
-        for text, severe in facts.faults
-    ]
-
-
 def visualization_message(facts: ChassisFacts, header: dict[str, Any]) -> dict[str, Any]:
     """Pose and velocity for displays."""
     message = dict(header)
@@ -163,38 +159,6 @@ def visualization_message(facts: ChassisFacts, header: dict[str, Any]) -> dict[s
 # ones are 0, which means "not known" in the standard.
 
 
-@dataclass(frozen=True, slots=True)
-class PhysicalParameters:
-    """The vehicle's dimensions and limits, for the factsheet.
-
-    Attributes:
-        series: `seriesName`.
-        speed_max: m/s.
-        turn_max: rad/s.
-        outline: Corners (x, y) in m in base_link; empty if not known.
-        height, load: m and kg; 0 if not known.
-        acceleration: m/s².
-        omni: Whether it can drive sideways.
-    """
-
-    series: str = "Woosh chassis"
-    speed_max: float = 0.0
-    turn_max: float = 0.0
-    outline: Sequence[tuple[float, float]] = ()
-    height: float = 0.0
-    load: float = 0.0
-    acceleration: float = 0.0
-    omni: bool = False
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Length and width in m; 0 if the outline is not known."""
-        if not self.outline:
-            return 0.0, 0.0
-        xs, ys = zip(*self.outline, strict=True)
-        return max(xs) - min(xs), max(ys) - min(ys)
-
-
 _OPTIONAL = {
     "order.nodes.nodePosition.theta": "the heading on the node",
     "order.nodes.nodePosition.allowedDeviationXY": "more than 0: the node is passed without a stop",
@@ -202,16 +166,14 @@ _OPTIONAL = {
     "order.nodes.nodeDescription": "passed on",
     "order.edges.length": "not needed",
     "order.edges.rotationAllowed": "true only: the vehicle plans its own way",
+    "order.edges.maxSpeed": "set before the edge is driven",
+    "order.edges.orientation": "tangential, 0 or pi: forwards or backwards",
+    "order.edges.orientationType": "TANGENTIAL",
 }
 
 
 def _optional_parameters(limits: Capabilities) -> list[dict[str, Any]]:
     given = dict(_OPTIONAL)
-    if limits.speed:
-        given["order.edges.maxSpeed"] = "set before the edge is driven"
-    if limits.directions:
-        given["order.edges.orientation"] = "tangential, 0 or pi: forwards or backwards"
-        given["order.edges.orientationType"] = "TANGENTIAL"
     if limits.zone_set:
         given["order.zoneSetId"] = limits.zone_set
     found = [{"parameter": key, "support": "SUPPORTED", "description": text} for key, text in given.items()]
@@ -237,42 +199,37 @@ def _agv_action(supported: SupportedAction) -> dict[str, Any]:
 
 
 def factsheet_message(
-    body: PhysicalParameters,
+    config: VehicleConfig,
     limits: Capabilities,
     header: Mapping[str, Any],
-    *,
-    version: str,
-    visualization: float = 0.0,
-    software: Sequence[tuple[str, str]] = (),
-    load_positions: Sequence[str] = (),
+    known: Parameters | None,
+    outline: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
-    """The factsheet for a version of the standard.
+    """The factsheet for the vehicle's version of the standard.
 
     Args:
-        body: The vehicle's dimensions and limits.
+        config: The vehicle.
         limits: Its capabilities.
         header: The message's header.
-        version: "2.0.0" or "2.1.0".
-        visualization: Seconds between two visualization messages; 0 if none are sent.
-        software: (name, version) pairs.
-        load_positions: Names of its load handling devices.
+        known: The chassis's driving parameters; None if they are not known yet.
+        outline: Corners (x, y) in m in base_link; empty if not known.
     """
-    later = not version.startswith("2.0")
-    length, width = body.size
+    xs, ys = zip(*outline, strict=True) if outline else ((0.0,), (0.0,))
     actions = {**limits.actions, **BUILT_IN}
     timing = {"minOrderInterval": 0.1, "minStateInterval": 0.1, "defaultStateInterval": 30.0}
-    if visualization > 0.0:
-        timing["visualizationInterval"] = visualization
+    if config.visualization > 0.0:
+        timing["visualizationInterval"] = config.visualization
     message: dict[str, Any] = {
         **header,
         "typeSpecification": {
-            "seriesName": body.series, "agvKinematic": "OMNI" if body.omni else "DIFF", "agvClass": "CARRIER",
-            "maxLoadMass": body.load, "localizationTypes": ["NATURAL"], "navigationTypes": ["AUTONOMOUS"],
+            "seriesName": config.series, "agvKinematic": "DIFF", "agvClass": "CARRIER",
+            "maxLoadMass": config.load, "localizationTypes": ["NATURAL"], "navigationTypes": ["AUTONOMOUS"],
         },
         "physicalParameters": {
-            "speedMin": 0.0, "speedMax": body.speed_max, "accelerationMax": body.acceleration,
-            "decelerationMax": body.acceleration, "heightMin": body.height, "heightMax": body.height,
-            "width": width, "length": length,
+            "speedMin": 0.0, "speedMax": 0.0 if known is None else known.max_linear,
+            "accelerationMax": config.acceleration, "decelerationMax": config.acceleration,
+            "heightMin": config.height, "heightMax": config.height,
+            "width": max(ys) - min(ys), "length": max(xs) - min(xs),
         },
         "protocolLimits": {
             "maxStringLens": {"msgLen": schema.MOST_BYTES, "idLen": schema.LONGEST_ID,
@@ -289,13 +246,64 @@ def factsheet_message(
             "agvActions": [_agv_action(each) for each in actions.values()],
         },
         "agvGeometry": {},
-        "loadSpecification": {"loadPositions": list(load_positions)} if load_positions else {},
+        "loadSpecification": {},
     }  # fmt: skip
-    if later:
-        message["physicalParameters"].update(angularSpeedMin=0.0, angularSpeedMax=body.turn_max)
-        versions = [{"key": key, "value": value} for key, value in software]
-        message["vehicleConfig"] = {"versions": versions} if versions else {}
-    if body.outline:
-        corners = [{"x": x, "y": y} for x, y in body.outline]
+    if not config.version.startswith("2.0"):
+        turn = 0.0 if known is None else known.max_angular
+        message["physicalParameters"].update(angularSpeedMin=0.0, angularSpeedMax=turn)
+        message["vehicleConfig"] = {"versions": [{"key": "woosh-pure", "value": __version__}]}
+    if outline:
+        corners = [{"x": x, "y": y} for x, y in outline]
         message["agvGeometry"]["envelopes2d"] = [{"set": "footprint", "polygonPoints": corners}]
     return message
+
+
+# -- sending -------------------------------------------------------------------------------------------------
+
+
+class MessagePublisher:
+    """Sends the messages of one vehicle; the connection sends its connection messages itself.
+
+    Args:
+        config: The vehicle.
+        connection: Its connection with the broker.
+        headers: Makes the messages' headers.
+        journal: Each state is noted there; None notes nothing.
+
+    Attributes:
+        outline: Corners (x, y) in m in base_link, for the factsheet.
+    """
+
+    def __init__(
+        self,
+        config: VehicleConfig,
+        connection: BrokerConnection,
+        headers: MessageHeaders,
+        journal: Journal | None,
+    ) -> None:
+        self._config, self._connection, self._headers, self._journal = config, connection, headers, journal
+        self.outline: Sequence[tuple[float, float]] = tuple((float(x), float(y)) for x, y in config.footprint)
+
+    def send_state(self, order: OrderState, facts: ChassisFacts) -> None:
+        """Send the state; does nothing while the broker is not connected."""
+        self._connection.revive()
+        if not self._connection.connected.is_set():
+            return
+        message = state_message(order, facts, self._headers.header("state"), self._config.version)
+        self._connection.send("state", message)
+        if self._journal is not None:
+            actions = [f"{each.action.id} {each.status.value}" for each in order.action_states[-5:]]
+            errors = [problem.kind for problem in order.problems]
+            self._journal.note(f"> state {message['headerId']}: at {order.last_node}, {actions}, {errors}")
+
+    def send_visualization(self, facts: ChassisFacts) -> None:
+        """Send pose and velocity."""
+        self._connection.send(
+            "visualization", visualization_message(facts, self._headers.header("visualization"))
+        )
+
+    def send_factsheet(self, limits: Capabilities, known: Parameters | None) -> None:
+        """Send the factsheet, from the vehicle's capabilities and the chassis's driving parameters."""
+        header = self._headers.header("factsheet")
+        message = factsheet_message(self._config, limits, header, known, self.outline)
+        self._connection.send("factsheet", message, retain=True)

@@ -18,28 +18,35 @@ from typing import Any
 from rosproto.logs import get_logger
 from rosproto.version import __version__
 from woosh_pure.chassis import Chassis
+from woosh_pure.fleet.action_handlers.custom_actions import Triggers
+from woosh_pure.fleet.action_handlers.log_report import Journal
+from woosh_pure.fleet.action_handlers.maps import MapStore
+from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_runner import ActionRunner
 from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.fleet.broker_connection import BrokerConnection
+from woosh_pure.fleet.chassis_facts import ChassisFacts, MapEntry
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.drive_runner import DriveRunner
 from woosh_pure.fleet.driving_lease import DrivingLease
-from woosh_pure.fleet.edge_speed import EdgeSpeedMonitor, speed_above_limit
 from woosh_pure.fleet.inbox import Inbox, InboxContents, Message, MessageKind
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid, check_header
-from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
+from woosh_pure.fleet.monitor import (
+    SILENT_AFTER,
+    ChassisMonitor,
+    EdgeSpeedMonitor,
+    navigation_footprint,
+    speed_above_limit,
+)
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
-from woosh_pure.fleet.order.state import OrderState
-from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities, within_deviation
 from woosh_pure.fleet.persistent_order import PersistentOrder
-from woosh_pure.fleet.published_messages import MessageHeaders, connection_message
-from woosh_pure.fleet.publisher import MessagePublisher
+from woosh_pure.fleet.published_messages import MessageHeaders, MessagePublisher
 from woosh_pure.fleet.state_file import Store, StoreInUse
-from woosh_pure.fleet.vehicle_setup import navigation_footprint, set_up_vehicle
 
 _log = get_logger("woosh_pure.fleet.vehicle")
 STATE_EVERY = 25.0
@@ -76,9 +83,30 @@ class Vehicle:
         self, chassis: Chassis, config: VehicleConfig, broker: Broker, store: Store | None = None
     ) -> None:
         self.chassis, self.config = chassis, config
-        setup = set_up_vehicle(config, store, self._write_report)
-        self._journal, self._maps, self._triggers = setup.journal, setup.maps, setup.triggers
-        self.limits, self.facts = setup.limits, setup.facts
+        own = MapEntry(config.map_id, config.map_version)
+        self._journal = self._maps = None
+        if store is not None:  # reports and maps are stored beside the order
+            self._journal = Journal(store.path.parent / "logs", store.path.stem)
+            if config.map_actions:
+                self._maps = MapStore(store.path.parent / "maps" / store.path.stem, own)
+        self._triggers = Triggers()
+        actions = supported_actions(
+            config,
+            maps=self._maps,
+            report=None if store is None else self._write_report,
+            triggers=self._triggers,
+        )
+        self.limits = Capabilities(
+            actions={name: supported for name, (supported, _) in actions.items()},
+            maps=(config.map_id,) if self._maps is None else self._maps.enabled_ids,
+            tolerance=config.tolerance,
+            turn_tolerance=config.turn_tolerance,
+            marks=config.marks,
+            zone_set=config.zone_set,
+        )
+        self.facts = ChassisFacts(
+            map_id=config.map_id, maps=(own,), zone_set=config.zone_set, loads=() if config.marks else None
+        )
         self._inbox = Inbox()
         self._due = self._inbox.due
         self._order = PersistentOrder(self.limits, store, config.prefix)
@@ -88,13 +116,12 @@ class Vehicle:
             broker, config.prefix, self._connection_message, self._on_message, self._on_connected
         )
         self._publisher = MessagePublisher(config, self._connection, self._headers, self._journal)
-        self._monitor = ChassisMonitor(
-            chassis, self.facts, self._on_motion, self._on_status, self._on_parameters, self._on_path
-        )
+        self._monitor = ChassisMonitor(chassis, self.facts, self._on_motion, self._on_path, self._inbox.flag)
         self._driver = DriveRunner(
             chassis, self._inbox.report, lambda: self.facts.position, marks=config.marks
         )
-        self._actions = ActionRunner(chassis, setup.handlers, self._inbox.report)
+        handlers = {name: handler for name, (_, handler) in actions.items()}
+        self._actions = ActionRunner(chassis, handlers, self._inbox.report)
         self._lease = DrivingLease(chassis, config.serial, self._due)
         self._effect_handlers: dict[type, Callable[[Any], object]] = {
             events.Halt: lambda effect: self._driver.halt(effect.token),
@@ -127,7 +154,7 @@ class Vehicle:
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Vehicle {self.config.prefix}: order {self._order_state.order_id or 'none'}>"
+        return f"<Vehicle {self.config.prefix}: order {self._order.state.order_id or 'none'}>"
 
     def open(self) -> Vehicle:
         """Restore the order, listen to the chassis, connect to the broker; returns at once.
@@ -192,10 +219,6 @@ class Vehicle:
         self._write()
 
     @property
-    def _order_state(self) -> OrderState:
-        return self._order.state
-
-    @property
     def connected(self) -> bool:
         """Whether the broker is connected."""
         return self._connection.connected.is_set()
@@ -244,7 +267,7 @@ class Vehicle:
     def _on_motion(self) -> None:
         """Called ten times a second for each robot; wakes the vehicle's thread only if the order may be
         affected."""
-        facts, state = self.facts, self._order_state
+        facts, state = self.facts, self._order.state
         rests = state.standing or state.driving
         news = facts.lost or not facts.located or facts.moving != self._moving or not rests
         fast = self._edge_speed.above_limit or speed_above_limit(state.drive, facts.velocity)
@@ -253,18 +276,12 @@ class Vehicle:
 
     def _at_node(self) -> bool:
         """Whether the current drive has come within range of its node."""
-        drive = self._order_state.drive
+        drive = self._order.state.drive
         return drive is not None and within_deviation(self.facts.position, drive.node, self.limits)
-
-    def _on_status(self) -> None:
-        self._inbox.flag("status")
-
-    def _on_parameters(self) -> None:
-        self._inbox.flag("parameters")
 
     def _on_path(self) -> None:
         """Publish the first path of each drive at once; later ones go with the next state."""
-        drive = self._order_state.drive
+        drive = self._order.state.drive
         if drive is not None and drive.token != self._path_of_drive and self.facts.has_path_to(drive.node):
             self._path_of_drive = drive.token
             self._inbox.flag("path")
@@ -313,7 +330,7 @@ class Vehicle:
             self._use_maps()
             self._monitor.refresh(self._lease.local_driver)  # a newly set pose is valid now
             self._apply(event)
-            if not self._order_state.standing:
+            if not self._order.state.standing:
                 self._motion_ended_at = time.monotonic()
             self._apply(events.PositionMeasured(self._position()))
             return
@@ -324,7 +341,7 @@ class Vehicle:
 
     def _check_waiting_for_rest(self) -> None:
         """Report a cancel or pause that has waited too long for the robot to stand."""
-        if self._order_state.waits_for_rest:
+        if self._order.state.waits_for_rest:
             self._due.setdefault("rest", time.monotonic() + _REST_SECONDS)
         elif self._due.pop("rest", None) is not None:
             self._apply(events.ProblemChanged("rest", None))
@@ -350,11 +367,11 @@ class Vehicle:
     def _check_motion(self) -> None:
         """Check standing and speed by the newest velocity."""
         now = time.monotonic()
-        if not self._order_state.driving:
+        if not self._order.state.driving:
             standing = not self.facts.lost and self._monitor.has_stood_since(self._motion_ended_at)
-            if standing != self._order_state.standing:
+            if standing != self._order.state.standing:
                 self._apply(events.StandingMeasured(standing))
-        text = self._edge_speed.check(self._order_state.drive, self.facts.velocity, now)
+        text = self._edge_speed.check(self._order.state.drive, self.facts.velocity, now)
         if text is not None:
             self._apply(events.DriveTooFast(text))
 
@@ -404,7 +421,7 @@ class Vehicle:
                 del self._due[name]
                 self._apply(events.RetryDue())
             elif name == "lease":
-                if not self._lease.renew(self._order_state.executing):
+                if not self._lease.renew(self._order.state.executing):
                     self._inbox.flag("status")
             elif name == "connect":
                 del self._due[name]
@@ -416,7 +433,7 @@ class Vehicle:
     def _check_contact(self) -> None:
         if self.facts.lost or not self._monitor.silent:
             return
-        self.facts.may_move = self.facts.moving or not self._order_state.at_rest
+        self.facts.may_move = self.facts.moving or not self._order.state.at_rest
         self.facts.lost, self.facts.velocity = True, None
         self._apply(events.ContactChanged(False))
         self._apply(events.ProblemChanged("lost", self._monitor.silence_problem()))
@@ -441,7 +458,7 @@ class Vehicle:
 
     def _publish_after_event(self) -> None:
         self._published_at = time.monotonic()
-        self._lease.hold(self._order_state.executing)
+        self._lease.hold(self._order.state.executing)
         self._publish_state()
 
     def _drive(self, effect: events.Drive) -> None:
@@ -471,7 +488,7 @@ class Vehicle:
         facts = {
             "vehicle": self.config.prefix, "version": __version__, "chassis": self.chassis.master_uri,
             "readiness": self.chassis.readiness().sentence(), "facts": repr(self.facts),
-            "order": self._order_state.to_json(),
+            "order": self._order.state.to_json(),
         }  # fmt: skip
         name = self._journal.write(reason, facts)
         self.facts.information = (("logReport", name),)
@@ -480,11 +497,11 @@ class Vehicle:
     # -- publishing ------------------------------------------------------------------------------------------
 
     def _connection_message(self, state: str) -> dict[str, Any]:
-        return connection_message(state, self._headers.header("connection", time.time()))
+        return {**self._headers.header("connection"), "connectionState": state}
 
     def _publish_state(self) -> None:
         self._due["state"] = time.monotonic() + STATE_EVERY
-        self._publisher.send_state(self._order_state, self.facts)
+        self._publisher.send_state(self._order.state, self.facts)
 
     def _publish_factsheet(self) -> None:
         self._publisher.send_factsheet(self.limits, self._monitor.parameters)

@@ -99,7 +99,7 @@ def test_a_broker_that_dies_leaves_the_robot_to_its_base(hall: Hall) -> None:
     moved(hall)
     hall.broker.kill()
     deadline = time.monotonic() + 20.0
-    while (hall.vehicle._order_state.last_node, hall.vehicle._order_state.driving) != ("n3", False):
+    while (hall.vehicle._order.state.last_node, hall.vehicle._order.state.driving) != ("n3", False):
         assert time.monotonic() < deadline
         time.sleep(0.05)
     hall.broker.start()

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tests.support.fleet import order_json
-from woosh_pure.fleet.edge_speed import EdgeSpeedMonitor, speed_above_limit
 from woosh_pure.fleet.messages.parsing import read_order
+from woosh_pure.fleet.monitor import EdgeSpeedMonitor, speed_above_limit
 from woosh_pure.fleet.order.events import Drive
 
 

@@ -12,6 +12,7 @@ from rosproto.codec import message_class
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from tests.support.light_chassis import LightChassis
 from woosh_pure.fleet.chassis_facts import ChassisFacts, Load, MapEntry
+from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.monitor import ChassisMonitor, operating_mode
 from woosh_pure.fleet.order.errors import Problem
@@ -19,13 +20,14 @@ from woosh_pure.fleet.order.events import ProblemChanged
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.fleet.published_messages import (
     MessageHeaders,
-    PhysicalParameters,
     factsheet_message,
     state_message,
     visualization_message,
 )
+from woosh_pure.values import Parameters
 
-HEADER = MessageHeaders("2.1.0", "Woosh", "1").header("state", 0.0)
+CONFIG = VehicleConfig(manufacturer="W", serial="1")
+HEADER = MessageHeaders("2.1.0", "Woosh", "1").header("state")
 
 
 def facts() -> ChassisFacts:
@@ -94,8 +96,9 @@ def test_a_long_path_is_thinned_and_one_of_another_frame_left_out() -> None:
     """Its first and last points stay."""
     chassis, known = LightChassis(), ChassisFacts()
     told: list[Any] = []
-    nothing = [lambda: None] * 3
-    ChassisMonitor(cast(Any, chassis), known, *nothing, lambda: told.append(known.path)).open()
+    ChassisMonitor(
+        cast(Any, chassis), known, lambda: None, lambda: told.append(known.path), lambda flag: None
+    ).open()
     for count, frame in ((1001, "map"), (100, "/map"), (2, "map"), (0, "map"), (5, "odom")):
         path = message_class("nav_msgs/Path")()
         path.header.frame_id = frame
@@ -156,8 +159,10 @@ def test_the_operating_mode_tells_who_drives(mode: int, owner: str, told: str) -
 @pytest.mark.parametrize("version", ["2.0.0", "2.1.0"])
 def test_the_factsheet_tells_what_is_obeyed(version: str) -> None:
     """Actions with their scopes and parameters, fields of orders, size and speed."""
-    body = PhysicalParameters(speed_max=1.2, outline=((0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)))
-    found = factsheet_message(body, LIMITS, HEADER, version=version, visualization=0.5)
+    config = VehicleConfig(manufacturer="W", serial="1", version=version, visualization=0.5)
+    known = Parameters(0.5, 0.4, 25.0, 25.0, 10000, 3000.0, 0.01, 1.5, 1.2, 1.0, 0.5, 0.8)
+    outline = ((0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3))
+    found = factsheet_message(config, LIMITS, HEADER, known, outline)
     actions = {each["actionType"]: each for each in found["protocolFeatures"]["agvActions"]}
     assert {"cancelOrder", "startPause", "beep", "initPosition"} <= set(actions)
     assert actions["cancelOrder"]["actionScopes"] == ["INSTANT"]
@@ -176,7 +181,7 @@ def test_the_factsheet_tells_what_is_obeyed(version: str) -> None:
 
 def test_an_outline_that_nobody_tells_is_not_guessed() -> None:
     """Zero, which means "not known" in the standard, and no envelope."""
-    found = factsheet_message(PhysicalParameters(), LIMITS, HEADER, version="2.1.0")
+    found = factsheet_message(CONFIG, LIMITS, HEADER, None, ())
     assert (found["physicalParameters"]["length"], found["physicalParameters"]["width"]) == (0.0, 0.0)
     assert found["agvGeometry"] == {}
     assert "order.zoneSetId" not in str(found)
@@ -192,4 +197,4 @@ def test_a_zone_set_is_told_where_there_is_one() -> None:
         assert vehicle.problems == kinds
     known = ChassisFacts(zone_set="zones-1")
     assert state_message(PureVehicle().state, known, HEADER, "2.1.0")["zoneSetId"] == "zones-1"
-    assert "order.zoneSetId" in str(factsheet_message(PhysicalParameters(), limits, HEADER, version="2.1.0"))
+    assert "order.zoneSetId" in str(factsheet_message(CONFIG, limits, HEADER, None, ()))

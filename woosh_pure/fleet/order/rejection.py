@@ -192,7 +192,7 @@ def unsupported_in_order(
         if problem:
             return problem
     for n, edge in enumerate(order.edges):
-        found = _of_edge(edge, f"edges[{n}]", limits)
+        found = _of_edge(edge, f"edges[{n}]")
         if found:
             return order_problem(order, ErrorType.ORDER, found[1], ("edgeId", edge.id), ("field", found[0]))
         problem = _of_actions(order, edge.actions, Scope.EDGE, limits, taken)
@@ -266,21 +266,21 @@ _REFUSED = {
 }
 
 
-def _of_edge(edge: Edge, path: str, limits: Capabilities) -> tuple[str, str] | None:
-    wrong = dict(_edge_objections(edge.options, limits))
-    return next(((f"{path}.{key}", f"edge {edge.id}: {text}") for key, text in wrong.items()), None)
+def _of_edge(edge: Edge, path: str) -> tuple[str, str] | None:
+    found = next(_edge_objections(edge.options), None)
+    return None if found is None else (f"{path}.{found[0]}", f"edge {edge.id}: {found[1]}")
 
 
-def _edge_objections(options: Mapping[str, Any], limits: Capabilities) -> Iterator[tuple[str, str]]:
+def _edge_objections(options: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key, why in _REFUSED.items():
         if key in options:
             yield key, f"this vehicle does not obey {key}: {why}"
-    if "maxSpeed" in options and not (limits.speed and options["maxSpeed"] > 0.0):
+    if "maxSpeed" in options and not options["maxSpeed"] > 0.0:
         yield "maxSpeed", "this vehicle cannot keep to this speed"
     if options.get("rotationAllowed") is False:
         yield "rotationAllowed", "this vehicle plans its own way, and may turn on it"
     if "orientation" in options:
         turn = abs(options["orientation"])
         tangential = options.get("orientationType", "TANGENTIAL") == "TANGENTIAL"
-        if not (limits.directions and tangential and (turn < 0.01 or abs(turn - math.pi) < 0.01)):
+        if not (tangential and (turn < 0.01 or abs(turn - math.pi) < 0.01)):
             yield "orientation", "this vehicle drives forwards (0) or backwards (pi) along the edge"

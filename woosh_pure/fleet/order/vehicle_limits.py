@@ -21,8 +21,6 @@ class Capabilities:
         turn_tolerance: The same in rad.
         marks: Whether a node without a position is a mark of the chassis.
         zone_set: Id of the zone set of the chassis's map; "" if there is none.
-        speed: Whether maxSpeed of an edge is obeyed.
-        directions: Whether the direction of travel of an edge is obeyed (orientation 0 or pi, tangential).
     """
 
     actions: Mapping[str, SupportedAction] = field(default_factory=dict)
@@ -31,8 +29,6 @@ class Capabilities:
     turn_tolerance: float = 0.2
     marks: bool = False
     zone_set: str = ""
-    speed: bool = True
-    directions: bool = True
 
 
 @dataclass(frozen=True, slots=True)

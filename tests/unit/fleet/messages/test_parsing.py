@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from typing import Any
 
 import pytest
@@ -219,12 +220,14 @@ def test_any_value_at_any_place_is_read_or_invalid(path: str, value: Any) -> Non
 def test_header_ids_count_for_each_topic() -> None:
     """By one with each message, and begin anew behind a uint32."""
     headers = MessageHeaders("2.1.0", "Woosh", "A-17")
-    assert [headers.header("state", 0.0)["headerId"] for _ in range(3)] == [0, 1, 2]
-    assert headers.header("connection", 0.0) == {
-        "headerId": 0, "timestamp": "1970-01-01T00:00:00.00Z", "version": "2.1.0", "manufacturer": "Woosh",
-        "serialNumber": "A-17",
+    assert [headers.header("state")["headerId"] for _ in range(3)] == [0, 1, 2]
+    before = timestamp(time.time())
+    first = headers.header("connection")
+    assert before <= first.pop("timestamp") <= timestamp(time.time())
+    assert first == {
+        "headerId": 0, "version": "2.1.0", "manufacturer": "Woosh", "serialNumber": "A-17",
     }  # fmt: skip
     headers._next["state"] = 2**32 - 1
-    assert headers.header("state", 0.0)["headerId"] == 2**32 - 1
-    assert headers.header("state", 0.0)["headerId"] == 0
+    assert headers.header("state")["headerId"] == 2**32 - 1
+    assert headers.header("state")["headerId"] == 0
     assert timestamp(1492256403.1299) == "2017-04-15T11:40:03.12Z"
