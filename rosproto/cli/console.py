@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TextIO
 
+from rosproto.sentence import Sentence, say
 from rosproto.text import printable
 
 # learn.microsoft.com/windows/console/setconsolemode
@@ -222,7 +223,7 @@ def print_json(value: object) -> None:
     print(json_text(value, ascii_only=not shows_unicode(sys.stdout), default=str))
 
 
-def counted(number: int, thing: str, things: str | None = None) -> str:
+def counted(number: int, thing: str, things: str | None = None) -> Sentence:
     """Return the number with its noun in singular or plural.
 
     Args:
@@ -230,4 +231,5 @@ def counted(number: int, thing: str, things: str | None = None) -> str:
         thing: Singular: "message".
         things: Plural, if irregular: "retries".
     """
-    return f"{number} {thing if number == 1 else things or thing + 's'}"
+    noun = thing if number == 1 else things or thing + "s"
+    return say("{number} {noun}", number=number, noun=say(noun))

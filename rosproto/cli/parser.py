@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -146,6 +147,7 @@ _OF_ARGPARSE = (
     "ignored explicit argument {value}",
     "not allowed with argument {other}",
     "one of the arguments {names} is required",
+    "ambiguous option: {option} could match {names}",
 )
 
 
@@ -154,10 +156,9 @@ def _own_words(message: str) -> str:
     if isinstance(message, Sentence):
         return message
     for template in _OF_ARGPARSE:
-        begin, _, rest = template.partition("{")
-        name, _, end = rest.partition("}")
-        if message.startswith(begin) and message.endswith(end):
-            return say(template, **{name: message[len(begin) : len(message) - len(end)]})
+        pattern = re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+)", re.escape(template))
+        if found := re.fullmatch(pattern, message):
+            return say(template, **found.groupdict())
     return message
 
 

@@ -188,5 +188,5 @@ def word_of(name: str) -> str:
 def write(path: Path, data: bytes, out: Output) -> str:
     """Write a file, report it, and return its name."""
     write_file(path, data)
-    out.line(say("wrote {path} ({size})", path=path, size=counted(len(data), "byte")))
+    out.line(say("wrote {path} ({size})", path=path, size=counted(len(data), "byte", "bytes")))
     return str(path)

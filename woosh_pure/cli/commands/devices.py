@@ -92,7 +92,7 @@ def run_scan(args: Namespace, out: Output) -> int:
         out.line(
             say(
                 "{all} in {frame}, {seeing} see something, {most:g} m at most",
-                all=counted(scan.ranges.size, "ray"),
+                all=counted(scan.ranges.size, "ray", "rays"),
                 frame=scan.frame,
                 seeing=len(points),
                 most=scan.range_max,
@@ -109,7 +109,7 @@ def run_scan(args: Namespace, out: Output) -> int:
             )
         out.line(say("free in a lane of {width:g} m, from the robot's middle:", width=args.width))
         for name, distance in ways.items():
-            free = "nothing in the way" if math.isinf(distance) else f"{distance:.2f} m"
+            free = "nothing in the way" if math.isinf(distance) else say("{metres:.2f} m", metres=distance)
             out.line(" ", out.cell(name, 8), free)
         file = write(args.png, _draw_scan(chassis, scan, args, out), out) if args.png else None
     out.result(
@@ -277,7 +277,7 @@ def run_cloud(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         cloud = wait_for(chassis.obstacle_points if args.obstacles else chassis.points, args, out)
     points = cloud.points
-    out.line(say("{points} in {frame}", points=counted(len(points), "point"), frame=cloud.frame))
+    out.line(say("{points} in {frame}", points=counted(len(points), "point", "points"), frame=cloud.frame))
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (None, None)
     if low is not None and high is not None:
         for axis, a, b in zip("xyz", low, high, strict=True):

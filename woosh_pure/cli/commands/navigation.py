@@ -102,7 +102,7 @@ def run_plan(args: Namespace, out: Output) -> int:
             file = write(args.png, picture, out)
     length = sum(a.distance_to(b) for a, b in itertools.pairwise(path))
     out.line(
-        say("{points}, {metres:.2f} m", points=counted(len(path), "point"), metres=length)
+        say("{points}, {metres:.2f} m", points=counted(len(path), "point", "points"), metres=length)
         if path
         else "there is no way"
     )

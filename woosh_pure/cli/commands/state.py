@@ -253,9 +253,10 @@ def _print_codes(codes: Iterable[StatusCode], args: Namespace, out: Output) -> N
     colours = {0: "green", 1: "blue", 2: "yellow", 3: "red"}
     for c in codes:
         level = out.colour(c.level.name.lower(), colours[int(c.level)], 8)
-        note = " (derived)" if c.derived else ""
         words = c.chinese if args.chinese or out.language == "zh" else c.english
-        out.line(level, f"{c.code:012d}", f"{words}{note} ", c.identifier or "not in the table")
+        if c.derived:
+            words = say("{words} (made from its name or number)", words=words)
+        out.line(level, f"{c.code:012d}", words, "", c.identifier or "not in the table")
 
 
 _STEADY = 1.0  # s; maximum wait for the measured velocity, also over a slow network
