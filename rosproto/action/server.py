@@ -14,7 +14,6 @@ import itertools
 import threading
 from collections.abc import Callable
 from functools import partial
-from types import TracebackType
 from typing import Any
 
 from rosproto.action.types import action_type as classes_of
@@ -241,9 +240,7 @@ class ActionServer:
     def __enter__(self) -> ActionServer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
