@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.node.definitions.topic_type import TopicType
-from rosproto.node.definitions.unknown_type import learn_type
+from rosproto.node.definitions.type_argument import learn_type
 from rosproto.time import Time
 
 T = TypeVar("T")

@@ -23,8 +23,7 @@ from rosproto.node.options import host_names
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.parameters import Parameters, UnknownParameter
 from rosproto.node.services.client import ServiceClient
-from rosproto.node.services.link import Cancellation
-from rosproto.node.services.prepared import PreparedCall
+from rosproto.node.services.link import Cancellation, PreparedCall
 from rosproto.node.services.probe import probe as probe_service
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.stats import LinkStats, NodeStats

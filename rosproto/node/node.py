@@ -18,13 +18,11 @@ from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.definitions.type_argument import TypeGiven, resolve_type
 from rosproto.node.events import Event
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.startup import GraphSettings
 from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
-from rosproto.node.naming import NodeNaming
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.parameters import Parameters
-from rosproto.node.parts import NodeParts
+from rosproto.node.parts import GraphSettings, NodeParts
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
@@ -113,7 +111,7 @@ class Node:
             )
         given = {**(options.host_names() if use_environment else {}), **(resolve or {})}
         name = options.node_name(name, namespace, anonymous)
-        naming = NodeNaming(name, remappings or {})
+        naming = options.NodeNaming(name, remappings or {})
         context = Context(
             name,
             master_uri=master_uri,

@@ -1,5 +1,7 @@
 """Assembles the parts of one node, joins the master, and closes everything in a fixed order.
 
+A node joins in two steps: it asks the master for the graph's settings, then opens its servers.
+
 `Node` (`node.py`) is the public API above. Below are `Context`, the packages `graph`, `definitions`,
 `incoming`, `outgoing` and `services`, and the table of topics. Parts call upwards by callables passed here;
 nothing below `node.py` imports `Node`.
@@ -10,23 +12,63 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node import shutdown
 from rosproto.node.clock import NodeClock
 from rosproto.node.context import Context
+from rosproto.node.graph import api_client
 from rosproto.node.graph.listening import Listen, open_endpoints
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.master_monitor import MasterMonitor
 from rosproto.node.graph.slave_api import SlaveApi
-from rosproto.node.graph.startup import GraphSettings, join
-from rosproto.node.naming import NodeNaming
+from rosproto.node.options import NodeNaming
 from rosproto.node.parameters import Parameters
 from rosproto.node.stats import NodeStats
 from rosproto.node.topics import TopicTable
+from rosproto.sentence import say
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.name_lookup import resolve
 
 if TYPE_CHECKING:
     from rosproto.node.services.table import Services
+
+
+class GraphSettings(NamedTuple):
+    """Settings of the whole graph, read once when a node joins.
+
+    Attributes:
+        simulated: Time comes from /clock.
+        rosout_topics: Records on /rosout list the topics of their node.
+    """
+
+    simulated: bool
+    rosout_topics: bool
+
+
+def ask_settings(master: MasterClient, timeout: float | None) -> GraphSettings:
+    """Ask a master, in one request, for its process id and the graph's settings.
+
+    Raises:
+        ConnectionLost, RosTimeout: There is no answer.
+        RosError: The answer is not a master's.
+    """
+    pid, sim_time, no_topics = master.several(
+        [
+            ("getPid", ()),
+            ("getParam", ("/use_sim_time",)),
+            ("getParam", ("/rosout_disable_topics_generation",)),
+        ],
+        timeout=timeout,
+    )
+    if isinstance(pid, MasterError):
+        raise pid
+    api_client.checked("getPid", master.uri, pid, api_client.as_int)
+    return GraphSettings(
+        simulated=sim_time is True,  # an error means that it is not set
+        rosout_topics=isinstance(no_topics, MasterError) or not no_topics,
+    )
 
 
 class NodeParts:
@@ -97,20 +139,21 @@ class NodeParts:
         context.lifecycle.fork_callbacks.append(self._abandon)
 
     def join(self, timeout: float) -> GraphSettings:
-        """Find the master and listen.
+        """Find the master, then listen: a node that cannot register need not open a port.
 
         Raises:
-            ConnectionLost, RosTimeout: The node cannot join; everything is closed.
+            ConnectionLost, RosTimeout: The node cannot join, the text names it and the master; everything is
+                closed.
         """
-        context = self.context
+        context, master, deadline = self.context, self.context.master_connection, Deadline(timeout)
         try:
-            return join(
-                context.name,
-                context.master_connection,
-                context.listening,
-                self._listen,
-                Deadline(timeout),
-            )
+            settings = ask_settings(master.client, deadline.remaining())
+            master.host_addresses = frozenset(resolve(master.address[0], deadline))
+            context.listening.open(self._listen, master.address, deadline.remaining() or 0.1)
+            return settings
+        except RosError as error:
+            context.give_up()
+            raise _cannot_join(context.name, master.uri, error) from error
         except BaseException:
             context.give_up()
             raise
@@ -187,3 +230,11 @@ class NodeParts:
         self.context.master.abandon()
         self.clock.closing = self.context.lifecycle.closing
         self.topics.abandon()
+
+
+def _cannot_join(name: str, uri: str, error: RosError) -> RosError:
+    text = say("node {name} cannot join the master {uri}: {error}", name=name, uri=uri, error=error)
+    why = error.why or str(error)
+    if isinstance(error, RosTimeout):
+        return RosTimeout(text, what=f"the master {uri}", seconds=error.seconds, peer=uri, why=why)
+    return ConnectionLost(text, peer=uri, why=why)

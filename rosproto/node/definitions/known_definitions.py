@@ -6,26 +6,32 @@ Types given by name are looked up here, and definitions for md5sums other than o
 from __future__ import annotations
 
 import os
+import threading
+import time
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.codec import Message, define, message_class, service_class
-from rosproto.errors import CodecError, DefinitionError
+from rosproto.errors import CodecError, DefinitionError, RosError
 from rosproto.logs import get_logger
 from rosproto.msg import DefinitionLibrary, bundled
 from rosproto.msg.user_folder import is_learned
-from rosproto.node.definitions.unknown_md5sum import DefinitionLookup, Learn
+from rosproto.node.definitions.topic_probe import probe_topic
+from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.protocol.handshake import is_md5sum
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import CallerIdentity
+from rosproto.transport.deadline import Deadline
 
 _log = get_logger("rosproto.node")
 
 MOST_FOUND = 1000
 MOST_LEARNED = 64
 MOST_LEARNED_CHARACTERS = 2 << 20  # total length of their texts
+
+FETCH_SECONDS = 3.0  # the subscriber waits for our answer meanwhile
+MOST_ASKED = 8  # publishers
+AGAIN_AFTER = 10.0  # seconds; limits the load of a peer that connects repeatedly
+MOST_REMEMBERED = 200
 
 
 class KnownDefinitions:
@@ -34,9 +40,6 @@ class KnownDefinitions:
     Args:
         paths: Folders of .msg, .srv and .action files in ROS layout; a definition there is another revision
             of the bundled one, or a new type. `learned_paths` hold definitions that robots have sent.
-
-    Attributes:
-        fetched: Asks other publishers for unknown definitions.
     """
 
     def __init__(self, paths: Iterable[str | os.PathLike[str]] = ()) -> None:
@@ -47,7 +50,8 @@ class KnownDefinitions:
         self._folders = [*(bundled().fork([path]) for path in own), *self._learned_folders]
         # The user's types mean what the user's folders together say: one may use a type of the next.
         self._own = None if not own else self._folders[0] if len(own) == 1 else bundled().fork(own)
-        self.fetched = DefinitionLookup()
+        self._lock = threading.Lock()
+        self._asked: dict[tuple[str, str], float] = {}  # (topic, md5sum) -> when its publishers were asked
         # Keyed by md5sums from peers. `define` has its own cache; `learn` shares a definition with all peers.
         self._found: BoundedCache[tuple[type, str], _SearchResult] = BoundedCache(MOST_FOUND)
         self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
@@ -92,6 +96,57 @@ class KnownDefinitions:
         if found is not None:
             self._learned.put((ours, md5sum), found, len(definition))
         return found
+
+    def fetch(
+        self, caller: CallerIdentity, topic: str, ours: type[Message], md5sum: str
+    ) -> type[Message] | None:
+        """Ask the topic's other publishers for the definition of the type of `ours` with that md5sum.
+
+        For the unknown md5sum of a subscriber: a rospy subscriber sends its definition, a roscpp one does
+        not. Every publisher sends its definition, and on a chassis the goal topics of the action servers have
+        another publisher (`/ros_interface`). If its md5sum is the subscriber's, its definition is the missing
+        one.
+
+        Waits at most `FETCH_SECONDS`; a failed lookup is not repeated for `AGAIN_AFTER` seconds.
+
+        Returns:
+            The class; None if nobody has it.
+        """
+        if not self._may_ask(topic, md5sum):
+            return None
+        deadline = Deadline(FETCH_SECONDS)
+        try:
+            publishers = caller.master.get_system_state(timeout=deadline.remaining()).publishers.get(
+                topic, []
+            )
+        except (RosError, OSError) as error:
+            _log.debug("! %s: nobody can be asked for a definition: %s", topic, error)
+            return None
+        for publisher in [name for name in publishers if name != caller.name][:MOST_ASKED]:
+            try:
+                reply = probe_topic(caller, topic, publisher, deadline)
+            except (RosError, OSError) as error:
+                _log.debug("! %s: %s does not tell its definition: %s", topic, publisher, error)
+                continue
+            if reply.md5sum == md5sum and reply.type_name == ours._type:
+                found = self.learn(ours, md5sum, reply.message_definition)
+                if found is not None:
+                    _log.info("= %s: the definition %s was learned from %s", topic, md5sum, publisher)
+                    return found
+        return None
+
+    def _may_ask(self, topic: str, md5sum: str) -> bool:
+        now = time.monotonic()
+        with self._lock:
+            if now - self._asked.get((topic, md5sum), -AGAIN_AFTER) < AGAIN_AFTER:
+                return False
+            if len(self._asked) >= MOST_REMEMBERED:
+                recent = {key: when for key, when in self._asked.items() if now - when < AGAIN_AFTER}
+                if len(recent) >= MOST_REMEMBERED:
+                    return False
+                self._asked = recent
+            self._asked[topic, md5sum] = now
+            return True
 
     def service(self, ours: Any, md5sum: str) -> Any:
         """The class of that service with this md5sum; None if unknown. Service headers carry no text."""
@@ -160,10 +215,6 @@ class OwnDefinitionsOnly(KnownDefinitions):
     `node.revisions = OwnDefinitionsOnly()` before anything is published, subscribed or provided.
     """
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.fetched = _NoLookup()
-
     def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
         """Always None."""
         return None
@@ -172,9 +223,8 @@ class OwnDefinitionsOnly(KnownDefinitions):
         """Always None."""
         return None
 
-
-class _NoLookup(DefinitionLookup):
     def fetch(
-        self, caller: CallerIdentity, learn: Learn, topic: str, ours: type[Message], md5sum: str
+        self, caller: CallerIdentity, topic: str, ours: type[Message], md5sum: str
     ) -> type[Message] | None:
+        """Always None."""
         return None

@@ -8,18 +8,14 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Slave_API (requestTopic).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosproto.errors import ConnectionLost
 from rosproto.node.definitions.topic_type import ANY
+from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.protocol.handshake import PublisherReply, check_publisher_header, subscriber_header
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header, write_header
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import CallerIdentity
 
 
 def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:

@@ -1,15 +1,18 @@
 """The `type` argument of topics and services: a class, a "package/Type" name, or None.
 
-None takes the publisher's own type (`unknown_type.py`), or asks the provider of a service for it.
+None takes the publisher's own type from its connection header (`learn_type`), or asks the provider of a
+service for it.
+
+Source: wiki.ros.org/ROS/Connection Header (`message_definition`).
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
-from rosproto.codec import Message, message_class, service_class
-from rosproto.errors import LocalProtocolError
-from rosproto.msg import DefinitionLibrary
+from rosproto.codec import Message, define, message_class, service_class
+from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RemoteProtocolError
+from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.topic_type import ANY, WILDCARD, TopicType
 
 TypeGiven = type[Message] | str | None
@@ -19,14 +22,7 @@ ServiceTypeGiven = type | str | None
 """A service class, "package/Type", or None: ask the provider for its type."""
 
 
-class DefinitionSource(Protocol):
-    """Finds the definition of a type that is given by name: `KnownDefinitions`."""
-
-    def library_for(self, name: str, kind: str = "msg") -> DefinitionLibrary | None:
-        """The library that has it; None for the bundled one."""
-
-
-def resolve_type(given: Any, revisions: DefinitionSource | None = None) -> TopicType:
+def resolve_type(given: Any, revisions: KnownDefinitions | None = None) -> TopicType:
     """Resolve a `type` argument; a name is looked up by `KnownDefinitions.library_for`.
 
     Raises:
@@ -45,7 +41,7 @@ def resolve_type(given: Any, revisions: DefinitionSource | None = None) -> Topic
     )
 
 
-def resolve_service_type(type_: Any, service: str, revisions: DefinitionSource | None = None) -> Any:
+def resolve_service_type(type_: Any, service: str, revisions: KnownDefinitions | None = None) -> Any:
     """The service class; a name is looked up as by `resolve_type`.
 
     Raises:
@@ -59,3 +55,31 @@ def resolve_service_type(type_: Any, service: str, revisions: DefinitionSource |
     raise LocalProtocolError(
         f'service {service}: {type_!r} is no service type; give a class such as SetBool or "std_srvs/SetBool"'
     )
+
+
+def learn_type(name: str, md5sum: str, definition: str, *, topic: str, peer: str) -> TopicType:
+    """The type a publisher described in its connection header.
+
+    A bundled definition with the same md5sum is preferred, because programs import its class.
+
+    Raises:
+        RemoteProtocolError: The text is not a definition, or does not have the announced md5sum.
+    """
+    try:
+        known = TopicType(message_class(name))
+        if known.md5sum == md5sum:
+            return known
+    except DefinitionError:
+        pass  # not bundled: use the publisher's text
+    try:
+        learned = TopicType(define(name, definition))
+    except (DefinitionError, CodecError, ValueError) as error:
+        raise RemoteProtocolError(
+            f"{topic}: {peer} describes {name} in a text that cannot be used: {error}"
+        ) from error
+    if learned.md5sum != md5sum:
+        raise RemoteProtocolError(
+            f"{topic}: {peer} announces {name} with md5sum {md5sum}, but the definition it sent has"
+            f" {learned.md5sum}: its messages could be decoded wrongly, so they are not taken"
+        )
+    return learned

@@ -6,12 +6,13 @@ Source: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Parameter%20Server%20API.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
 from rosproto.node.graph import api_client
 from rosproto.node.graph.api_client import ApiClient
-from rosproto.transport import unpack
+from rosproto.protocol.wire_limits import Limits
+from rosproto.transport import HostNames, unpack
 
 
 class SystemState(NamedTuple):
@@ -220,3 +221,26 @@ def _as_state(value: object) -> SystemState:
     if len(tables) != 3:
         raise TypeError("[publishers, subscribers, services]")
     return SystemState(*(api_client.as_rows(table) for table in tables))
+
+
+class CallerIdentity(Protocol):
+    """What a call of another node needs: a `Node` or `Context`.
+
+    Attributes:
+        name: The node name, sent as caller id.
+        limits: Bounds for the answers.
+        hosts: Host names that this computer may not know.
+        master: The client of the master.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def limits(self) -> Limits: ...
+
+    @property
+    def hosts(self) -> HostNames: ...
+
+    @property
+    def master(self) -> MasterClient: ...

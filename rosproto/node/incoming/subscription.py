@@ -27,7 +27,7 @@ from rosproto.node.definitions.md5sum_mismatch import (
     revised_type,
 )
 from rosproto.node.definitions.topic_type import ANY, TopicType
-from rosproto.node.definitions.unknown_type import learn_type
+from rosproto.node.definitions.type_argument import learn_type
 from rosproto.node.graph import api_client
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import RegistrationCall

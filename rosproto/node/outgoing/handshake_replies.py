@@ -120,8 +120,8 @@ class HandshakeReplies:
     def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> ConvertedOutput:
         definition = fields.get("message_definition", "")
         ours, revisions = self._type.message_class, self._context.revisions
-        theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetched.fetch(
-            self._context, revisions.learn, self._topic, ours, fields["md5sum"]
+        theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetch(
+            self._context, self._topic, ours, fields["md5sum"]
         )
         if theirs is None:
             raise explained(mismatch, ours, definition) from None

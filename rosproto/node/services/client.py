@@ -27,8 +27,7 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import ServiceRevision, note_differences, revised_service
 from rosproto.node.services import probe as service_probe
-from rosproto.node.services.link import Cancellation, ServiceLink
-from rosproto.node.services.prepared import PreparedCall
+from rosproto.node.services.link import Cancellation, PreparedCall, ServiceLink
 from rosproto.protocol.handshake import (
     HandshakeRefused,
     check_service_server_header,

@@ -7,18 +7,15 @@ rospy's and roscpp's: the provider answers with its header and closes, no reques
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, ServiceError
+from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.services.link import ServiceLink
 from rosproto.protocol.handshake import HandshakeRefused, service_client_header
 from rosproto.sentence import say
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import parse_uri
-
-if TYPE_CHECKING:
-    from rosproto.node.graph.caller_identity import CallerIdentity
 
 # A provider usually appears within a second. After that, two requests a second limit the load of a master
 # with many clients.

@@ -16,9 +16,8 @@ from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.type_argument import ServiceTypeGiven, resolve_service_type
-from rosproto.node.graph.caller_identity import CallerIdentity
 from rosproto.node.graph.listening import refuse
-from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.master_client import CallerIdentity, MasterClient
 from rosproto.node.graph.registrations import RegistrationCall
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient

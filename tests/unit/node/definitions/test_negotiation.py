@@ -14,7 +14,7 @@ from rosproto.codec import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost
 from rosproto.errors import CodecError, Md5sumMismatch, RosTimeout
 from rosproto.msg import bundled
-from rosproto.node.definitions.unknown_md5sum import DefinitionLookup
+from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.protocol.handshake import subscriber_header
 from tests.support.victim import eventually
 
@@ -462,10 +462,10 @@ def test_a_definition_is_asked_of_another_publisher(told: bool, mute_subscribers
 
 def test_strangers_do_not_keep_us_asking() -> None:
     """The same question is not asked again at once, and not ever more different ones."""
-    fetched = DefinitionLookup()
-    assert fetched._may_ask("/t", "0")
-    assert not fetched._may_ask("/t", "0")
-    assert sum(fetched._may_ask("/t", str(i)) for i in range(1000)) < 200
+    known = KnownDefinitions()
+    assert known._may_ask("/t", "0")
+    assert not known._may_ask("/t", "0")
+    assert sum(known._may_ask("/t", str(i)) for i in range(1000)) < 200
 
 
 def test_a_read_of_which_no_message_fits(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError
 from rosproto.node import MasterClient
-from rosproto.node.graph.startup import GraphSettings, ask_settings
+from rosproto.node.parts import GraphSettings, ask_settings
 
 URI = "http://127.0.0.1:11311/"
 UNSET: list[object] = [-1, "Parameter is not set", 0]
