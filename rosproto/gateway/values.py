@@ -66,12 +66,6 @@ def _as_decoded(message: Any) -> Any:
     return decode(type(message), encode(message))
 
 
-def to_values(message: Any) -> dict[str, Any]:
-    """A message as decoded rosbridge JSON: dicts, lists, texts, numbers, None for NaN."""
-    values: dict[str, Any] = json.loads(to_json(message))
-    return values
-
-
 def from_values(
     cls: type[Message], value: Any, *, now: Time | None = None, seconds: Literal["secs", "sec"] = "secs"
 ) -> Any:
@@ -121,7 +115,7 @@ class _Reader:
         self.fields: dict[str, dict[str, FieldLayout]] = {}
 
     def wrong(self, expected: str, value: Any, path: str) -> CodecError:
-        return CodecError(f"{_shown(value)} given; expected {expected}", type_name=self.top, field_path=path)
+        return CodecError(f"{shown(value)} given; expected {expected}", type_name=self.top, field_path=path)
 
     def message(self, layout: Layout, message: Any, value: Any, path: str) -> None:
         """Fill `message`."""
@@ -264,8 +258,8 @@ def _view(packed: bytes, field: FieldLayout) -> Any:
     return np.frombuffer(packed, DTYPES[field.base])
 
 
-def _shown(value: Any) -> str:
-    """A client's value for a sentence: short."""
+def shown(value: Any) -> str:
+    """A client's value for a sentence: short, on one line."""
     if isinstance(value, (dict, list)):
         return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
     if isinstance(value, str):

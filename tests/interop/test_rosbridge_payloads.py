@@ -17,9 +17,10 @@ from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge import cbor, png
 from rosproto.gateway.rosbridge.operations import Payload
 from rosproto.gateway.rosbridge.protocol import Protocol, publish_text
-from rosproto.gateway.values import to_json, to_values
+from rosproto.gateway.values import to_json
 from tests.support import ros
 from tests.support.extras import needs
+from tests.support.rosbridge_values import to_values
 from tests.support.web_peers import npm_module
 
 needs("bridge")

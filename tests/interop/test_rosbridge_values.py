@@ -20,13 +20,14 @@ from rosproto.codec.binding import from_plain
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import CodecError
 from rosproto.gateway.rosbridge import cbor, png
-from rosproto.gateway.values import from_values, to_json, to_values
+from rosproto.gateway.values import from_values, to_json
 from rosproto.time import Time
 from tests.interop.genpy_build import write_definitions
 from tests.interop.rosbridge_oracle import NOW
 from tests.interop.test_genpy_codec import Case, Rng, all_types, random_plain
 from tests.support import ros, rosbridge_suite
 from tests.support.extras import needs
+from tests.support.rosbridge_values import to_values
 
 needs("bridge")
 

@@ -19,8 +19,9 @@ from rosproto.errors import CodecError
 from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge.operations import OPERATIONS, Reply
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.values import from_values, to_json, to_values
+from rosproto.gateway.values import from_values, to_json
 from tests.property.codec_strategies import cases
+from tests.support.rosbridge_values import to_values
 
 COMMON = settings(deadline=None, max_examples=100, suppress_health_check=[HealthCheck.too_slow])
 Case = tuple[Any, Any, dict[str, Any]]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import ssl
-import time
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 from urllib.parse import quote
@@ -15,8 +14,8 @@ from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
 from rosproto.gateway.foxglove.server_state import ServerState, ViewerSession
 from rosproto.gateway.foxglove.session import FoxgloveSession
+from rosproto.gateway.gateway_server import GatewayServer
 from rosproto.gateway.local_topic import LocalTopic
-from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
@@ -66,7 +65,7 @@ class FoxgloveStats(NamedTuple):
     zeros: int
 
 
-class Foxglove:
+class Foxglove(GatewayServer):
     """Shows the graph of a node in Foxglove and Lichtblick until it is closed.
 
     A topic is subscribed at the robot when the first viewer subscribes it. Viewers may publish, call services
@@ -108,54 +107,27 @@ class Foxglove:
         assets: Iterable[str | os.PathLike[str]] = (),
         watchdog: Watchdog | None = None,
     ) -> None:
-        self.node = node
-        self.access = access or Access()
-        self.limits = limits or GatewayLimits()
-        self._closed = False
         self._state = ServerState(
             node,
+            access or Access(),
+            limits or GatewayLimits(),
+            watchdog,
             name=name or f"rosproto {node.name}",
-            access=self.access,
-            limits=self.limits,
             topics=topics,
             assets=Assets(assets),
-            watchdog=watchdog,
         )
-        try:
-            self._server = WebSocketServer(
-                lambda channel: FoxgloveSession(self._state, channel),
-                host=host,
-                port=port,
-                limits=self.limits,
-                tls=tls,
-                origins=origins,
-                token=token,
-                subprotocols=SUBPROTOCOLS,
-                name="foxglove",
-            )
-        except BaseException:
-            self._state.close(1.0)
-            raise
-        node.before_close(self._stop_driving)
-        node.add_closer(self.close)
+        super().__init__(
+            self._state,
+            lambda channel: FoxgloveSession(self._state, channel),
+            host=host,
+            port=port,
+            tls=tls,
+            origins=origins,
+            token=token,
+            subprotocols=SUBPROTOCOLS,
+            name="foxglove",
+        )
         _log.info("= foxglove: serving %s at %s", node.name, self.url)
-
-    # -- facts ----------------------------------------------------------------------------------------------
-
-    @property
-    def host(self) -> str:
-        """The address it listens on."""
-        return self._server.host
-
-    @property
-    def port(self) -> int:
-        """The port it listens on."""
-        return self._server.port
-
-    @property
-    def url(self) -> str:
-        """The address for viewers, without the token."""
-        return self._server.url
 
     @property
     def app_url(self) -> str:
@@ -179,39 +151,6 @@ class Foxglove:
             topics=state.shared_subscriptions.topics,
             zeros=state.velocity_watchdog.zeros,
         )
-
-    def __repr__(self) -> str:
-        state = "closed" if self._closed else f"{len(self._state.sessions)} clients"
-        return f"<Foxglove {self.url}, {state}>"
-
-    # -- the end --------------------------------------------------------------------------------------------
-
-    def close(self, timeout: float = 5.0) -> None:
-        """Send zeros where a client drives, then end all connections. May be called again.
-
-        Raises:
-            RosTimeout: It took too long; the rest ends by itself.
-        """
-        if self._closed:
-            return
-        self._closed = True
-        self.node.remove_closer(self.close)
-        end = time.monotonic() + timeout
-        self._state.velocity_watchdog.close()
-        try:
-            self._server.close(max(0.1, end - time.monotonic()))
-        finally:
-            self._state.close(max(0.1, end - time.monotonic()))
-
-    def _stop_driving(self, reason: str) -> None:
-        """Send zeros before the node closes."""
-        self._state.velocity_watchdog.close()
-
-    def __enter__(self) -> Foxglove:
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        self.close()
 
 
 def _facts(session: ViewerSession) -> ClientFacts:

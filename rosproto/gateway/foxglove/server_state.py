@@ -7,12 +7,10 @@ import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
-from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.client_publications import ClientPublications
 from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannels, AdvertisedService
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.client_publish import ClientTopics
@@ -20,11 +18,10 @@ from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.parameters import ParameterView
 from rosproto.gateway.foxglove.services import CallCount, ServiceTypes
-from rosproto.gateway.json_text import JsonReader
+from rosproto.gateway.gateway_server import GatewayState
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
-from rosproto.gateway.shared_subscriptions import Receiver, SharedSubscription, SharedSubscriptions
-from rosproto.gateway.velocity_watchdog import VelocityWatchdog
+from rosproto.gateway.shared_subscriptions import Receiver, SharedSubscription
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
@@ -67,17 +64,17 @@ class ViewerSession(Protocol):
     def restart(self) -> None: ...
 
 
-class ServerState:
+class ServerState(GatewayState):
     """The parts that the sessions share.
 
     Args:
         node: The node of the server.
-        name: The server's name for viewers.
         access: What viewers may see and write.
         limits: Bounds for a viewer.
+        watchdog: Process that sends zero where a viewer drives if this process dies.
+        name: The server's name for viewers.
         topics: Topics of this program.
         assets: Files for viewers.
-        watchdog: Process that sends zero where a viewer drives if this process dies.
 
     Attributes:
         run: Id of this run of the master, sent to viewers.
@@ -86,22 +83,18 @@ class ServerState:
     def __init__(
         self,
         node: Node,
-        *,
-        name: str,
         access: Access,
         limits: GatewayLimits,
+        watchdog: Watchdog | None,
+        *,
+        name: str,
         topics: Iterable[LocalTopic],
         assets: Assets,
-        watchdog: Watchdog | None = None,
     ) -> None:
-        self.node, self.name, self.access, self.limits, self.assets = node, name, access, limits, assets
+        super().__init__(node, "foxglove", access, limits, watchdog)
+        self.name, self.assets = name, assets
         self.run = uuid.uuid4().hex
-        self.pool = Pool(name="foxglove work")
-        self.json = JsonReader(limits.message_values, limits.nesting)
         self.calls = CallCount(CALLS, "all clients")
-        self.shared_subscriptions = SharedSubscriptions(node, limits)
-        self.velocity_watchdog = VelocityWatchdog(node.clock.now)
-        self.publications = ClientPublications(node, self.velocity_watchdog, watchdog=watchdog)
         self.client_topics = ClientTopics(node, access, limits, self.publications, self.json)
         self.parameters = ParameterView(node, access, limits)
         self._local = {topic.name: topic for topic in topics}
@@ -249,9 +242,7 @@ class ServerState:
         with self._lock:
             self._closed = True
         self._watch.close(timeout)
-        self.publications.close()
-        self.shared_subscriptions.close()
-        self.pool.close()
+        super().close(timeout)
 
 
 def _outdated(problem: RosError) -> str:

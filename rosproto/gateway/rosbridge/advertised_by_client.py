@@ -14,6 +14,7 @@ from typing import Any, Generic, TypeVar
 from rosproto.action import ActionServer, ServerGoal
 from rosproto.errors import CodecError, RosError, ServiceError
 from rosproto.gateway.access import Refused, insist
+from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.rosbridge.action_mapping import ActionStatus, action_type
 from rosproto.gateway.rosbridge.operations import (
     ActionFeedback,
@@ -24,9 +25,9 @@ from rosproto.gateway.rosbridge.operations import (
     UnadvertiseAction,
     UnadvertiseService,
 )
-from rosproto.gateway.rosbridge.replies import Replies
+from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.server_state import ServerState
-from rosproto.gateway.rosbridge.tf_names import is_tf_name
+from rosproto.gateway.rosbridge.tf_republisher import is_tf_name
 from rosproto.gateway.values import from_values, to_json
 from rosproto.node import ServiceServer
 
@@ -150,9 +151,10 @@ class AdvertisedByClient(Generic[Server, R]):
 class AdvertisedServices:
     """The services that one client provides."""
 
-    def __init__(self, state: ServerState, replies: Replies) -> None:
+    def __init__(self, state: ServerState, protocol: Protocol, channel: ClientChannel) -> None:
         self._state = state
-        self._replies = replies
+        self._protocol = protocol
+        self._channel = channel
         self._provided: AdvertisedByClient[ServiceServer, PendingRequest[ServiceResponse]] = (
             AdvertisedByClient("service_request")
         )
@@ -198,7 +200,7 @@ class AdvertisedServices:
         if problem is not None:
             raise ServiceError(name, problem)
         try:
-            self._replies.send(self._replies.protocol.call_service, call.id, service, to_json(request))
+            self._channel.answer(self._protocol.call_service(call.id, service, to_json(request)))
             if not call.done.wait(limits.call_seconds):
                 raise ServiceError(
                     name, f"the client that provides it has not answered within {limits.call_seconds:g} s"
@@ -217,7 +219,9 @@ class AdvertisedServices:
                 now=self._state.node.clock.now(),
             )
         except CodecError as error:
-            self._replies.status("error", f"service_response: {service}: {error}", answer.id)
+            self._channel.answer(
+                self._protocol.status("error", f"service_response: {service}: {error}", answer.id)
+            )
             raise ServiceError(name, f"the client's answer does not fit: {error}") from error
 
     def close(self) -> None:
@@ -241,9 +245,10 @@ class _Goal(PendingRequest[ActionResult]):
 class AdvertisedActions:
     """The actions that one client provides, and their goals."""
 
-    def __init__(self, state: ServerState, replies: Replies) -> None:
+    def __init__(self, state: ServerState, protocol: Protocol, channel: ClientChannel) -> None:
         self._state = state
-        self._replies = replies
+        self._protocol = protocol
+        self._channel = channel
         self._provided: AdvertisedByClient[ActionServer, _Goal] = AdvertisedByClient("action_goal")
 
     def advertise(self, asked: AdvertiseAction) -> None:
@@ -252,8 +257,6 @@ class AdvertisedActions:
         Raises:
             Refused, RosError: It cannot be provided.
         """
-        from rosproto.action import ActionServer
-
         name = self._state.node.resolve_name(asked.action)
         insist(self._state.access.may_write("action", name))
         if is_tf_name(name):
@@ -316,14 +319,15 @@ class AdvertisedActions:
         if problem is not None:
             goal.abort(text=problem)
             return
-        write = self._replies.protocol
         try:
-            self._replies.send(write.send_action_goal, mine.id, action, type_name, to_json(goal.goal))
+            self._channel.answer(
+                self._protocol.send_action_goal(mine.id, action, type_name, to_json(goal.goal))
+            )
             cancelled = False
             while not mine.done.wait(None if cancelled else CANCEL_CHECK_SECONDS):
                 if goal.cancel_requested and not cancelled:
                     cancelled = True
-                    self._replies.send(write.cancel_action_goal, mine.id, action)
+                    self._channel.answer(self._protocol.cancel_action_goal(mine.id, action))
         finally:
             self._provided.end(mine)
         self._conclude(mine)
@@ -342,7 +346,9 @@ class AdvertisedActions:
             values = {} if answer.values is None else answer.values
             result = from_values(server.type.result, values, now=self._state.node.clock.now())
         except CodecError as error:
-            self._replies.status("error", f"action_result: {mine.name}: {error}", answer.id)
+            self._channel.answer(
+                self._protocol.status("error", f"action_result: {mine.name}: {error}", answer.id)
+            )
             goal.abort(text=f"the client's result does not fit: {error}")
             return
         ends = {ActionStatus.SUCCEEDED: goal.succeed, ActionStatus.CANCELED: goal.preempted}

@@ -16,13 +16,14 @@ from rosproto.action import ActionClient
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
+from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.rosbridge.action_mapping import action_status, action_type
 from rosproto.gateway.rosbridge.fields import Id
 from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, SendActionGoal
-from rosproto.gateway.rosbridge.replies import Replies
+from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.rosapi import RosapiError
 from rosproto.gateway.rosbridge.server_state import ServerState
-from rosproto.gateway.rosbridge.tf_names import ACTION_TYPE, is_tf_name
+from rosproto.gateway.rosbridge.tf_republisher import ACTION_TYPE, is_tf_name
 from rosproto.gateway.values import from_arguments, to_json
 from rosproto.node.services.link import Cancellation
 from rosproto.node.services.probe import probe
@@ -35,9 +36,10 @@ CANCEL_ALL = "/_action/cancel_goal"
 class ServiceCalls:
     """The unanswered service calls of one client."""
 
-    def __init__(self, state: ServerState, replies: Replies) -> None:
+    def __init__(self, state: ServerState, protocol: Protocol, channel: ClientChannel) -> None:
         self._state = state
-        self._replies = replies
+        self._protocol = protocol
+        self._channel = channel
         self._lock = threading.Lock()
         self._open: set[Cancellation] = set()
         self._closed = False
@@ -62,7 +64,7 @@ class ServiceCalls:
         try:
             with self._state.waiting(long=asked.long):
                 values = self._values(asked, cancellation)
-            self._replies.send(self._replies.protocol.service_response, asked, values)
+            self._channel.answer(self._protocol.service_response(asked, values))
         except (Refused, RosapiError, RosError, ValueError) as error:
             self._fail(asked, str(error))
         except Exception as error:
@@ -97,14 +99,14 @@ class ServiceCalls:
     def _cancel_all(self, action: str) -> str:
         """Cancel all goals of an action, for roslib's `Action.cancelAllGoals`, made for ROS 2."""
         insist(self._state.access.may_write("action", action))
-        publications, goal_id = self._state.publications, self._state.message_class("actionlib_msgs/GoalID")
-        cancel = publications.open(self._replies, f"{action}/cancel", goal_id, latch=False, queue_size=1)
+        goal_id = self._state.message_class("actionlib_msgs/GoalID")
+        cancel = self._state.publications.open(self, f"{action}/cancel", goal_id, queue_size=1)
         with closing(cancel):
             cancel.publish(goal_id())
         return '{"return_code":0,"goals_canceling":[]}'
 
     def _fail(self, asked: CallService, text: str) -> None:
-        self._replies.send(self._replies.protocol.service_failure, asked, text)
+        self._channel.answer(self._protocol.service_failure(asked, text))
 
     def close(self) -> None:
         """Cancel the calls; the client has gone."""
@@ -122,9 +124,10 @@ ACTIONS = 16  # used by one client at a time; each has five topics
 class ActionGoals:
     """Goals of one client that have not ended."""
 
-    def __init__(self, state: ServerState, replies: Replies) -> None:
+    def __init__(self, state: ServerState, protocol: Protocol, channel: ClientChannel) -> None:
         self._state = state
-        self._replies = replies
+        self._protocol = protocol
+        self._channel = channel
         self._lock = threading.Lock()
         self._opening = threading.Lock()
         self._clients: dict[tuple[str, str], ActionClient] = {}
@@ -189,13 +192,10 @@ class ActionGoals:
         if cancelled:
             handle.cancel()
         result = handle.wait(None)
-        self._replies.send(
-            self._replies.protocol.action_result, asked, to_json(result), action_status(handle.status)
-        )
+        status = action_status(handle.status)
+        self._channel.answer(self._protocol.action_result(asked, to_json(result), status))
 
     def _client(self, name: str, type_name: str) -> ActionClient:
-        from rosproto.action import ActionClient
-
         kind = action_type(type_name)
         with self._opening:
             client = self._clients.get((name, kind))
@@ -212,7 +212,7 @@ class ActionGoals:
             return client
 
     def _feedback(self, asked: SendActionGoal, _: Any, feedback: Any) -> None:
-        self._replies.send(self._replies.protocol.action_feedback, asked, to_json(feedback))
+        self._channel.answer(self._protocol.action_feedback(asked, to_json(feedback)))
 
     def cancel(self, asked: CancelActionGoal) -> None:
         """Ask the action server to cancel a goal; its result follows.
@@ -233,7 +233,7 @@ class ActionGoals:
             handle.cancel()
 
     def _fail(self, asked: SendActionGoal, text: str) -> None:
-        self._replies.send(self._replies.protocol.action_failure, asked, text)
+        self._channel.answer(self._protocol.action_failure(asked, text))
 
     def close(self) -> None:
         """The client has gone: its goals continue, except those that only send it transforms."""

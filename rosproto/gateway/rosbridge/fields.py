@@ -9,13 +9,21 @@ from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 from rosproto.gateway.rosbridge.action_mapping import ActionStatus
-from rosproto.gateway.rosbridge.status_levels import Level, level_named
-from rosproto.text import printable
+from rosproto.gateway.values import shown
 
 LARGEST = 2**31 - 1
 """The largest whole number; larger sizes, rates and counts make no sense."""
-_SHOWN = 60  # characters of a wrong value in a sentence
 _COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+
+Level = Literal["none", "error", "warning", "info"]
+LEVELS: tuple[Level, ...] = ("none", "error", "warning", "info")
+"""Levels of status messages (ROSBRIDGE_PROTOCOL.md, 3.2); each includes those before it."""
+_SPELLINGS: dict[str, Level] = {
+    **{level: level for level in LEVELS},
+    "err": "error",
+    "warn": "warning",
+    "information": "info",
+}
 
 Id = str | float | None
 """The client's id of a request, repeated in every answer. A number may have any JSON form."""
@@ -29,22 +37,15 @@ Check = Callable[[Any, int], Any]
 """(value, longest text) -> value; ValueError with what is expected."""
 
 
-def _text(value: Any, longest: int) -> str:
-    if isinstance(value, str) and len(value) <= longest:
-        return value
-    raise ValueError(f"a text of at most {longest} characters")
+def _expect(fits: Callable[[Any, int], bool], expected: str) -> Check:
+    """A check that takes a value as it is, if it fits."""
 
+    def check(value: Any, longest: int) -> Any:
+        if fits(value, longest):
+            return value
+        raise ValueError(expected.format(longest=longest))
 
-def _name(value: Any, longest: int) -> str:
-    if isinstance(value, str) and 0 < len(value) <= longest:
-        return value
-    raise ValueError(f"a text of 1 to {longest} characters")
-
-
-def _flag(value: Any, _longest: int) -> bool:
-    if isinstance(value, bool):
-        return value
-    raise ValueError("true or false")
+    return check
 
 
 def _whole(least: int) -> Check:
@@ -68,37 +69,32 @@ def _number(value: Any, _longest: int) -> float:
     raise ValueError("a number")
 
 
-def _compression(value: Any, _longest: int) -> str:
-    if isinstance(value, str) and value in _COMPRESSIONS:
-        return value
-    raise ValueError(f"one of {', '.join(_COMPRESSIONS)}")
+def _level(value: Any, _longest: int) -> Level:
+    if isinstance(value, str) and value in _SPELLINGS:
+        return _SPELLINGS[value]
+    raise ValueError(f"one of {', '.join(LEVELS)}")
 
 
-def _level(value: Any, _longest: int) -> str:
-    level = level_named(value) if isinstance(value, str) else None
-    if level is not None:
-        return level
-    raise ValueError("one of none, error, warning, info")
-
-
-def _arguments(value: Any, _longest: int) -> Any:
-    if isinstance(value, (dict, list)):
-        return value
-    raise ValueError("an object by field, or an array by position")
-
-
-def _status(value: Any, _longest: int) -> int:
-    if type(value) is int and value in range(len(ActionStatus)):
-        return value
-    raise ValueError(f"a status of a goal, from 0 to {len(ActionStatus) - 1}")
-
-
-def _anything(value: Any, _longest: int) -> Any:
-    return value
-
+_text = _expect(
+    lambda value, n: isinstance(value, str) and len(value) <= n, "a text of at most {longest} characters"
+)
+_name = _expect(
+    lambda value, n: isinstance(value, str) and 0 < len(value) <= n, "a text of 1 to {longest} characters"
+)
+_flag = _expect(lambda value, _: isinstance(value, bool), "true or false")
+_compression = _expect(
+    lambda value, _: isinstance(value, str) and value in _COMPRESSIONS, f"one of {', '.join(_COMPRESSIONS)}"
+)
+_arguments = _expect(
+    lambda value, _: isinstance(value, (dict, list)), "an object by field, or an array by position"
+)
+_status = _expect(
+    lambda value, _: type(value) is int and value in range(len(ActionStatus)),
+    f"a status of a goal, from 0 to {len(ActionStatus) - 1}",
+)
 
 # Each type with the check of its JSON value.
-Anything = Annotated[Any, _anything]
+Anything = Annotated[Any, _expect(lambda value, _: True, "anything")]
 Text = Annotated[str, _text]
 Name = Annotated[str, _name]
 Flag = Annotated[bool, _flag]
@@ -126,17 +122,3 @@ def read_id(message: dict[str, Any], text_length: int) -> Id:
     raise FieldError(
         f"field id is {shown(value)}; expected a text of at most {text_length} characters or a number"
     )
-
-
-def shown(value: Any) -> str:
-    """A client's value for a sentence: short, on one line."""
-    if isinstance(value, (dict, list)):
-        return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
-    if isinstance(value, str):
-        cut = value if len(value) <= _SHOWN else f"{value[:_SHOWN]}..."
-        return f"'{printable(cut)}'"
-    if isinstance(value, bool) or value is None:
-        return {True: "true", False: "false", None: "null"}[value]
-    if isinstance(value, int) and value.bit_length() > 64:
-        return "a number of more than 64 bits"
-    return repr(value)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
-from typing import Any, get_args, get_type_hints
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 from rosproto.gateway.rosbridge.fields import (
     Anything,
@@ -33,8 +33,8 @@ from rosproto.gateway.rosbridge.fields import (
     StatusLevel,
     Text,
     read_id,
-    shown,
 )
+from rosproto.gateway.values import shown
 
 RECEIVED_PARTS = ("fragment", "png")
 """Operations that contain another one; `Protocol` unpacks them."""
@@ -258,6 +258,28 @@ class SetLevel:
     level: StatusLevel
 
 
+Operation = (
+    Advertise
+    | Unadvertise
+    | Publish
+    | Subscribe
+    | Unsubscribe
+    | CallService
+    | AdvertiseService
+    | UnadvertiseService
+    | ServiceResponse
+    | SendActionGoal
+    | CancelActionGoal
+    | AdvertiseAction
+    | UnadvertiseAction
+    | ActionFeedback
+    | ActionResult
+    | Auth
+    | SetLevel
+)
+"""What a client may send."""
+
+
 # -- requests of the protocol itself
 
 
@@ -287,36 +309,14 @@ class Close:
     reason: str
 
 
-Request = (
-    Advertise
-    | Unadvertise
-    | Publish
-    | Subscribe
-    | Unsubscribe
-    | CallService
-    | AdvertiseService
-    | UnadvertiseService
-    | ServiceResponse
-    | SendActionGoal
-    | CancelActionGoal
-    | AdvertiseAction
-    | UnadvertiseAction
-    | ActionFeedback
-    | ActionResult
-    | Auth
-    | SetLevel
-    | Reply
-    | LongMessage
-    | Close
-)
+Request = Operation | Reply | LongMessage | Close
 """A request returned by `Protocol.receive`."""
 
 
 # -- the table
 
 
-@dataclass(frozen=True, slots=True)
-class Field:
+class Field(NamedTuple):
     """A field of an operation."""
 
     name: str
@@ -324,11 +324,10 @@ class Field:
     required: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Operation:
+class Row(NamedTuple):
     """A row of `OPERATIONS`: the class and its fields."""
 
-    make: Callable[..., Request]
+    make: type[Operation]
     fields: tuple[Field, ...]
 
 
@@ -353,28 +352,7 @@ def _fields(kind: Any) -> tuple[Field, ...]:
     return tuple(found)
 
 
-OPERATIONS: dict[str, Operation] = {
-    op_of(kind): Operation(kind, _fields(kind))
-    for kind in (
-        Advertise,
-        Unadvertise,
-        Publish,
-        Subscribe,
-        Unsubscribe,
-        CallService,
-        AdvertiseService,
-        UnadvertiseService,
-        ServiceResponse,
-        SendActionGoal,
-        CancelActionGoal,
-        AdvertiseAction,
-        UnadvertiseAction,
-        ActionFeedback,
-        ActionResult,
-        Auth,
-        SetLevel,
-    )
-}
+OPERATIONS = {op_of(kind): Row(kind, _fields(kind)) for kind in get_args(Operation)}
 _NULL_IS_A_VALUE = frozenset({"msg"})  # `from_values` refuses it, with a better sentence
 _APPENDED = {"call_service": "service", "send_action_goal": "action", "cancel_action_goal": "action"}
 """Fields to which old clients append the id: `/rosapi/topics#33` is a call with the id 33."""
@@ -386,9 +364,9 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Reques
     Raises:
         FieldError: A field is wrong; the text names it.
     """
-    operation = OPERATIONS[op]
+    row = OPERATIONS[op]
     given: dict[str, Any] = {"id": read_id(message, text_length)}
-    for each in operation.fields:
+    for each in row.fields:
         value = message.get(each.name)
         if value is None and each.name in _NULL_IS_A_VALUE and each.name in message:
             given[each.name] = None
@@ -406,7 +384,7 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Reques
             given["id"] = appended
         if op != "cancel_action_goal":
             given["asked"] = asked
-    return operation.make(**given)
+    return row.make(**given)
 
 
 def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int) -> Request | None:

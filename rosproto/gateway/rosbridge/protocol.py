@@ -11,15 +11,16 @@ continued), everything is bounded, statuses are sent (the original's branch for 
 
 from __future__ import annotations
 
+import itertools
 import json
 from functools import partial
 from json.encoder import encode_basestring_ascii as quoted
 from typing import Any
-from typing import Protocol as Structural
 
 from rosproto.gateway.chunks import ChunkedMessage, chunked
+from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.json_text import JsonError, JsonReader, is_short
-from rosproto.gateway.rosbridge.fields import FieldError, Id, read_id
+from rosproto.gateway.rosbridge.fields import LEVELS, FieldError, Id, Level, read_id
 from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
 from rosproto.gateway.rosbridge.operations import (
     OPERATIONS,
@@ -37,7 +38,6 @@ from rosproto.gateway.rosbridge.operations import (
     unread_request,
 )
 from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
-from rosproto.gateway.rosbridge.status_levels import Level, is_wanted
 from rosproto.text import printable
 
 TOO_BIG = 1009
@@ -46,19 +46,6 @@ TOO_BIG = 1009
 _MOST_AT_ONCE = 100  # JSON objects in one WebSocket message
 _MOST_PICTURES = 4  # in one WebSocket message: a kilobyte may take a twentieth of a second to unpack
 _WRAPPED = 2  # levels: a picture in fragments is read, deeper nesting is not
-
-
-class WireLimits(Structural):
-    """The bounds of a client's messages; see `GatewayLimits`."""
-
-    @property
-    def message_bytes(self) -> int: ...
-    @property
-    def message_values(self) -> int: ...
-    @property
-    def nesting(self) -> int: ...
-    @property
-    def text_length(self) -> int: ...
 
 
 def publish_text(topic: str, message: str) -> str:
@@ -72,7 +59,7 @@ def publish_chunks(topic: str, message: list[str]) -> ChunkedMessage:
 
 
 class Protocol:
-    """The protocol of one client. Not thread-safe.
+    """The protocol of one client. `receive` is for one thread at a time; any thread may write.
 
     Args:
         limits: Bounds of the client's messages.
@@ -85,11 +72,11 @@ class Protocol:
         closed: `receive` has returned `Close`; it returns nothing more.
     """
 
-    def __init__(self, limits: WireLimits, json: JsonReader | None = None) -> None:
+    def __init__(self, limits: GatewayLimits, json: JsonReader | None = None) -> None:
         self._limits = limits
         self._json = json or JsonReader(limits.message_values, limits.nesting)
         self._fragments = Reassembly(limits.message_bytes)
-        self._fragmented = 0
+        self._fragmented = itertools.count(1)
         self._pictures = 0  # in the message that is read
         self.level: Level = "error"
         self.received = 0
@@ -206,7 +193,7 @@ class Protocol:
             text: A sentence.
             id: The id of the client's message.
         """
-        if not is_wanted(level, self.level):
+        if LEVELS.index(level) > LEVELS.index(self.level):
             return ()
         message: dict[str, Any] = {"op": "status", "level": level, "msg": printable(text, keep="\n\t")}
         if id is not None:
@@ -291,8 +278,7 @@ class Protocol:
         if size is None or len(text) <= size:
             return (text,)
         if not id:  # roslib ignores 0 and ""
-            self._fragmented += 1
-            id = f"fragment:{self._fragmented}"
+            id = f"fragment:{next(self._fragmented)}"
         return cut(text, size, id)
 
 

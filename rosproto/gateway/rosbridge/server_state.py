@@ -6,63 +6,61 @@ import asyncio
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosproto.aio.pool import Pool
 from rosproto.codec import Message, message_class, service_class
 from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.client_publications import ClientPublications
-from rosproto.gateway.json_text import JsonReader
-from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
-from rosproto.gateway.shared_subscriptions import SharedSubscriptions
+from rosproto.gateway.gateway_server import GatewayState
+from rosproto.gateway.rosbridge.rosapi import Rosapi
+from rosproto.gateway.rosbridge.tf_republisher import TfOnDemand
 from rosproto.gateway.values import definition_name
+from rosproto.logs import PeerLog
 from rosproto.node import Node
-
-if TYPE_CHECKING:
-    from rosproto.gateway.rosbridge.rosapi import Rosapi
+from rosproto.watchdog import Watchdog
 
 CALLS = 256  # service calls and goals of all clients; each has a thread
 LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it ends
 LONG_MESSAGES = 2  # of all clients, handled at a time
 
 
-@dataclass
-class ServerState:
+class ServerState(GatewayState):
     """The parts that the sessions share.
 
     Attributes:
-        node: Subscribes, publishes, calls.
-        access: What clients may do.
-        limits: Bounds for a client.
-        shared_subscriptions: Topics that are read.
-        publications: Topics that are written.
+        peer_log: Bounded log about clients.
         rosapi: Answers /rosapi; None if the server does not.
-        pool: Threads for work that waits.
         tf: The tf republisher.
         authenticate: Clients must send credentials of rosauth first.
-        json: Reads messages of clients.
         long_messages: Held while a long message is read and carried out, in order of arrival.
         reading: Held while one of them is decoded.
     """
 
-    node: Node
-    access: Access
-    limits: GatewayLimits
-    shared_subscriptions: SharedSubscriptions
-    publications: ClientPublications
-    rosapi: Rosapi | None
-    pool: Pool
-    tf: TfOnDemand
-    json: JsonReader
-    authenticate: bool = False
-    long_messages: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(LONG_MESSAGES))
-    reading: asyncio.Lock = field(default_factory=asyncio.Lock)
-    _lock: threading.Lock = field(default_factory=threading.Lock)
-    _waiting: int = 0
-    _waiting_long: int = 0
-    _actions: set[str] = field(default_factory=set)
+    def __init__(
+        self,
+        node: Node,
+        access: Access,
+        limits: GatewayLimits,
+        watchdog: Watchdog | None,
+        *,
+        rosapi: bool,
+        authenticate: bool,
+    ) -> None:
+        super().__init__(node, "rosbridge", access, limits, watchdog)
+        self.peer_log = PeerLog("rosproto.gateway")
+        self.rosapi = Rosapi(node, access) if rosapi else None
+        self.tf = TfOnDemand(node, access)
+        self.authenticate = authenticate
+        self.long_messages = asyncio.Semaphore(LONG_MESSAGES)
+        self.reading = asyncio.Lock()
+        self._lock = threading.Lock()
+        self._waiting = self._waiting_long = 0
+        self._actions: set[str] = set()
+
+    def close(self, timeout: float) -> None:
+        """Release everything, after the sessions have ended."""
+        self.tf.close()
+        super().close(timeout)
 
     @contextmanager
     def waiting(self, *, long: bool = False) -> Iterator[None]:

@@ -27,12 +27,10 @@ from rosproto.gateway.rosbridge.calls_and_goals import ActionGoals, ServiceCalls
 from rosproto.gateway.rosbridge.fields import Id
 from rosproto.gateway.rosbridge.operations import Payload, Request, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.replies import Replies
 from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
 from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.velocity_watchdog import is_velocity
-from rosproto.logs import PeerLog
 from rosproto.time import Time
 
 UNAUTHENTICATED_BYTES = 4 << 10  # longest message before authentication
@@ -52,26 +50,23 @@ class RosbridgeSession:
     Args:
         state: Shared by all sessions.
         channel: Sends to the client.
-        peer_log: Bounded log about clients.
     """
 
-    def __init__(self, state: ServerState, channel: ClientChannel, peer_log: PeerLog) -> None:
+    def __init__(self, state: ServerState, channel: ClientChannel) -> None:
         self.channel = channel
         self._state = state
         self._limits = state.limits
-        self._peer_log = peer_log
         self._protocol = Protocol(state.limits, state.json)
-        self._replies = Replies(self._protocol, channel)
         self._subscriptions: dict[str, TopicSubscription] = {}
         self._publications: dict[str, ClientPublication] = {}
         self._advertised: dict[str, set[Id]] = {}
-        self._authentication = _Authentication(state, required=state.authenticate)
+        self._authentication = _Authentication(state)
         if state.authenticate:
             channel.later(state.limits.handshake_seconds, self._authentication_timed_out)
-        self._calls = ServiceCalls(state, self._replies)
-        self._services = AdvertisedServices(state, self._replies)
-        self._actions = AdvertisedActions(state, self._replies)
-        self._goals = ActionGoals(state, self._replies)
+        self._calls = ServiceCalls(state, self._protocol, channel)
+        self._services = AdvertisedServices(state, self._protocol, channel)
+        self._actions = AdvertisedActions(state, self._protocol, channel)
+        self._goals = ActionGoals(state, self._protocol, channel)
         self._perform: dict[type, Callable[[Any], None]] = {
             operations.Subscribe: self._subscribe,
             operations.Unsubscribe: self._unsubscribe,
@@ -159,19 +154,20 @@ class RosbridgeSession:
         perform = self._perform.get(type(request))
         if perform is None:
             return  # handled by the protocol
+        op = op_of(type(request))
         try:
             perform(request)
         except (Refused, RosError, ValueError) as error:
-            op = op_of(type(request))
-            self._replies.status("error", f"{op}: {error}", request.id)  # type: ignore[union-attr]
-            self._peer_log.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
+            self._report(f"{op}: {error}", request.id)  # type: ignore[union-attr]
+            self._state.peer_log.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
         except Exception as error:
-            self._replies.status(
-                "error", f"{op_of(type(request))}: an error of the gateway ({type(error).__name__})"
-            )
-            self._peer_log.error(
+            self._report(f"{op}: an error of the gateway ({type(error).__name__})")
+            self._state.peer_log.error(
                 "session", "! rosbridge: %s of %s", request, self.channel.peer, exc_info=error
             )
+
+    def _report(self, text: str, id: Id = None) -> None:
+        self.channel.answer(self._protocol.status("error", text, id))
 
     # -- subscriptions --------------------------------------------------------------------------------------
 
@@ -188,7 +184,7 @@ class RosbridgeSession:
             raise Refused(f"{len(self._subscriptions)} topics are subscribed: the limit for a client")
         if asked.type:
             self._check_type(name, asked.type)
-        subscription = TopicSubscription(asked.topic, self.channel, self._replies.cut, self._undecodable)
+        subscription = TopicSubscription(asked.topic, self.channel, self._protocol.publish, self._undecodable)
         subscription.add(asked)
         self._subscriptions[asked.topic] = subscription
         try:
@@ -203,7 +199,7 @@ class RosbridgeSession:
             raise Refused(f"{topic} is of type {known}, not {asked}")
 
     def _undecodable(self, topic: str, error: RosError) -> None:
-        self._replies.status("error", f"subscribe: {topic} cannot be decoded: {error}")
+        self._report(f"subscribe: {topic} cannot be decoded: {error}")
 
     def _unsubscribe(self, asked: operations.Unsubscribe) -> None:
         subscription = self._subscriptions.get(asked.topic)
@@ -271,7 +267,7 @@ class RosbridgeSession:
                 raise Refused("send auth before anything else")
             self._authentication.check(request)
         except (Refused, RosError) as problem:
-            self._peer_log.warning(
+            self._state.peer_log.warning(
                 "auth", "! rosbridge: %s is not authenticated: %s", self.channel.peer, problem
             )
             self.channel.close(NOT_AUTHENTICATED, f"not authenticated: {problem}")
@@ -305,20 +301,15 @@ class _Authentication:
     whose fields the service `authenticate` (rosauth/Authentication) checks. Unlike there, the connection also
     ends if the service cannot be called, or no credentials arrive in time.
 
-    Args:
-        state: Calls the service.
-        required: Whether credentials are required.
-
     Attributes:
         begun: Credentials have arrived.
         done: The client may send other messages.
     """
 
-    def __init__(self, state: ServerState, *, required: bool) -> None:
+    def __init__(self, state: ServerState) -> None:
         self._state = state
-        self._required = required
         self.begun = False
-        self.done = not required
+        self.done = not state.authenticate
 
     def check(self, asked: operations.Auth) -> None:
         """Have the service check credentials; waits for its answer.
@@ -329,7 +320,8 @@ class _Authentication:
         """
         self.begun = True
         if self.done:
-            raise Refused("the client has authenticated already" if self._required else NOT_CHECKED)
+            known = "the client has authenticated already"
+            raise Refused(known if self._state.authenticate else NOT_CHECKED)
         service: Any = self._state.service_class(AUTHENTICATION)
         try:
             request = service.Request(

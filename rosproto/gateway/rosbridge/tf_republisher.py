@@ -1,4 +1,5 @@
-"""`TfRepublisher`: provides /tf2_web_republisher and /republish_tfs, transforms for web clients.
+"""`TfRepublisher` provides /tf2_web_republisher and /republish_tfs, transforms for web clients; `TfOnDemand`
+starts it.
 
 roslib's TFClient sends the wanted frames as a goal, and gets changed transforms as feedback. roslibpy calls
 the service, and gets them on a topic. All of tf, at full rate, is too much for a phone. Both may be used
@@ -13,15 +14,33 @@ import itertools
 import math
 import threading
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from rosproto.action import ActionServer, ServerGoal
 from rosproto.bounded_cache import BoundedCache
-from rosproto.errors import RosError
-from rosproto.gateway.rosbridge.tf_names import ACTION, ACTION_TYPE, SERVICE
+from rosproto.errors import MasterError, RosError
+from rosproto.gateway.access import Access, Kind
 from rosproto.node import Node
 from rosproto.tf import Transform, TransformError, TransformListener
 from rosproto.tf.buffer import frame_name
+
+ACTION = "/tf2_web_republisher"
+SERVICE = "/republish_tfs"
+ACTION_TYPE = "tf2_web_republisher/TFSubscriptionAction"
+KINDS: dict[str, Kind] = {
+    ACTION: "action",
+    f"{ACTION}/goal": "topic",
+    f"{ACTION}/cancel": "topic",
+    SERVICE: "service",
+}
+"""The names that a client writes to: the action, the topics on which it publishes, and the service."""
+
+
+def is_tf_name(name: str) -> bool:
+    """True for one of `KINDS`."""
+    return name in KINDS
+
 
 MOST_GOALS = 64
 MOST_TOPICS = 64
@@ -30,6 +49,77 @@ CLOSE_SECONDS = 2.0
 MOST_REMEMBERED = 1000  # goals of clients that have left
 MOST_FRAMES = 500  # of one goal
 HIGHEST_RATE = 100.0  # Hz
+
+
+class TfOnDemand:
+    """Allows writes to the republisher's names, and starts it. Sessions call it before they check a write.
+
+    Args:
+        node: Provides the action and the service.
+        access: Whether clients may read /tf.
+    """
+
+    def __init__(self, node: Node, access: Access) -> None:
+        self._node = node
+        self._access = access
+        self._lock = threading.Lock()
+        self._republisher: TfRepublisher | None = None
+        self._closed = False
+
+    def opens(self, name: str) -> bool:
+        """True for a name of the republisher, which may be written to without a pattern; starts it if needed.
+
+        Calls the master at the first such name.
+
+        Args:
+            name: Resolved name of a topic, service or action.
+
+        Raises:
+            MasterError, ConnectionLost, RosTimeout: The master does not answer, or refuses the registration.
+        """
+        kind = KINDS.get(name)
+        if kind is None or self._access.may_read(kind, name) is not None:
+            return False
+        if self._access.may_read("topic", "/tf") is not None:
+            return False
+        with self._lock:
+            if self._republisher is None and not self._closed and not self._is_provided():
+                self._republisher = TfRepublisher(self._node)
+        return True
+
+    def _is_provided(self) -> bool:
+        """Whether another node (tf2_web_republisher, another bridge) provides it."""
+        if self._node.master.get_system_state().publishers.get(f"{ACTION}/status"):
+            return True
+        try:
+            self._node.master.lookup_service(SERVICE)
+        except MasterError as error:
+            if error.code != -1:
+                raise
+            return False
+        return True
+
+    def publishes(self, client: object, name: str, message: object) -> None:
+        """Called before a client's message is published on a topic."""
+        republisher = self._republisher
+        if republisher is None or name != f"{ACTION}/goal" or not isinstance(message, Mapping):
+            return
+        goal_id = message.get("goal_id")
+        if isinstance(goal_id, Mapping) and isinstance(goal_id.get("id"), str):
+            republisher.sent(client, goal_id["id"])
+
+    def gone(self, client: object) -> None:
+        """Called when a client has left."""
+        if self._republisher is not None:
+            self._republisher.gone(client)
+
+    def close(self) -> None:
+        """End it; may be called again."""
+        with self._lock:
+            self._closed = True
+            republisher, self._republisher = self._republisher, None
+        if republisher is not None:
+            republisher.close()
 
 
 class TfRepublisher:
@@ -63,12 +153,6 @@ class TfRepublisher:
         except BaseException:
             self._listener.close()
             raise
-
-    def __enter__(self) -> TfRepublisher:
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """End all goals, topics and subscriptions; may be called twice."""

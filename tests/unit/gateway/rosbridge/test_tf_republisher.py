@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import closing
 
 import pytest
 
@@ -45,7 +46,7 @@ def test_frames_are_sent_first_and_when_they_moved(nodes: tuple[Node, Node]) -> 
     with (
         StaticTransformBroadcaster(robot) as fixed,
         TransformBroadcaster(robot) as moving,
-        TfRepublisher(gateway),
+        closing(TfRepublisher(gateway)),
         ActionClient(robot, "/tf2_web_republisher", "tf2_web_republisher/TFSubscription") as client,
     ):
         client.wait_for_server(5)
@@ -74,7 +75,7 @@ def test_the_goals_of_a_client_that_left_end(nodes: tuple[Node, Node]) -> None:
     """A page that is closed cancels nothing; the others' goals go on."""
     robot, gateway = nodes
     with (
-        TfRepublisher(gateway) as republisher,
+        closing(TfRepublisher(gateway)) as republisher,
         ActionClient(robot, "/tf2_web_republisher", "tf2_web_republisher/TFSubscription") as client,
     ):
         client.wait_for_server(5)
@@ -100,7 +101,7 @@ def test_a_goal_without_sense_is_rejected(nodes: tuple[Node, Node], change: dict
     """A rate that would never or always send, thresholds that are none, too many frames."""
     robot, gateway = nodes
     with (
-        TfRepublisher(gateway),
+        closing(TfRepublisher(gateway)),
         ActionClient(robot, "/tf2_web_republisher", "tf2_web_republisher/TFSubscription") as client,
     ):
         client.wait_for_server(5)
@@ -113,7 +114,7 @@ def test_a_goal_without_sense_is_rejected(nodes: tuple[Node, Node], change: dict
 def test_a_topic_for_clients_that_call_the_service(nodes: tuple[Node, Node]) -> None:
     """Each call gets a topic, whose new subscribers get all transforms; it closes without subscribers."""
     robot, gateway = nodes
-    with StaticTransformBroadcaster(robot) as fixed, TfRepublisher(gateway) as republisher:
+    with StaticTransformBroadcaster(robot) as fixed, closing(TfRepublisher(gateway)) as republisher:
         fixed.send(
             Transform.planar("map", "base", 1.0, 0.0, 0.0), Transform.planar("base", "laser", 1.0, 0.0, 0.0)
         )
@@ -136,7 +137,7 @@ def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch
     """No client opens topics without end; closing ends them."""
     monkeypatch.setattr(tf_republisher, "MOST_TOPICS", 2)
     robot, gateway = nodes
-    with TfRepublisher(gateway) as republisher:
+    with closing(TfRepublisher(gateway)) as republisher:
         client = robot.service_client("/republish_tfs", "tf2_web_republisher/RepublishTFs")
         client.wait(5)
         asked = {**a_goal(), "timeout": Duration(50, 0)}
@@ -153,7 +154,7 @@ def test_goals_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(tf_republisher, "MOST_GOALS", 2)
     robot, gateway = nodes
     with (
-        TfRepublisher(gateway),
+        closing(TfRepublisher(gateway)),
         ActionClient(robot, "/tf2_web_republisher", "tf2_web_republisher/TFSubscription") as client,
     ):
         client.wait_for_server(5)

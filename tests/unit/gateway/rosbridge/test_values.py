@@ -13,9 +13,10 @@ import pytest
 from rosproto.codec import decode, define, encode, message_class, service_class
 from rosproto.errors import CodecError
 from rosproto.gateway.json_writer import PIECE
-from rosproto.gateway.values import from_arguments, from_values, to_json, to_values
+from rosproto.gateway.values import from_arguments, from_values, to_json
 from rosproto.msg import bundled
 from rosproto.time import Time
+from tests.support.rosbridge_values import to_values
 
 NOW = Time(1234, 5678)
 

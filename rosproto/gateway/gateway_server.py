@@ -1,0 +1,149 @@
+"""`GatewayState` and `GatewayServer`: what the rosbridge server and the Foxglove server have in common."""
+
+from __future__ import annotations
+
+import ssl
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from rosproto.aio.pool import Pool
+from rosproto.gateway.access import Access
+from rosproto.gateway.client_channel import ClientChannel, ClientSession
+from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.client_publications import ClientPublications
+from rosproto.gateway.json_text import JsonReader
+from rosproto.gateway.shared_subscriptions import SharedSubscriptions
+from rosproto.gateway.velocity_watchdog import VelocityWatchdog
+from rosproto.gateway.websocket_server import WebSocketServer
+from rosproto.node import Node
+from rosproto.watchdog import Watchdog
+
+Self = TypeVar("Self", bound="GatewayServer")
+
+
+class GatewayState:
+    """The parts of one server that its sessions share.
+
+    Args:
+        node: Subscribes, publishes, calls.
+        kind: "rosbridge" or "foxglove".
+        access: What clients may do.
+        limits: Bounds for a client.
+        watchdog: Process that sends zero where a client drives if this process dies.
+
+    Attributes:
+        pool: Threads for work that waits.
+        json: Reads messages of clients.
+        shared_subscriptions: Topics that are read.
+        velocity_watchdog: Sends zero after clients that drove.
+        publications: Topics that are written.
+    """
+
+    def __init__(
+        self, node: Node, kind: str, access: Access, limits: GatewayLimits, watchdog: Watchdog | None
+    ) -> None:
+        self.node, self.access, self.limits = node, access, limits
+        self.pool = Pool(4 * limits.connections, name=f"{kind} work")
+        self.json = JsonReader(limits.message_values, limits.nesting)
+        self.shared_subscriptions = SharedSubscriptions(node, limits)
+        self.velocity_watchdog = VelocityWatchdog(node.clock.now)
+        self.publications = ClientPublications(node, self.velocity_watchdog, watchdog=watchdog)
+
+    def close(self, timeout: float) -> None:
+        """Release everything, after the sessions have ended."""
+        self.publications.close()
+        self.shared_subscriptions.close()
+        self.pool.close()
+
+
+class GatewayServer:
+    """A server, as a program uses it."""
+
+    def __init__(
+        self,
+        state: GatewayState,
+        open_session: Callable[[ClientChannel], ClientSession],
+        *,
+        host: str,
+        port: int,
+        tls: ssl.SSLContext | None,
+        origins: Sequence[str],
+        token: str | None,
+        subprotocols: Sequence[str] = (),
+        name: str,
+    ) -> None:
+        self.node, self.access, self.limits = state.node, state.access, state.limits
+        self._gateway = state
+        self._closing = threading.Lock()
+        self._closed = False
+        try:
+            self._server = WebSocketServer(
+                open_session,
+                host=host,
+                port=port,
+                limits=state.limits,
+                tls=tls,
+                origins=origins,
+                token=token,
+                subprotocols=subprotocols,
+                name=name,
+            )
+        except BaseException:
+            state.close(1.0)
+            raise
+        self.node.before_close(self._stop_driving)
+        self.node.add_closer(self.close)
+
+    @property
+    def host(self) -> str:
+        """The address it listens on."""
+        return self._server.host
+
+    @property
+    def port(self) -> int:
+        """The port it listens on."""
+        return self._server.port
+
+    @property
+    def url(self) -> str:
+        """The address for clients, without the token: "ws://127.0.0.1:9090"."""
+        return self._server.url
+
+    @property
+    def closed(self) -> bool:
+        """True once `close` was called."""
+        return self._closed
+
+    def _stop_driving(self, reason: str) -> None:
+        """Send zeros before the node closes."""
+        self._gateway.velocity_watchdog.close()
+
+    def close(self, timeout: float = 5.0) -> None:
+        """Send zeros where a client drives, then end all connections. May be called again.
+
+        Raises:
+            RosTimeout: It took too long; the rest ends by itself.
+        """
+        with self._closing:
+            closed, self._closed = self._closed, True
+        if closed:
+            return
+        self.node.remove_closer(self.close)
+        end = time.monotonic() + timeout
+        self._gateway.velocity_watchdog.close()
+        try:
+            self._server.close(max(0.1, end - time.monotonic()))
+        finally:
+            self._gateway.close(max(0.1, end - time.monotonic()))
+
+    def __enter__(self: Self) -> Self:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else f"{len(self._server.channels)} clients"
+        return f"<{type(self).__name__} {self.url}, {state}>"
