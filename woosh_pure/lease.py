@@ -12,14 +12,15 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rosproto.coercion import as_float
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 
-__all__ = ["DEFAULT_SECONDS", "MOST_SECONDS", "ChassisLease", "Lease", "LeaseState"]
+__all__ = ["DEFAULT_SECONDS", "MOST_SECONDS", "ChassisLease", "LeaseState"]
 
 DEFAULT_SECONDS = 60.0
 MOST_SECONDS = 3600.0
@@ -43,107 +44,6 @@ class LeaseState:
     asking: tuple[str, ...] = ()
 
 
-@dataclass(slots=True)
-class Lease:
-    """The rules of a lease. Pure: `now` is an argument, in seconds of any one clock.
-
-    Attributes:
-        owner: The owner's name; None if the lease is free.
-        expires: When it lapses.
-        asking: Names of the clients that have requested it, in order.
-    """
-
-    owner: str | None = None
-    expires: float = -math.inf
-    asking: list[str] = field(default_factory=list)
-
-    def lapse(self, now: float) -> bool:
-        """Free the lease if its time is up; True if this call has freed it."""
-        if self.owner is None or now < self.expires:
-            return False
-        self.owner, self.expires = None, -math.inf
-        return True
-
-    def acquire(self, owner: str, seconds: float, now: float) -> bool:
-        """Take the lease if it is free, or extend it; False if another client has it."""
-        self.lapse(now)
-        if self.owner not in (None, owner):
-            return False
-        self.owner, self.expires = owner, now + seconds
-        self._forget(owner)
-        return True
-
-    def renew(self, owner: str, seconds: float, now: float) -> bool:
-        """Extend the lease; False if this client does not have it."""
-        self.lapse(now)
-        if self.owner != owner:
-            return False
-        self.expires = max(self.expires, now + seconds)
-        return True
-
-    def shorten(self, owner: str, seconds: float, now: float) -> bool:
-        """Let the lease lapse within `seconds`; False if this client does not have it."""
-        self.lapse(now)
-        if self.owner != owner:
-            return False
-        self.expires = min(self.expires, now + seconds)
-        return True
-
-    def release(self, owner: str, now: float) -> bool:
-        """Give the lease back and withdraw a request; False if this client did not have the lease."""
-        self.lapse(now)
-        self._forget(owner)
-        if self.owner != owner:
-            return False
-        self.owner, self.expires = None, -math.inf
-        return True
-
-    def withdraw(self, owner: str) -> bool:
-        """Withdraw a request, but keep the lease; False if this client has not requested it."""
-        asks = owner in self.asking
-        self._forget(owner)
-        return asks
-
-    def request(self, owner: str, now: float) -> bool:
-        """Request the lease; False if it is free, if this client has it, or if too many have requested it."""
-        self.lapse(now)
-        if self.owner is None or self.owner == owner:
-            return False
-        if owner not in self.asking:
-            if len(self.asking) >= MOST_ASKING:
-                return False
-            self.asking.append(owner)
-        return True
-
-    def grant(self, owner: str, to: str, seconds: float, now: float) -> bool:
-        """Grant the lease to `to`; False if this client does not have it, or `to` has not requested it."""
-        self.lapse(now)
-        if self.owner != owner or to not in self.asking:
-            return False
-        self.owner, self.expires = to, now + seconds
-        self._forget(to)
-        return True
-
-    def take_over(self, owner: str, holder: str, seconds: float, now: float) -> bool:
-        """Take the lease from `holder`; False if another client has it, or `owner` has not requested it."""
-        self.lapse(now)
-        if self.owner != holder or owner not in self.asking:
-            return False
-        self.owner, self.expires = owner, now + seconds
-        self._forget(owner)
-        return True
-
-    def state(self, now: float) -> LeaseState:
-        """The state of the lease at `now`."""
-        self.lapse(now)
-        left = 0.0 if self.owner is None else self.expires - now
-        return LeaseState(self.owner, left, tuple(self.asking))
-
-    def _forget(self, owner: str) -> None:
-        if owner in self.asking:
-            self.asking.remove(owner)
-
-
 class ChassisLease:
     """The lease of one `Chassis`, as `chassis.lease`. Safe from any thread.
 
@@ -153,7 +53,9 @@ class ChassisLease:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.RLock()
-        self._lease = Lease()
+        self._holder: str | None = None
+        self._expires = -math.inf
+        self._asking: list[str] = []
         self._listeners: list[Callable[[LeaseState], object]] = []
 
     def __repr__(self) -> str:
@@ -168,12 +70,8 @@ class ChassisLease:
     @property
     def state(self) -> LeaseState:
         """The state now. Reading it frees a lease whose time is up."""
-        with self._lock:
-            lapsed = self._lease.lapse(self._clock())
-            state = self._lease.state(self._clock())
-        if lapsed:
-            self._tell(state)
-        return state
+        with self._changing() as now:
+            return self._state(now)
 
     def acquire(self, owner: str, seconds: float = DEFAULT_SECONDS) -> bool:
         """Take the lease if it is free, or extend it; False if another client has it: then `request` it.
@@ -186,7 +84,11 @@ class ChassisLease:
             ValueError: No name, or `seconds` makes no sense.
         """
         owner, seconds = _name(owner), _seconds(seconds)
-        return self._change(lambda now: self._lease.acquire(owner, seconds, now))
+        with self._changing() as now:
+            if self._holder not in (None, owner):
+                return False
+            self._give(owner, now + seconds)
+            return True
 
     def renew(self, owner: str, seconds: float = DEFAULT_SECONDS) -> bool:
         """Extend the lease; False if this client does not have it any more.
@@ -195,8 +97,11 @@ class ChassisLease:
             ValueError: No name, or `seconds` makes no sense.
         """
         owner, seconds = _name(owner), _seconds(seconds)
-        with self._lock:  # no listener is called: the holder stays the same
-            return self._lease.renew(owner, seconds, self._clock())
+        with self._changing() as now:
+            if self._holder != owner:
+                return False
+            self._expires = max(self._expires, now + seconds)
+            return True
 
     def shorten(self, owner: str, seconds: float) -> bool:
         """Let the lease lapse within `seconds`, for a client that has gone; False if it does not have the
@@ -206,16 +111,24 @@ class ChassisLease:
             ValueError: No name, or `seconds` makes no sense.
         """
         owner, seconds = _name(owner), _seconds(seconds)
-        with self._lock:
-            return self._lease.shorten(owner, seconds, self._clock())
+        with self._changing() as now:
+            if self._holder != owner:
+                return False
+            self._expires = min(self._expires, now + seconds)
+            return True
 
     def release(self, owner: str) -> bool:
         """Give the lease back, or withdraw a request; False if this client did not have the lease."""
-        return self._change(lambda now: self._lease.release(owner, now))
+        with self._changing():
+            self._forget(owner)
+            had = self._holder == owner
+            self._holder = None if had else self._holder
+            return had
 
     def withdraw(self, owner: str) -> bool:
         """Withdraw a request, but keep the lease; False if this client has not requested it."""
-        return self._change(lambda now: self._lease.withdraw(owner))
+        with self._changing():
+            return self._forget(owner)
 
     def request(self, owner: str) -> bool:
         """Request the lease; False if it is free (`acquire` it), or too many have requested it.
@@ -224,7 +137,14 @@ class ChassisLease:
             ValueError: No name.
         """
         owner = _name(owner)
-        return self._change(lambda now: self._lease.request(owner, now))
+        with self._changing():
+            if self._holder in (None, owner):
+                return False
+            if owner not in self._asking:
+                if len(self._asking) >= MOST_ASKING:
+                    return False
+                self._asking.append(owner)
+            return True
 
     def grant(self, owner: str, to: str, seconds: float = DEFAULT_SECONDS) -> bool:
         """Grant the lease to `to`; False if this client does not have it, or `to` has not requested it.
@@ -232,8 +152,7 @@ class ChassisLease:
         Raises:
             ValueError: `seconds` makes no sense.
         """
-        seconds = _seconds(seconds)
-        return self._change(lambda now: self._lease.grant(owner, to, seconds, now))
+        return self._hand_over(owner, to, _seconds(seconds))
 
     def take_over(self, owner: str, holder: str, seconds: float = DEFAULT_SECONDS) -> bool:
         """Take the lease from a program; False if another client has it, or `owner` has not requested it.
@@ -243,14 +162,13 @@ class ChassisLease:
         Raises:
             ValueError: No name, or `seconds` makes no sense.
         """
-        owner, seconds = _name(owner), _seconds(seconds)
-        return self._change(lambda now: self._lease.take_over(owner, holder, seconds, now))
+        return self._hand_over(holder, _name(owner), _seconds(seconds))
 
     def on(self, callback: Callable[[LeaseState], object]) -> Callable[[], None]:
         """Call `callback(state)` after each change, in the thread that changed it. Return a function that
         removes the callback.
 
-        A lapse is reported when the state is read next.
+        A lapse is reported when the lease is used next.
         """
         with self._lock:
             self._listeners.append(callback)
@@ -262,22 +180,42 @@ class ChassisLease:
 
         return off
 
-    def _change(self, act: Callable[[float], bool]) -> bool:
-        with self._lock:
-            before = self._seen()
-            done = act(self._clock())
-            changed, state = self._seen() != before, self._lease.state(self._clock())
-        if changed:
-            self._tell(state)
-        return done
+    def _hand_over(self, owner: str, to: str, seconds: float) -> bool:
+        with self._changing() as now:
+            if self._holder != owner or to not in self._asking:
+                return False
+            self._give(to, now + seconds)
+            return True
 
-    def _seen(self) -> tuple[object, ...]:
-        return (self._lease.owner, *self._lease.asking)
+    def _give(self, owner: str, expires: float) -> None:
+        self._holder, self._expires = owner, expires
+        self._forget(owner)
 
-    def _tell(self, state: LeaseState) -> None:
+    def _forget(self, owner: str) -> bool:
+        """Remove a request; False if there is none."""
+        if owner not in self._asking:
+            return False
+        self._asking.remove(owner)
+        return True
+
+    def _state(self, now: float) -> LeaseState:
+        left = 0.0 if self._holder is None else self._expires - now
+        return LeaseState(self._holder, left, tuple(self._asking))
+
+    @contextmanager
+    def _changing(self) -> Iterator[float]:
+        """Hold the lock over a change, free a lease whose time is up, and tell the listeners afterwards.
+
+        The value is the time.
+        """
         with self._lock:
+            before, now = (self._holder, *self._asking), self._clock()
+            if now >= self._expires:
+                self._holder = None
+            yield now
+            changed, state = (self._holder, *self._asking) != before, self._state(now)
             listeners = list(self._listeners)
-        for listener in listeners:
+        for listener in listeners if changed else ():
             try:
                 listener(state)
             except Exception:

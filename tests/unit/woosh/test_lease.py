@@ -6,118 +6,137 @@ import threading
 
 import pytest
 
-from woosh_pure.lease import MOST_ASKING, ChassisLease, Lease, LeaseState
+from woosh_pure.lease import MOST_ASKING, ChassisLease, LeaseState
 
 
-def test_a_free_lease_is_taken_and_shown() -> None:
-    lease = Lease()
-    assert lease.acquire("anna", 60.0, now=0.0)
-    assert lease.state(10.0) == LeaseState("anna", 50.0, ())
+class At:
+    """A clock that the test sets."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
 
 
-def test_nobody_takes_it_from_its_holder() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    assert not lease.acquire("bert", 60.0, 1.0)
-    assert lease.owner == "anna"
+@pytest.fixture
+def at() -> At:
+    return At()
 
 
-def test_it_lapses_by_itself_and_only_once() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    assert not lease.lapse(59.9)
-    assert lease.lapse(60.0)
-    assert not lease.lapse(61.0)
-    assert lease.acquire("bert", 60.0, 61.0)
+@pytest.fixture
+def lease(at: At) -> ChassisLease:
+    return ChassisLease(at)
 
 
-def test_renewing_keeps_it_and_never_shortens_it() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    assert lease.renew("anna", 5.0, 1.0)
-    assert lease.expires == 60.0
-    assert lease.renew("anna", 60.0, 30.0)
-    assert lease.expires == 90.0
-    assert not lease.renew("bert", 60.0, 31.0)
-    assert not lease.renew("anna", 60.0, 90.0), "what has lapsed is not renewed"
+def test_a_free_lease_is_taken_and_shown(lease: ChassisLease, at: At) -> None:
+    assert lease.acquire("anna", 60.0)
+    at.now = 10.0
+    assert lease.state == LeaseState("anna", 50.0, ())
 
 
-def test_it_is_handed_over_only_to_somebody_who_asks() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    assert not lease.grant("anna", "bert", 60.0, 1.0)
-    assert lease.request("bert", 1.0)
-    assert not lease.grant("carl", "bert", 60.0, 2.0), "not carl's to grant"
-    assert lease.grant("anna", "bert", 60.0, 2.0)
-    assert lease.state(2.0) == LeaseState("bert", 60.0, ())
+def test_nobody_takes_it_from_its_holder(lease: ChassisLease) -> None:
+    lease.acquire("anna", 60.0)
+    assert not lease.acquire("bert", 60.0)
+    assert lease.holder == "anna"
 
 
-def test_it_is_taken_over_only_by_who_has_asked_its_holder() -> None:
-    lease = Lease()
-    lease.acquire("a program", 60.0, 0.0)
-    assert not lease.take_over("anna", "a program", 60.0, 1.0), "asked once is not asked twice"
-    lease.request("anna", 1.0)
-    assert not lease.take_over("anna", "another program", 60.0, 1.0), "it has changed hands meanwhile"
-    assert lease.take_over("anna", "a program", 60.0, 2.0)
-    assert lease.state(2.0) == LeaseState("anna", 60.0, ())
-    assert not lease.renew("a program", 60.0, 3.0)
+def test_it_lapses_by_itself_and_only_once(lease: ChassisLease, at: At) -> None:
+    told: list[LeaseState] = []
+    lease.acquire("anna", 60.0)
+    lease.on(told.append)
+    at.now = 59.9
+    assert lease.holder == "anna"
+    at.now = 60.0
+    assert lease.holder is None
+    at.now = 61.0
+    assert lease.holder is None
+    assert [state.holder for state in told] == [None]
+    assert lease.acquire("bert", 60.0)
 
 
-def test_it_is_shortened_for_its_holder_and_never_lengthened() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    assert not lease.shorten("bert", 1.0, 0.0)
-    assert lease.shorten("anna", 6.0, 10.0)
-    assert lease.shorten("anna", 30.0, 10.0)
-    assert lease.expires == 16.0
-    assert lease.renew("anna", 60.0, 12.0), "who comes back keeps it"
-    assert lease.expires == 72.0
+def test_renewing_keeps_it_and_never_shortens_it(lease: ChassisLease, at: At) -> None:
+    lease.acquire("anna", 60.0)
+    at.now = 1.0
+    assert lease.renew("anna", 5.0)
+    assert lease.state.seconds == 59.0
+    at.now = 30.0
+    assert lease.renew("anna", 60.0)
+    assert lease.state.seconds == 60.0
+    assert not lease.renew("bert", 60.0)
+    at.now = 90.0
+    assert not lease.renew("anna", 60.0), "what has lapsed is not renewed"
 
 
-def test_nobody_asks_for_a_free_one_or_for_ones_own() -> None:
-    lease = Lease()
-    assert not lease.request("bert", 0.0)
-    lease.acquire("anna", 60.0, 0.0)
-    assert not lease.request("anna", 0.0)
+def test_it_is_handed_over_only_to_somebody_who_asks(lease: ChassisLease) -> None:
+    lease.acquire("anna", 60.0)
+    assert not lease.grant("anna", "bert", 60.0)
+    assert lease.request("bert")
+    assert not lease.grant("carl", "bert", 60.0), "not carl's to grant"
+    assert lease.grant("anna", "bert", 60.0)
+    assert lease.state == LeaseState("bert", 60.0, ())
 
 
-def test_who_asks_stands_in_the_list_once_and_can_take_it_back() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    lease.request("bert", 1.0)
-    lease.request("carl", 1.0)
-    lease.request("bert", 1.0)
-    assert lease.asking == ["bert", "carl"]
-    assert not lease.release("bert", 2.0), "it was not bert's"
-    assert lease.asking == ["carl"]
+def test_it_is_taken_over_only_by_who_has_asked_its_holder(lease: ChassisLease) -> None:
+    lease.acquire("a program", 60.0)
+    assert not lease.take_over("anna", "a program", 60.0), "asked once is not asked twice"
+    lease.request("anna")
+    assert not lease.take_over("anna", "another program", 60.0), "it has changed hands meanwhile"
+    assert lease.take_over("anna", "a program", 60.0)
+    assert lease.state == LeaseState("anna", 60.0, ())
+    assert not lease.renew("a program", 60.0)
 
 
-def test_the_list_of_those_who_ask_has_a_bound() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    assert all(lease.request(f"guest {i}", 0.0) for i in range(MOST_ASKING))
-    assert not lease.request("one more", 0.0)
-    assert len(lease.asking) == MOST_ASKING
+def test_it_is_shortened_for_its_holder_and_never_lengthened(lease: ChassisLease, at: At) -> None:
+    lease.acquire("anna", 60.0)
+    assert not lease.shorten("bert", 1.0)
+    at.now = 10.0
+    assert lease.shorten("anna", 6.0)
+    assert lease.shorten("anna", 30.0)
+    assert lease.state.seconds == 6.0
+    at.now = 12.0
+    assert lease.renew("anna", 60.0), "who comes back keeps it"
+    assert lease.state.seconds == 60.0
 
 
-def test_a_question_is_taken_back_without_the_lease() -> None:
-    lease = Lease()
-    lease.acquire("anna", 10.0, 0.0)
-    lease.request("bert", 1.0)
+def test_nobody_asks_for_a_free_one_or_for_ones_own(lease: ChassisLease) -> None:
+    assert not lease.request("bert")
+    lease.acquire("anna", 60.0)
+    assert not lease.request("anna")
+
+
+def test_who_asks_stands_in_the_list_once_and_can_take_it_back(lease: ChassisLease) -> None:
+    lease.acquire("anna", 60.0)
+    lease.request("bert")
+    lease.request("carl")
+    lease.request("bert")
+    assert lease.state.asking == ("bert", "carl")
+    assert not lease.release("bert"), "it was not bert's"
+    assert lease.state.asking == ("carl",)
+
+
+def test_the_list_of_those_who_ask_has_a_bound(lease: ChassisLease) -> None:
+    lease.acquire("anna", 60.0)
+    assert all(lease.request(f"guest {i}") for i in range(MOST_ASKING))
+    assert not lease.request("one more")
+    assert len(lease.state.asking) == MOST_ASKING
+
+
+def test_a_question_is_taken_back_without_the_lease(lease: ChassisLease) -> None:
+    lease.acquire("anna", 10.0)
+    lease.request("bert")
     assert lease.withdraw("bert")
-    assert lease.asking == []
+    assert lease.state.asking == ()
     assert not lease.withdraw("anna")
-    assert lease.owner == "anna"
+    assert lease.holder == "anna"
 
 
-def test_giving_back_frees_it_and_keeps_those_who_ask() -> None:
-    lease = Lease()
-    lease.acquire("anna", 60.0, 0.0)
-    lease.request("bert", 1.0)
-    assert lease.release("anna", 2.0)
-    assert lease.state(2.0) == LeaseState(None, 0.0, ("bert",))
-    assert lease.acquire("bert", 60.0, 3.0)
-    assert lease.asking == []
+def test_giving_back_frees_it_and_keeps_those_who_ask(lease: ChassisLease) -> None:
+    lease.acquire("anna", 60.0)
+    lease.request("bert")
+    assert lease.release("anna")
+    assert lease.state == LeaseState(None, 0.0, ("bert",))
+    assert lease.acquire("bert", 60.0)
+    assert lease.state.asking == ()
 
 
 def test_listeners_hear_changes_and_a_lapse_that_somebody_sees() -> None:
