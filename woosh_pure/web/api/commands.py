@@ -57,6 +57,7 @@ Key = Annotated[
 ]
 
 
+@goals.post("/goals", status_code=201, response_model=models.Goal, responses={**CREATED, **_GOAL_PROBLEMS})
 def create_goal(
     body: models.GoalRequest, request: Request, response: Response, key: Key = None
 ) -> dict[str, Any]:
@@ -138,16 +139,19 @@ def _place(robot: Robot, body: Any) -> Pose2D | None:
     return mark.pose
 
 
+@goals.get("/goals", response_model=list[models.Goal])
 def list_goals(request: Request) -> list[dict[str, Any]]:
     """The last goals, the oldest first."""
     return [goal.as_json() for goal in robot_of(request).goals.all()]
 
 
+@goals.get("/goals/{goal}", response_model=models.Goal)
 def get_goal(goal: str, request: Request) -> dict[str, Any]:
     """One goal by its id."""
     return robot_of(request).goals.get(goal).as_json()
 
 
+@goals.get("/goals/{goal}/wait", response_model=models.Goal)
 async def wait_for_goal(
     goal: str, request: Request, timeout: float = Query(30.0, gt=0.0, le=300.0)
 ) -> dict[str, Any]:
@@ -160,11 +164,20 @@ async def wait_for_goal(
     return await run_in_threadpool(found.as_json)
 
 
+@goals.post("/goals/{goal}/cancel", response_model=models.Goal, responses=problems(409))
 def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
     """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
     return _cancelled(goal, request).as_json()
 
 
+@goals.delete(
+    "/goals/{goal}",
+    response_model=models.Goal,
+    responses={
+        202: {"model": models.Goal, **CREATED[201], "description": "not confirmed yet"},
+        **problems(409),
+    },
+)
 def delete_goal(goal: str, request: Request, response: Response) -> dict[str, Any]:
     """Cancel the goal if it is under way, and forget it. 202 if the robot has not confirmed yet: then the
     goal is still there, and another DELETE is needed.
@@ -188,11 +201,13 @@ def _cancelled(number: str, request: Request) -> Goal:
     return found
 
 
+@goals.post("/goals/{goal}/pause", response_model=models.Goal, responses=_GOAL_PROBLEMS)
 async def pause_goal(goal: str, request: Request) -> dict[str, Any]:
     """Pause the goal."""
     return await run_in_threadpool(_hold, goal, request, "pause")
 
 
+@goals.post("/goals/{goal}/resume", response_model=models.Goal, responses=_GOAL_PROBLEMS)
 async def resume_goal(goal: str, request: Request) -> dict[str, Any]:
     """Resume a paused goal."""
     return await run_in_threadpool(_hold, goal, request, "resume")
@@ -221,57 +236,19 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
     return goal.as_json()
 
 
-goals.add_api_route(
-    "/goals",
-    create_goal,
-    methods=["POST"],
-    status_code=201,
-    response_model=models.Goal,
-    responses={**CREATED, **_GOAL_PROBLEMS},
-)
-goals.add_api_route("/goals", list_goals, response_model=list[models.Goal])
-goals.add_api_route("/goals/{goal}", get_goal, response_model=models.Goal)
-goals.add_api_route("/goals/{goal}/wait", wait_for_goal, response_model=models.Goal)
-goals.add_api_route(
-    "/goals/{goal}",
-    delete_goal,
-    methods=["DELETE"],
-    response_model=models.Goal,
-    responses={
-        202: {"model": models.Goal, **CREATED[201], "description": "not confirmed yet"},
-        **problems(409),
-    },
-)
-goals.add_api_route(
-    "/goals/{goal}/cancel",
-    cancel_goal,
-    methods=["POST"],
-    response_model=models.Goal,
-    responses=problems(409),
-)
-goals.add_api_route(
-    "/goals/{goal}/pause", pause_goal, methods=["POST"], response_model=models.Goal, responses=_GOAL_PROBLEMS
-)
-goals.add_api_route(
-    "/goals/{goal}/resume",
-    resume_goal,
-    methods=["POST"],
-    response_model=models.Goal,
-    responses=_GOAL_PROBLEMS,
-)
-
-
 # -- lease: GET, POST and DELETE; POST lease/grant -----------------------------------------------------------
 
 lease = APIRouter(tags=["lease"], responses=PROBLEMS)
 
 
+@lease.get("/lease", response_model=models.LeaseAnswer, responses=problems(403))
 def get_lease(request: Request) -> dict[str, Any]:
     """The holder of the lease, and the clients that have requested it."""
     state = robot_of(request).chassis.lease.state
     return lease_part(state, mine=client_of(request).name, is_page=context_of(request).clients.is_page)
 
 
+@lease.post("/lease", response_model=models.LeaseAnswer, responses=problems(409), dependencies=_NO_NULL)
 def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, Any]:
     """Take the lease if it is free, or renew it. Otherwise its holder is asked; `yours` tells which. A
     program does not answer: who has asked it takes the lease over by a second request that says so.
@@ -285,6 +262,7 @@ def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> 
     return get_lease(request)
 
 
+@lease.delete("/lease", response_model=models.LeaseAnswer)
 def give_lease_back(request: Request) -> dict[str, Any]:
     """Give the lease back, or withdraw the request for it. Who has neither gets the same answer."""
     robot, client = robot_of(request), client_of(request)
@@ -294,6 +272,7 @@ def give_lease_back(request: Request) -> dict[str, Any]:
     return get_lease(request)
 
 
+@lease.post("/lease/grant", response_model=models.LeaseAnswer, responses=problems(409), dependencies=_NO_NULL)
 def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, Any]:
     """Grant the lease to a client that has requested it."""
     robot, client = robot_of(request), client_of(request)
@@ -306,26 +285,6 @@ def grant_lease(request: Request, body: models.GrantRequest | None = None) -> di
     return get_lease(request)
 
 
-lease.add_api_route("/lease", get_lease, response_model=models.LeaseAnswer, responses=problems(403))
-lease.add_api_route(
-    "/lease",
-    ask_for_lease,
-    methods=["POST"],
-    response_model=models.LeaseAnswer,
-    responses=problems(409),
-    dependencies=_NO_NULL,
-)
-lease.add_api_route("/lease", give_lease_back, methods=["DELETE"], response_model=models.LeaseAnswer)
-lease.add_api_route(
-    "/lease/grant",
-    grant_lease,
-    methods=["POST"],
-    response_model=models.LeaseAnswer,
-    responses=problems(409),
-    dependencies=_NO_NULL,
-)
-
-
 # -- recordings: GET, POST and DELETE; the end of one; the download of a bag ---------------------------------
 
 recordings = APIRouter(tags=["recordings"], responses=PROBLEMS)
@@ -334,11 +293,19 @@ _BAG: dict[int | str, dict[str, Any]] = {
 }
 
 
+@recordings.get("/recordings", response_model=list[models.Recording])
 def list_recordings(request: Request) -> list[dict[str, Any]]:
     """The recordings of this server, the oldest first."""
     return [one.as_json() for one in robot_of(request).recordings.all()]
 
 
+@recordings.post(
+    "/recordings",
+    status_code=201,
+    response_model=models.Recording,
+    responses={**CREATED, **problems(409)},
+    dependencies=_NO_NULL,
+)
 def create_recording(
     request: Request, response: Response, body: models.RecordingRequest | None = None
 ) -> dict[str, Any]:
@@ -351,11 +318,13 @@ def create_recording(
     return found.as_json()
 
 
+@recordings.get("/recordings/{recording}", response_model=models.Recording)
 def get_recording(recording: str, request: Request) -> dict[str, Any]:
     """One recording by its id."""
     return robot_of(request).recordings.get(recording).as_json()
 
 
+@recordings.post("/recordings/{recording}/end", response_model=models.Recording)
 def end_recording(recording: str, request: Request) -> dict[str, Any]:
     """End the recording. Its bag is kept, and can be downloaded."""
     robot, client = robot_of(request), client_of(request)
@@ -366,6 +335,7 @@ def end_recording(recording: str, request: Request) -> dict[str, Any]:
     return found.as_json()
 
 
+@recordings.delete("/recordings/{recording}", response_model=models.Recording, responses=problems(409))
 def delete_recording(recording: str, request: Request) -> dict[str, Any]:
     """Delete the recording and its bag. Refused while it runs: POST `end` ends it."""
     robot, client = robot_of(request), client_of(request)
@@ -381,6 +351,9 @@ def _runs(recording: Recording) -> Problem:
     return Problem(409, say("recording {id} still runs; end it first", id=recording.id), "recording")
 
 
+@recordings.get(
+    "/recordings/{recording}/bag", response_class=FileResponse, responses={**_BAG, **problems(409)}
+)
 def download(recording: str, request: Request) -> FileResponse:
     """Download the bag of a finished recording."""
     found = robot_of(request).recordings.get(recording)
@@ -391,32 +364,3 @@ def download(recording: str, request: Request) -> FileResponse:
     if not found.path.is_file():
         raise Problem(404, say("the bag of recording {id} is not there any more", id=found.id))
     return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")
-
-
-recordings.add_api_route("/recordings", list_recordings, response_model=list[models.Recording])
-recordings.add_api_route(
-    "/recordings",
-    create_recording,
-    methods=["POST"],
-    status_code=201,
-    response_model=models.Recording,
-    responses={**CREATED, **problems(409)},
-    dependencies=_NO_NULL,
-)
-recordings.add_api_route("/recordings/{recording}", get_recording, response_model=models.Recording)
-recordings.add_api_route(
-    "/recordings/{recording}",
-    delete_recording,
-    methods=["DELETE"],
-    response_model=models.Recording,
-    responses=problems(409),
-)
-recordings.add_api_route(
-    "/recordings/{recording}/end", end_recording, methods=["POST"], response_model=models.Recording
-)
-recordings.add_api_route(
-    "/recordings/{recording}/bag",
-    download,
-    response_class=FileResponse,
-    responses={**_BAG, **problems(409)},
-)

@@ -18,16 +18,19 @@ from woosh_pure.web.marks import mark_part
 from woosh_pure.web.robot import Robot
 
 router = APIRouter(tags=["marks"], responses=PROBLEMS)
+_CHANGES = problems(409)
 HERE_SECONDS = 3.0
 """Seconds to wait for the robot's pose."""
 _NAME = Path(max_length=200, description="name of a mark of this list")
 
 
+@router.get("/marks", response_model=list[models.Mark])
 def get_marks(request: Request) -> list[dict[str, Any]]:
     """The marks that this server knows: the chassis cannot list its own."""
     return [mark_part(mark) for mark in robot_of(request).marks.all()]
 
 
+@router.post("/marks", status_code=201, response_model=models.Mark, responses={**CREATED, **_CHANGES})
 def create_mark(body: models.MarkRequest, request: Request, response: Response) -> dict[str, Any]:
     """Save a mark: where the robot stands (`here`), at x and y, or by the name of a mark of the chassis."""
     robot, client = check_command(request, lease=False, connected=False)
@@ -38,11 +41,13 @@ def create_mark(body: models.MarkRequest, request: Request, response: Response) 
     return mark_part(mark)
 
 
+@router.get("/marks/{mark:path}", response_model=models.Mark)
 def get_mark(request: Request, mark: str = _NAME) -> dict[str, Any]:
     """One mark by its name."""
     return mark_part(robot_of(request).marks.get(mark))
 
 
+@router.patch("/marks/{mark:path}", response_model=models.Mark, responses=_CHANGES)
 def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) -> dict[str, Any]:
     """Rename a mark, move it, or change its note. Fields that are not given stay."""
     robot, client = check_command(request, lease=False, connected=False)
@@ -60,6 +65,7 @@ def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) ->
     return mark_part(changed)
 
 
+@router.delete("/marks/{mark:path}", status_code=204, responses=_CHANGES)
 def delete_mark(request: Request, mark: str = _NAME) -> None:
     """Remove a mark from the list. The chassis's own map is not changed."""
     robot, client = check_command(request, lease=False, connected=False)
@@ -91,22 +97,3 @@ def _here(robot: Robot) -> Pose2D:
         if reason.key is ReasonKey.NOT_LOCALISED:
             raise Problem(409, str(reason.text), "not-localised")
     return here.require_sensible()
-
-
-_CHANGES = problems(409)
-router.add_api_route("/marks", get_marks, response_model=list[models.Mark])
-router.add_api_route(
-    "/marks",
-    create_mark,
-    methods=["POST"],
-    status_code=201,
-    response_model=models.Mark,
-    responses={**CREATED, **_CHANGES},
-)
-router.add_api_route("/marks/{mark:path}", get_mark, response_model=models.Mark)
-router.add_api_route(
-    "/marks/{mark:path}", change_mark, methods=["PATCH"], response_model=models.Mark, responses=_CHANGES
-)
-router.add_api_route(
-    "/marks/{mark:path}", delete_mark, methods=["DELETE"], status_code=204, responses=_CHANGES
-)

@@ -35,6 +35,7 @@ state = APIRouter(tags=["state"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
 journal, robots = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter(tags=["robots"])
 
 
+@state.get("/status", response_model=models.Status)
 def get_status(request: Request) -> dict[str, Any]:
     """The state in brief."""
     shown = robot_state.snapshot(robot_of(request))
@@ -51,26 +52,31 @@ def get_status(request: Request) -> dict[str, Any]:
     }
 
 
+@state.get("/snapshot", response_model=models.Snapshot)
 def get_snapshot(request: Request) -> dict[str, Any]:
     """The whole state at once, with the age of each part."""
     return robot_state.snapshot(robot_of(request))
 
 
+@state.get("/readiness", response_model=models.Readiness)
 def get_readiness(request: Request) -> Any:
     """Whether the robot would move now, and if not, why."""
     return robot_state.slow_parts(robot_of(request))["readiness"]
 
 
+@state.get("/faults", response_model=models.Faults)
 def get_faults(request: Request) -> Any:
     """The faults that are active now."""
     return robot_state.slow_parts(robot_of(request))["faults"]
 
 
+@journal.get("/journal", response_model=list[models.Entry])
 def get_journal(request: Request) -> list[dict[str, Any]]:
     """What was done, by whom, and how it ended; the oldest first."""
     return [entry.as_json() for entry in robot_of(request).journal.entries()]
 
 
+@robots.get("/robots", response_model=list[models.RobotEntry])
 def list_robots(request: Request) -> list[dict[str, Any]]:
     """The robots of this server. Paths without a robot's name mean the first one."""
     root = str(request.scope.get("root_path", ""))
@@ -78,14 +84,6 @@ def list_robots(request: Request) -> list[dict[str, Any]]:
         {"name": name, "page": f"{root}/robots/{name}/", "api": f"{root}/api/v1/robots/{name}/"}
         for name in context_of(request).robots
     ]
-
-
-state.add_api_route("/status", get_status, response_model=models.Status)
-state.add_api_route("/snapshot", get_snapshot, response_model=models.Snapshot)
-state.add_api_route("/readiness", get_readiness, response_model=models.Readiness)
-state.add_api_route("/faults", get_faults, response_model=models.Faults)
-journal.add_api_route("/journal", get_journal, response_model=list[models.Entry])
-robots.add_api_route("/robots", list_robots, response_model=list[models.RobotEntry])
 
 
 _logger = get_logger("woosh_pure.web")
@@ -98,6 +96,7 @@ _EVENTS: dict[int | str, dict[str, Any]] = {
 }
 
 
+@feeds.get("/feeds", response_model=list[models.Feed])
 def list_feeds() -> list[dict[str, Any]]:
     """The feeds that can be read here. Camera pictures have their own addresses."""
     return [
@@ -133,6 +132,7 @@ def _value(name: str, feed: ChassisFeed[Any]) -> dict[str, Any]:
     return {"name": name, "value": plain(reading.value), "age": age, "stamp": reading.stamp}
 
 
+@feeds.get("/feeds/{feed}", response_model=models.FeedValue, responses=problems(415))
 def get_feed(feed: str, request: Request) -> dict[str, Any]:
     """The newest value of a feed; null if nothing was heard yet."""
     found = _feed(feed, request)
@@ -140,6 +140,7 @@ def get_feed(feed: str, request: Request) -> dict[str, Any]:
     return _value(feed, found)
 
 
+@feeds.get("/feeds/{feed}/stream", response_class=Response, responses={**_EVENTS, **problems(415)})
 def stream_feed(
     feed: str, request: Request, rate: float = Query(10.0, gt=0.0, le=20.0, description="events a second")
 ) -> Response:
@@ -207,13 +208,6 @@ async def _tell(send: Send, text: str) -> float:
     return time.monotonic()
 
 
-feeds.add_api_route("/feeds", list_feeds, response_model=list[models.Feed])
-feeds.add_api_route("/feeds/{feed}", get_feed, response_model=models.FeedValue, responses=problems(415))
-feeds.add_api_route(
-    "/feeds/{feed}/stream", stream_feed, response_class=Response, responses={**_EVENTS, **problems(415)}
-)
-
-
 # -- the map, the plan, the costmap --------------------------------------------------------------------------
 
 maps = APIRouter(tags=["map"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
@@ -225,11 +219,17 @@ _YAML: dict[int | str, dict[str, Any]] = {
 }
 
 
+@maps.get("/map", response_model=models.MapFacts)
 def get_map(request: Request) -> dict[str, Any]:
     """Size, resolution and origin of the map."""
     return robot_of(request).map.get().as_json()
 
 
+@maps.get(
+    "/map.png",
+    response_class=Response,
+    responses={**_PNG, 304: {"description": "not changed: If-None-Match had its ETag"}},
+)
 def get_map_png(request: Request) -> Response:
     """The map as PNG, north up: white is free, black is occupied, grey is not known."""
     known = robot_of(request).map.get()
@@ -239,11 +239,13 @@ def get_map_png(request: Request) -> Response:
     return Response(known.png, media_type="image/png", headers={"etag": tag, "cache-control": "no-cache"})
 
 
+@maps.get("/map.yaml", response_class=Response, responses=_YAML)
 def get_map_yaml(request: Request) -> Response:
     """The map's YAML file for map_server; it names map.png as the image."""
     return Response(robot_of(request).map.get().yaml(), media_type="application/yaml")
 
 
+@maps.get("/plan", response_model=models.Points)
 def get_plan(request: Request) -> dict[str, Any]:
     """The path that is being driven; empty if there is none."""
     robot = robot_of(request)
@@ -251,6 +253,7 @@ def get_plan(request: Request) -> dict[str, Any]:
     return {"points": robot_state.path_points(robot)}
 
 
+@maps.get("/costmap.png", response_class=Response, responses=_PNG)
 def get_costmap_png(request: Request) -> Response:
     """The navigation's costmap as PNG, if the navigation publishes one."""
     robot = robot_of(request)
@@ -275,18 +278,6 @@ def get_costmap_png(request: Request) -> Response:
     return Response(encode_png(grey.astype(np.uint8)[::-1]), media_type="image/png")
 
 
-maps.add_api_route("/map", get_map, response_model=models.MapFacts)
-maps.add_api_route(
-    "/map.png",
-    get_map_png,
-    response_class=Response,
-    responses={**_PNG, 304: {"description": "not changed: If-None-Match had its ETag"}},
-)
-maps.add_api_route("/map.yaml", get_map_yaml, response_class=Response, responses=_YAML)
-maps.add_api_route("/plan", get_plan, response_model=models.Points)
-maps.add_api_route("/costmap.png", get_costmap_png, response_class=Response, responses=_PNG)
-
-
 # -- the cameras: one picture, for which a camera is subscribed ----------------------------------------------
 
 pictures = APIRouter(tags=["camera"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
@@ -295,6 +286,7 @@ _PICTURE: dict[int | str, dict[str, Any]] = {
 }
 
 
+@pictures.get("/camera/{source}.{form}", response_class=Response, responses=_PICTURE)
 def get_picture(
     source: Literal["color", "depth"],
     form: Literal["jpg", "png"],
@@ -306,6 +298,3 @@ def get_picture(
     if form == "png":
         return Response(png_of(image), media_type="image/png")
     return Response(jpeg_of(image, width), media_type="image/jpeg")
-
-
-pictures.add_api_route("/camera/{source}.{form}", get_picture, response_class=Response, responses=_PICTURE)

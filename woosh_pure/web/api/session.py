@@ -19,6 +19,7 @@ from woosh_pure.web.middleware import check_access, login_place
 login = APIRouter(tags=["access"])
 
 
+@login.get("/access", response_model=models.AccessAnswer)
 def get_access(request: Request) -> dict[str, Any]:
     """Whether a token is needed, and what this client may do. Needs no token itself."""
     context = context_of(request)
@@ -31,6 +32,7 @@ def get_access(request: Request) -> dict[str, Any]:
     }
 
 
+@login.post("/login", response_model=models.Answer, responses=problems(401))
 def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
     """Log this browser in: it keeps a cookie, good for this port as long as the token is."""
     context = context_of(request)
@@ -49,6 +51,7 @@ def log_in(body: models.LoginRequest, request: Request, response: Response) -> d
     return {"logged_in": True}
 
 
+@login.delete("/login", response_model=models.Answer)
 def log_out(request: Request, response: Response) -> dict[str, Any]:
     """Log this browser out: its cookie is deleted."""
     response.delete_cookie(login_place(request.scope, request.headers)[0], path=_path(request))
@@ -59,17 +62,13 @@ def _path(request: Request) -> str:
     return str(request.scope.get("root_path", "")) or "/"
 
 
-login.add_api_route("/access", get_access, response_model=models.AccessAnswer)
-login.add_api_route("/login", log_in, methods=["POST"], response_model=models.Answer, responses=problems(401))
-login.add_api_route("/login", log_out, methods=["DELETE"], response_model=models.Answer)
-
-
 # -- the WebSocket of the page -------------------------------------------------------------------------------
 
 viewers = APIRouter()
 MOST_VIEWERS = 64
 
 
+@viewers.websocket("/live")
 async def live(socket: WebSocket) -> None:
     """Serve one viewer until it disconnects."""
     context = cast(WebContext, socket.app.state.context)
@@ -100,6 +99,3 @@ async def live(socket: WebSocket) -> None:
 async def _refuse(socket: WebSocket, code: int, reason: str) -> None:
     await socket.accept()
     await socket.close(code, reason[:120])
-
-
-viewers.add_api_websocket_route("/live", live)

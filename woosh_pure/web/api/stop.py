@@ -29,6 +29,7 @@ from woosh_pure.web.snapshot import stop_part
 from woosh_pure.web.validation_errors import refusal
 
 router = APIRouter(tags=["stop"], responses=PROBLEMS)
+_BODY = {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/StopRequest"}}}}
 BODY_SECONDS = 0.5
 """Seconds to wait for the body to exclude goals; then everything is stopped."""
 REST_SECONDS = 10.0
@@ -37,6 +38,9 @@ ANSWER_SECONDS = 30.0
 """Seconds after which a stop is answered even without a result."""
 
 
+@router.post(
+    "/stop", response_model=models.StopAnswer, responses=problems(422), openapi_extra={"requestBody": _BODY}
+)
 async def stop(request: Request) -> Response:
     """Stop the robot. Needs no lease and is not limited. This is NO emergency stop; the answer tells whether
     the robot stands still. It stops whatever the request looks like, and complains afterwards.
@@ -185,6 +189,7 @@ class _Body:
         self._reading.cancel()
 
 
+@router.post("/pose", response_model=models.Pose, responses=problems(409))
 def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
     """Tell the robot where it is, for example after power-up."""
     robot, client = check_command(request)
@@ -197,15 +202,3 @@ def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
         raise
     robot.journal.end(entry, "sent", "whether it has found itself there is told by its readiness")
     return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}
-
-
-_BODY = {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/StopRequest"}}}}
-router.add_api_route(
-    "/stop",
-    stop,
-    methods=["POST"],
-    response_model=models.StopAnswer,
-    responses=problems(422),
-    openapi_extra={"requestBody": _BODY},
-)
-router.add_api_route("/pose", set_pose, methods=["POST"], response_model=models.Pose, responses=problems(409))
