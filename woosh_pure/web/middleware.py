@@ -5,35 +5,38 @@ security headers to every answer.
 from __future__ import annotations
 
 import asyncio
-import json
 import re
 import time
-from collections.abc import Awaitable, Callable, Mapping, MutableMapping
+from collections.abc import Mapping
 from typing import Any
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from rosproto.sentence import say
 from woosh_pure.web.access import AccessRules, Key, Refusal, cookie_name, cookies
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
-
 MOST_BODY, BODY_SECONDS = 64 * 1024, 10.0
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
     "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_HEADERS = [
-    (b"content-security-policy", CONTENT_POLICY.encode()),
-    (b"x-content-type-options", b"nosniff"),
-    (b"x-frame-options", b"DENY"),
-    (b"referrer-policy", b"no-referrer"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"cross-origin-opener-policy", b"same-origin"),
-]
+_HEADERS = {
+    "content-security-policy": CONTENT_POLICY,
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cross-origin-resource-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+}
+_HEADERS_OF = {
+    401: {"www-authenticate": 'Bearer realm="woosh"'},
+    413: {"connection": "close"},
+    429: {"retry-after": "60"},
+}
 _OPEN_TO_ALL = ("/api/v1/access", "/api/v1/login")
 _SAFE = ("GET", "HEAD", "OPTIONS")
 
@@ -84,7 +87,7 @@ def needs_token(path: str) -> bool:
 class SecurityMiddleware:
     """ASGI middleware that checks requests and adds security headers."""
 
-    def __init__(self, app: App, context: WebContext) -> None:
+    def __init__(self, app: ASGIApp, context: WebContext) -> None:
         self._app, self._context, self._access = app, context, context.access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -94,7 +97,7 @@ class SecurityMiddleware:
             return
         if scope["type"] == "http":
             scope = as_stop(scope) or scope
-        headers = {key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]}
+        headers = Headers(scope=scope)
         refusal = self._refusal(scope, headers)
         key, authorized = _end_of(scope), refusal is None and self._is_authorized(scope)
         slots = self._context.slots
@@ -107,12 +110,12 @@ class SecurityMiddleware:
         except asyncio.CancelledError:
             if not self._context.closed:
                 raise
-            await _say_good_bye(scope, send)  # unfinished when the server ended: not an error
+            await _say_good_bye(scope, receive, send)  # unfinished when the server ended: not an error
         finally:
             slots.request_ends(key, time.monotonic(), authorized=authorized)
 
     async def _pass(
-        self, scope: Scope, receive: Receive, send: Send, headers: dict[str, str], refusal: Refusal | None
+        self, scope: Scope, receive: Receive, send: Send, headers: Mapping[str, str], refusal: Refusal | None
     ) -> None:
         if scope["type"] == "websocket":
             if refusal is not None:
@@ -125,7 +128,7 @@ class SecurityMiddleware:
         if refusal is None and not is_stop and _announced(headers) > MOST_BODY:
             refusal = _too_large()
         if refusal is not None:
-            await _refuse(scope, refusal, answer, language_of(headers))
+            await _problem(scope, refusal, language_of(headers))(scope, receive, answer)
             return
         receive = receive if is_stop else _limited(receive)
         if scope["method"] == "HEAD":
@@ -137,7 +140,7 @@ class SecurityMiddleware:
         """Whether the client has proved its access. With a token, requests for public paths prove nothing."""
         return not self._access.needs_token or needs_token(_path(scope))
 
-    def _refusal(self, scope: Scope, headers: dict[str, str]) -> Refusal | None:
+    def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> Refusal | None:
         access, host = self._access, headers.get("host")
         if (refusal := access.check_host(host)) is not None:
             return refusal
@@ -161,7 +164,7 @@ def _end_of(scope: Scope) -> Key:
     return (str(client[0]), int(client[1] or 0)) if client else ("an unknown address", 0)
 
 
-def _announced(headers: dict[str, str]) -> int:
+def _announced(headers: Mapping[str, str]) -> int:
     text = headers.get("content-length", "0")
     return int(text) if text.isdigit() and len(text) < 16 else MOST_BODY + 1
 
@@ -174,7 +177,7 @@ def _limited(receive: Receive) -> Receive:
     got, more = 0, True
     until = time.monotonic() + BODY_SECONDS
 
-    async def limited() -> MutableMapping[str, Any]:
+    async def limited() -> Message:
         nonlocal got, more
         if not more:  # the body is complete; only a disconnect can follow
             return await receive()
@@ -196,14 +199,11 @@ def _limited(receive: Receive) -> Receive:
 def _with_headers(scope: Scope, send: Send) -> Send:
     is_api = "/api/v1/" in scope["path"]
 
-    async def answer(message: MutableMapping[str, Any]) -> None:
+    async def answer(message: Message) -> None:
         if message["type"] == "http.response.start":
-            headers = list(message.get("headers", ()))
-            present = {key.lower() for key, _ in headers}
-            headers += [(key, value) for key, value in _HEADERS if key not in present]
-            if b"cache-control" not in present:
-                headers.append((b"cache-control", b"no-store" if is_api else b"no-cache"))
-            message = {**message, "headers": headers}
+            headers = MutableHeaders(scope=message)
+            for key, value in {**_HEADERS, "cache-control": "no-store" if is_api else "no-cache"}.items():
+                headers.setdefault(key, value)
         await send(message)
 
     return answer
@@ -213,10 +213,10 @@ def _head_only(receive: Receive, send: Send) -> tuple[Receive, Send]:
     """Send the answer to a GET without its body; report a disconnect to end a stream."""
     begun = False
 
-    async def received() -> MutableMapping[str, Any]:
+    async def received() -> Message:
         return {"type": "http.disconnect"} if begun else await receive()
 
-    async def answer(message: MutableMapping[str, Any]) -> None:
+    async def answer(message: Message) -> None:
         nonlocal begun
         begun = True
         if message["type"] == "http.response.start":
@@ -234,36 +234,26 @@ class _Sending:
         self._send = send
         self.begun = False
 
-    async def __call__(self, message: MutableMapping[str, Any]) -> None:
+    async def __call__(self, message: Message) -> None:
         self.begun = True
         await self._send(message)
 
 
-async def _say_good_bye(scope: Scope, send: _Sending) -> None:
+async def _say_good_bye(scope: Scope, receive: Receive, send: _Sending) -> None:
     if scope["type"] != "http":
         return
     try:
         if send.begun:
             await send({"type": "http.response.body", "body": b""})
         else:
-            await _refuse(scope, Refusal(503, "the server ends"), _with_headers(scope, send))
+            await _problem(scope, Refusal(503, "the server ends"))(scope, receive, _with_headers(scope, send))
     except (RuntimeError, OSError):
         pass  # a partly sent answer cannot be completed
 
 
-async def _refuse(scope: Scope, refusal: Refusal, send: Send, language: str = "en") -> None:
-    body = json.dumps(
-        Problem(refusal.status, refusal.text, refusal.kind).document(scope["path"], language)
-    ).encode()
-    headers = [(b"content-type", MEDIA_TYPE.encode()), (b"content-length", str(len(body)).encode())]
-    if refusal.status == 401:
-        headers.append((b"www-authenticate", b'Bearer realm="woosh"'))
-    if refusal.status == 429:
-        headers.append((b"retry-after", b"60"))
-    if refusal.status == 413:
-        headers.append((b"connection", b"close"))
-    await send({"type": "http.response.start", "status": refusal.status, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
+def _problem(scope: Scope, refusal: Refusal, language: str = "en") -> JSONResponse:
+    document = Problem(refusal.status, refusal.text, refusal.kind).document(scope["path"], language)
+    return JSONResponse(document, refusal.status, _HEADERS_OF.get(refusal.status), MEDIA_TYPE)
 
 
 async def _refuse_socket(refusal: Refusal, receive: Receive, send: Send) -> None:
