@@ -44,7 +44,7 @@ def _words() -> dict[str, dict[str, str]]:
 
 
 def _data(name: str) -> Any:
-    return json.loads(resources.files("woosh_pure").joinpath("data", name).read_text(encoding="utf-8"))
+    return json.loads(resources.files("woosh_pure").joinpath(f"data/{name}").read_text(encoding="utf-8"))
 
 
 def _split(word: str) -> tuple[str, str]:
