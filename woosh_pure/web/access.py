@@ -23,9 +23,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from urllib.parse import urlsplit
 
+from rosproto.bounded_cache import BoundedCache
 from rosproto.sentence import say
 from rosproto.text import printable
 from rosproto.transport import is_loopback
+from woosh_pure.web.http_errors import Problem
 
 _AUTHORITY = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::([0-9]{1,5}))?")
 LEAST_TOKEN = 8
@@ -38,21 +40,6 @@ WRONG_TOKEN = (
     "or log in"
 )
 MOST_BUCKETS = 1000
-
-
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """Why a request is refused.
-
-    Attributes:
-        status: The HTTP status.
-        text: The sentence.
-        kind: The key of the problem; "" for that of the status.
-    """
-
-    status: int
-    text: str
-    kind: str = ""
 
 
 def host_of(header: str) -> str:
@@ -134,20 +121,20 @@ class AccessRules:
         self._origins = frozenset(_origin(origin) for origin in origins)
         named = (urlsplit(origin).hostname or "" for origin in self._origins)
         self._hosts = frozenset(filter(None, (*named, *(host_of(host) for host in hosts), "localhost")))
-        self._moves: OrderedDict[str, TokenBucket] = OrderedDict()
-        self._guesses: OrderedDict[str, TokenBucket] = OrderedDict()
+        self._moves: BoundedCache[str, TokenBucket] = BoundedCache(MOST_BUCKETS)
+        self._guesses: BoundedCache[str, TokenBucket] = BoundedCache(MOST_BUCKETS)
 
     @property
     def needs_token(self) -> bool:
         """Whether requests need a token."""
         return self._token is not None
 
-    def check_host(self, host: str | None) -> Refusal | None:
+    def check_host(self, host: str | None) -> Problem | None:
         """Accept localhost, IP addresses, and the host names that were given."""
         name = host_of(host or "")
         if name in self._hosts or _is_number(name):
             return None
-        return Refusal(
+        return Problem(
             421,
             say(
                 "this server is not called {name!r:.80}; call it by its address, or start it with "
@@ -158,7 +145,7 @@ class AccessRules:
 
     def check_origin(
         self, origin: str | None, host: str | None, scheme: str, site: str | None = None
-    ) -> Refusal | None:
+    ) -> Problem | None:
         """Accept our own page, allowed origins, and programs, which send no origin.
 
         Args:
@@ -176,7 +163,7 @@ class AccessRules:
             own = _origin(f"{'https' if secure else 'http'}://{host or ''}", strict=False)
             if asked and (asked in self._origins or asked == own):
                 return None
-        return Refusal(
+        return Problem(
             403,
             say(
                 "a page of {origin!r:.100} may not do this; only the page of this server may",
@@ -184,7 +171,7 @@ class AccessRules:
             ),
         )
 
-    def check_token(self, given: str | None, who: str, now: float) -> Refusal | None:
+    def check_token(self, given: str | None, who: str, now: float) -> Problem | None:
         """Accept the right token. Limit wrong tokens to ten at once, then one every six seconds."""
         if self._token is None:
             return None
@@ -192,10 +179,10 @@ class AccessRules:
         if given is not None and hmac.compare_digest(given.encode("utf-8", "surrogateescape"), self._token):
             return None
         if given is not None and not bucket.take(now):
-            return Refusal(429, "too many wrong tokens from this address; wait a minute", "too-many-tokens")
+            return Problem(429, "too many wrong tokens from this address; wait a minute", "too-many-tokens")
         if given is None:
-            return Refusal(401, NO_TOKEN)
-        return Refusal(401, WRONG_TOKEN, "wrong-token")
+            return Problem(401, NO_TOKEN)
+        return Problem(401, WRONG_TOKEN, "wrong-token")
 
     def log_in(self, place: str) -> str:
         """Return the value of a log-in cookie, which a browser keeps in place of the token.
@@ -223,11 +210,11 @@ class AccessRules:
         text = f"{place} {number}".encode("utf-8", "surrogateescape")
         return hmac.new(self._key, text, "sha256").hexdigest()
 
-    def check_rate(self, who: str, now: float) -> Refusal | None:
+    def check_rate(self, who: str, now: float) -> Problem | None:
         """Limit commands to five a second, ten at once, from each address. A stop is never counted."""
         if _bucket(self._moves, who, 5.0, 10.0).take(now):
             return None
-        return Refusal(429, "too many orders at once from this address; at most five a second")
+        return Problem(429, "too many orders at once from this address; at most five a second")
 
 
 def _key_of(token: str) -> bytes:
@@ -235,11 +222,9 @@ def _key_of(token: str) -> bytes:
     return hashlib.pbkdf2_hmac("sha256", token.encode("utf-8", "surrogateescape"), b"woosh log-in", 100_000)
 
 
-def _bucket(buckets: OrderedDict[str, TokenBucket], who: str, rate: float, burst: float) -> TokenBucket:
-    bucket = buckets.pop(who, None) or TokenBucket(rate, burst)
-    buckets[who] = bucket
-    while len(buckets) > MOST_BUCKETS:
-        buckets.popitem(last=False)
+def _bucket(buckets: BoundedCache[str, TokenBucket], who: str, rate: float, burst: float) -> TokenBucket:
+    bucket = buckets.get(who) or TokenBucket(rate, burst)
+    buckets.put(who, bucket)
     return bucket
 
 
@@ -402,7 +387,7 @@ class ConnectionSlots:
     ) -> None:
         self._most, self._reserved, self._each, self._silence = most, reserved, each, silence
         self._slots: dict[Key, _Slot] = {}
-        self._known: OrderedDict[str, float] = OrderedDict()
+        self._known: BoundedCache[str, float] = BoundedCache(MOST_KNOWN)
 
     def __len__(self) -> int:
         return len(self._slots)
@@ -435,10 +420,7 @@ class ConnectionSlots:
 
     def remember(self, address: str, now: float) -> None:
         """Note that a client at this address has presented the token."""
-        self._known.pop(address, None)
-        self._known[address] = now
-        while len(self._known) > MOST_KNOWN:
-            self._known.popitem(last=False)
+        self._known.put(address, now)
 
     def request_ends(self, key: Key, now: float, *, authorized: bool) -> None:
         """Note the end of a request; the connection may send another."""
@@ -458,7 +440,8 @@ class ConnectionSlots:
             self._close(key)
 
     def _is_known(self, address: str, now: float) -> bool:
-        return is_loopback(address) or now - self._known.get(address, -KNOWN_SECONDS) < KNOWN_SECONDS
+        then = self._known.get(address)
+        return is_loopback(address) or (then is not None and now - then < KNOWN_SECONDS)
 
     def _evict(self, now: float, address: str | None = None) -> bool:
         """Drop an idle connection, of that address or of any; False if none is idle."""

@@ -15,7 +15,7 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from rosproto.sentence import say
-from woosh_pure.web.access import AccessRules, Key, Refusal, cookie_name, cookies
+from woosh_pure.web.access import AccessRules, Key, cookie_name, cookies
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
 
@@ -55,7 +55,7 @@ def login_place(scope: Mapping[str, Any], headers: Mapping[str, str]) -> tuple[s
 
 def check_access(
     access: AccessRules, scope: Mapping[str, Any], headers: Mapping[str, str], who: str
-) -> Refusal | None:
+) -> Problem | None:
     """Accept the right token, or a browser that has logged in."""
     token = token_of(headers)
     if token is None:
@@ -115,7 +115,7 @@ class SecurityMiddleware:
             slots.request_ends(key, time.monotonic(), authorized=authorized)
 
     async def _pass(
-        self, scope: Scope, receive: Receive, send: Send, headers: Mapping[str, str], refusal: Refusal | None
+        self, scope: Scope, receive: Receive, send: Send, headers: Mapping[str, str], refusal: Problem | None
     ) -> None:
         if scope["type"] == "websocket":
             if refusal is not None:
@@ -128,7 +128,7 @@ class SecurityMiddleware:
         if refusal is None and not is_stop and _announced(headers) > MOST_BODY:
             refusal = _too_large()
         if refusal is not None:
-            await _problem(scope, refusal, language_of(headers))(scope, receive, answer)
+            await _refused(scope, refusal, language_of(headers))(scope, receive, answer)
             return
         receive = receive if is_stop else _limited(receive)
         if scope["method"] == "HEAD":
@@ -140,7 +140,7 @@ class SecurityMiddleware:
         """Whether the client has proved its access. With a token, requests for public paths prove nothing."""
         return not self._access.needs_token or needs_token(_path(scope))
 
-    def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> Refusal | None:
+    def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> Problem | None:
         access, host = self._access, headers.get("host")
         if (refusal := access.check_host(host)) is not None:
             return refusal
@@ -169,8 +169,8 @@ def _announced(headers: Mapping[str, str]) -> int:
     return int(text) if text.isdigit() and len(text) < 16 else MOST_BODY + 1
 
 
-def _too_large() -> Refusal:
-    return Refusal(413, say("the body is larger than {most} bytes", most=MOST_BODY))
+def _too_large() -> Problem:
+    return Problem(413, say("the body is larger than {most} bytes", most=MOST_BODY))
 
 
 def _limited(receive: Receive) -> Receive:
@@ -190,7 +190,7 @@ def _limited(receive: Receive) -> Receive:
         more = bool(message.get("more_body", False))
         got += len(message.get("body", b""))
         if got > MOST_BODY:
-            raise Problem(413, _too_large().text)
+            raise _too_large()
         return message
 
     return limited
@@ -246,17 +246,17 @@ async def _say_good_bye(scope: Scope, receive: Receive, send: _Sending) -> None:
         if send.begun:
             await send({"type": "http.response.body", "body": b""})
         else:
-            await _problem(scope, Refusal(503, "the server ends"))(scope, receive, _with_headers(scope, send))
+            await _refused(scope, Problem(503, "the server ends"))(scope, receive, _with_headers(scope, send))
     except (RuntimeError, OSError):
         pass  # a partly sent answer cannot be completed
 
 
-def _problem(scope: Scope, refusal: Refusal, language: str = "en") -> JSONResponse:
-    document = Problem(refusal.status, refusal.text, refusal.kind).document(scope["path"], language)
+def _refused(scope: Scope, refusal: Problem, language: str = "en") -> JSONResponse:
+    document = refusal.document(scope["path"], language)
     return JSONResponse(document, refusal.status, _HEADERS_OF.get(refusal.status), MEDIA_TYPE)
 
 
-async def _refuse_socket(refusal: Refusal, receive: Receive, send: Send) -> None:
+async def _refuse_socket(refusal: Problem, receive: Receive, send: Send) -> None:
     await receive()
     if refusal.status in (401, 429):  # accept first: only then can our page read the reason
         await send({"type": "websocket.accept"})

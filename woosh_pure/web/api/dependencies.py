@@ -110,7 +110,7 @@ def check_command(request: Request, *, lease: bool = True, connected: bool = Tru
     """
     refusal = context_of(request).access.check_rate(address_of(request), time.monotonic())
     if refusal is not None:
-        raise Problem(refusal.status, refusal.text, refusal.kind)
+        raise refusal
     robot, client = robot_of(request), client_of(request)
     if connected:
         robot.require_connection()

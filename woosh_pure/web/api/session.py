@@ -38,7 +38,7 @@ def log_in(body: models.LoginRequest, request: Request, response: Response) -> d
     context = context_of(request)
     refusal = context.access.check_token(body.token, address_of(request), time.monotonic())
     if refusal is not None:
-        raise Problem(refusal.status, refusal.text, refusal.kind)
+        raise refusal
     name, place = login_place(request.scope, request.headers)
     response.set_cookie(
         name,

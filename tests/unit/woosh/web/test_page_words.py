@@ -41,11 +41,11 @@ def test_each_key_has_words(language: str) -> None:
 
 
 def kinds_of_problems() -> set[str]:
-    """The keys given to `Problem` and `Refusal` in the sources, and those that follow from a status."""
+    """The keys given to `Problem` in the sources, and those that follow from a status."""
     found = {kind for _, _, kind in KINDS}
     for path in (PAGE.parents[1]).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            if not (isinstance(node, ast.Call) and ast.unparse(node.func) in ("Problem", "Refusal")):
+            if not (isinstance(node, ast.Call) and ast.unparse(node.func) == "Problem"):
                 continue
             status, _, *kind = (getattr(arg, "value", None) for arg in node.args)
             text = kind[0] if kind else TITLES[status].lower().replace(" ", "-") if status in TITLES else ""
