@@ -7,6 +7,7 @@ Images are PGM or PPM (plain or raw) or PNG. The three modes are read as by map_
 from __future__ import annotations
 
 import math
+import re
 import struct
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,10 @@ _PLAIN = (b"P2", b"P3")
 _HEAD_BYTES = 1 << 16
 _SPARE_BYTES = 16 << 20  # for comments, colour profiles and the like
 _PNG_SIZE = struct.Struct(">II")
+_COMMENT = re.compile(r"""("[^"]*(?:"|$)|'[^']*(?:'|$))|(?<!\S)#.*""")
+"""A text in quotes, which is kept, or a comment: "#" at the start or after a blank."""
+_SPACE = rb"(?:\s|#[^\n]*\n)"
+_PNM_HEAD = re.compile(_SPACE + rb"*(P[2356])" + (_SPACE + rb"+([0-9]{1,9})") * 3 + rb"(?=[\s#]|\Z)")
 
 
 def read_map(
@@ -59,17 +64,17 @@ def write_map(
     height, width = grey.shape
     head = f"P5\n# {resolution:.3f} m/pix\n{width} {height}\n255\n"
     write_file(image, head.encode("ascii") + grey.tobytes())
-    lines = (
-        f"image: {image.name}",
-        f"resolution: {resolution:.6f}",
-        f"origin: [{origin.x:.6f}, {origin.y:.6f}, {origin.yaw:.6f}]",
-        "negate: 0",
-        "occupied_thresh: 0.65",
-        "free_thresh: 0.196",
-        "",
-    )
-    write_file(yaml_path, "\n".join(lines).encode())
+    write_file(yaml_path, yaml_of(image.name, resolution, origin).encode())
     return yaml_path, image
+
+
+def yaml_of(image: str, resolution: float, origin: Pose2D) -> str:
+    """Return the YAML of a map in mode trinary whose image has map_saver's greys."""
+    return (
+        f"image: {image}\nresolution: {resolution:.6f}\n"
+        f"origin: [{origin.x:.6f}, {origin.y:.6f}, {origin.yaw:.6f}]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
 
 
 # -- YAML ----------------------------------------------------------------------------------------------------
@@ -102,7 +107,7 @@ def _entries(path: Path) -> dict[str, str]:
     found: dict[str, list[str]] = {}  # the value, then the items with dashes below it
     key = ""
     for line in read_text(path, "utf-8-sig").splitlines():
-        text = _without_comment(line).strip()
+        text = _COMMENT.sub(r"\1", line).strip()
         if not text or text in ("---", "..."):
             continue
         if key and found[key][0].startswith("[") and not found[key][0].endswith("]"):
@@ -120,19 +125,6 @@ def _entries(path: Path) -> dict[str, str]:
             key = name.strip().strip("\"'")
             found[key] = [value.strip()]
     return {key: f"[{', '.join(items)}]" if items else value for key, (value, *items) in found.items()}
-
-
-def _without_comment(line: str) -> str:
-    """Remove a comment: "#" at the start or after a blank, outside quotes."""
-    quote = ""
-    for at, character in enumerate(line):
-        if quote:
-            quote = "" if character == quote else quote
-        elif character in "\"'":
-            quote = character
-        elif character == "#" and (at == 0 or line[at - 1].isspace()):
-            return line[:at]
-    return line
 
 
 def _number(fields: dict[str, Any], key: str, default: float, path: Path) -> float:
@@ -252,25 +244,11 @@ def _plain_values(data: bytes, count: int) -> NDArray[np.int64]:
 
 
 def _pnm_head(data: bytes) -> tuple[bytes, tuple[int, int, int], int]:
-    tokens: list[bytes] = []
-    at = 0
-    while len(tokens) < 4 and at < min(len(data), 65536):
-        if data[at : at + 1].isspace():
-            at += 1
-        elif data[at : at + 1] == b"#":
-            at = data.find(b"\n", at) + 1 or len(data)
-        else:
-            end = at
-            while end < len(data) and not data[end : end + 1].isspace() and data[end : end + 1] != b"#":
-                end += 1
-            tokens.append(data[at:end])
-            at = end
-    good = (
-        len(tokens) == 4 and tokens[0] in _CHANNELS and all(t.isdigit() and len(t) < 10 for t in tokens[1:])
-    )
-    if not good:
+    """The kind, (width, height, greys), and where the pixels begin."""
+    found = _PNM_HEAD.match(data[:_HEAD_BYTES])
+    if found is None:
         raise ValueError("neither PGM, PPM (P2, P5, P3, P6 with width, height, greys) nor PNG; convert it")
-    return tokens[0], (int(tokens[1]), int(tokens[2]), int(tokens[3])), at + 1
+    return found[1], (int(found[2]), int(found[3]), int(found[4])), found.end() + 1
 
 
 # -- cells ---------------------------------------------------------------------------------------------------

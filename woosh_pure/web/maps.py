@@ -12,6 +12,7 @@ from rosproto.errors import RosError
 from rosproto.numeric import encode_png
 from woosh_pure.chassis import Chassis
 from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.mapfiles import yaml_of
 from woosh_pure.web.snapshot import pose_part
 
 FRESH = 30.0
@@ -44,12 +45,7 @@ class KnownMap:
 
     def yaml(self) -> str:
         """Return the YAML file for map_server; it names the PNG as its image."""
-        origin = self.grid.origin
-        return (
-            f"image: map.png\nresolution: {self.grid.resolution:.6f}\n"
-            f"origin: [{origin.x:.6f}, {origin.y:.6f}, {origin.yaw:.6f}]\n"
-            "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
-        )
+        return yaml_of("map.png", self.grid.resolution, self.grid.origin)
 
 
 class MapCache:
