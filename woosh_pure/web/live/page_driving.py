@@ -93,7 +93,7 @@ class PageDriving:
         """The person begins to hold the control."""
         refusal = self._refusal()
         if refusal is not None:
-            self._tell({"t": "drive", "state": "refused", "reason": refusal[0], "text": refusal[1]})
+            self._tell_drive("refused", *refusal)
             return
         self._apply(self._dead_man.press(seq, at, vx, wz, time.monotonic()))
 
@@ -145,13 +145,16 @@ class PageDriving:
             except (RosError, ValueError) as error:
                 self._drive_failed(error)
         elif verdict.act == "open":
-            self._tell({"t": "drive", "state": "opening", "reason": "", "text": ""})
+            self._tell_drive("opening")
             self._presses += 1
             self._start(self._open(self._presses))
         elif verdict.act == "zero":
             self._end_drive(verdict.reason)
         elif verdict.reason:
-            self._tell({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
+            self._tell_drive("refused", verdict.reason, "press again")
+
+    def _tell_drive(self, state: str, reason: str = "", text: str = "", **more: Any) -> None:
+        self._tell({"t": "drive", "state": state, "reason": reason, "text": text, **more})
 
     async def _open(self, press: int) -> None:
         """Open a drive for one press, and end it again if another press has come meanwhile."""
@@ -167,8 +170,8 @@ class PageDriving:
                 problem = problem_of(error)
                 reason = problem.kind if isinstance(error, Problem) else "refused"
                 self._dead_man.end(reason)
-                told = {"reason": reason, "text": problem.text, "kind": problem.kind}
-                self._tell({"t": "drive", "state": "refused", **told, "reasons": _reasons(problem)})
+                more = {"kind": problem.kind, "reasons": _reasons(problem)}
+                self._tell_drive("refused", reason, problem.text, **more)
             return
         if press != self._presses:
             self._abandon(opening, "the hand has let go meanwhile")
@@ -178,9 +181,7 @@ class PageDriving:
         now = time.monotonic()
         verdict = self._dead_man.opened(now)
         if self._dead_man.state == "driving":
-            self._tell(
-                {"t": "drive", "state": "driving", "reason": "", "text": "", "limits": manual_drive.limits}
-            )
+            self._tell_drive("driving", limits=manual_drive.limits)
         self._drive_entry = entry
         self._apply(verdict, now)
 
@@ -193,13 +194,13 @@ class PageDriving:
         """Send zero, then note the end in the journal and notify the page."""
         if not self._driving:
             if reason:
-                self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text})
+                self._tell_drive("ended", reason, text)
             return
         self._driving = False
         why = text or f"the hand at the page: {reason}"
         self._robot.manual_drive.halt(why)
         self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
-        self._tell({"t": "drive", "state": "ended", "reason": reason, "text": text, "reasons": reasons or []})
+        self._tell_drive("ended", reason, text, reasons=reasons or [])
         self._context.drives.run(self._robot.manual_drive.finish, why)
 
     def _drive_failed(self, error: Exception) -> None:
