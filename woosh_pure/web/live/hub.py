@@ -259,8 +259,9 @@ class Hub:
             self.put("pose", text_of({"t": "pose", **part, "age": round(reading.age, 2)}))
 
     def _show_scan(self, value: Any, mounting: robot_state.Mounting, pose: Any) -> None:
-        place, angles = mounting.in_map(pose), mounting.angles(value)
-        if all(map(math.isfinite, (*angles, place.x, place.y, place.yaw))):
+        angles, at = mounting.angles(value), mounting.pose
+        if all(map(math.isfinite, (*angles, pose.x, pose.y, pose.yaw, at.x, at.y, at.yaw))):
+            place = pose.transformed(at.x, at.y, at.yaw)
             self.put("scan", scan_frame(value.ranges, (value.range_min, value.range_max), angles, place))
 
     def _is_new(self, what: str, received: float) -> bool:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from woosh_pure.geometry import Pose2D
 from woosh_pure.readings import known_path
@@ -87,20 +87,11 @@ def round_outline(radius: float = ASSUMED_RADIUS) -> list[list[float]]:
     return points_part((radius * math.cos(turn), radius * math.sin(turn)) for turn in turns)
 
 
-class Mounting:
+class Mounting(NamedTuple):
     """How the laser is mounted: its pose in base_link, and whether it is upside down."""
 
-    def __init__(self, pose: Pose2D, turned: bool) -> None:
-        self.pose, self.turned = pose, turned
-
-    def in_map(self, robot: Pose2D) -> Pose2D:
-        """The laser's pose in the map."""
-        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
-        return Pose2D(
-            robot.x + c * self.pose.x - s * self.pose.y,
-            robot.y + s * self.pose.x + c * self.pose.y,
-            robot.yaw + self.pose.yaw,
-        )
+    pose: Pose2D
+    turned: bool
 
     def angles(self, scan: LaserScan) -> tuple[float, float]:
         """First angle and step, seen from above."""

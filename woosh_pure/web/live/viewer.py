@@ -67,9 +67,6 @@ class Viewer:
         self._page_driving.gone()
         self._replaced.set()
 
-    async def _until_replaced(self) -> None:
-        await self._replaced.wait()
-
     async def run(self, lang: str) -> None:
         """Serve the page until the connection ends. The drive is ended first of all."""
         self._hub.join(self._sender.wake.set)
@@ -79,9 +76,9 @@ class Viewer:
             self._read(),
             self._sender.send_all(self._socket),
             self._page_driving.watch(),
-            self._until_replaced(),
+            self._replaced.wait(),
         )
-        tasks = [asyncio.ensure_future(part) for part in parts]
+        tasks: list[asyncio.Future[Any]] = [asyncio.ensure_future(part) for part in parts]
         code, reason = 1000, ""
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -216,7 +213,7 @@ class Viewer:
         task.add_done_callback(self._tasks.discard)
 
 
-async def _end_all(tasks: set[asyncio.Task[None]]) -> None:
+async def _end_all(tasks: set[asyncio.Future[Any]]) -> None:
     """Cancel tasks until they have ended: up to Python 3.11, `asyncio.wait_for` may swallow a cancel."""
     until = time.monotonic() + 2.0
     while tasks and time.monotonic() < until:
