@@ -120,8 +120,7 @@ class Journal:
         self._length = length
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
-        self._entries: OrderedDict[int, Entry] = OrderedDict()
-        self._changed: OrderedDict[int, int] = OrderedDict()
+        self._entries: dict[int, tuple[int, Entry]] = {}  # with the version of its last change
         self.version = 0
 
     def begin(self, who: str, what: Command | str, goal: str = "") -> int:
@@ -132,16 +131,15 @@ class Journal:
             entry = Entry(number, round(time.time(), 3), _short(who), _short(text), goal=goal)
             self._put(replace(entry, key=key, values=values))
             while len(self._entries) > self._length:
-                oldest, _ = self._entries.popitem(last=False)
-                self._changed.pop(oldest, None)
+                del self._entries[next(iter(self._entries))]
             return number
 
     def end(self, number: int, state: str, text: str = "", **why: Any) -> None:
         """Note the end of an entry, with `reasons` and `said`. A dropped entry is ignored."""
         ended = round(time.time(), 3)
         with self._lock:
-            entry = self._entries.get(number)
-            if entry is not None:
+            if number in self._entries:
+                _, entry = self._entries[number]
                 self._put(replace(entry, state=state, text=_short(text, 1000), ended=ended, **why))
 
     def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
@@ -151,17 +149,16 @@ class Journal:
     def entries(self) -> list[Entry]:
         """Return all entries, the oldest first."""
         with self._lock:
-            return list(self._entries.values())
+            return [entry for _, entry in self._entries.values()]
 
     def since(self, version: int) -> list[Entry]:
         """Return the entries added or changed after that version."""
         with self._lock:
-            return [self._entries[number] for number, when in self._changed.items() if when > version]
+            return [entry for changed, entry in self._entries.values() if changed > version]
 
     def _put(self, entry: Entry) -> None:
         self.version += 1
-        self._entries[entry.id] = entry
-        self._changed[entry.id] = self.version
+        self._entries[entry.id] = self.version, entry
 
 
 def _short(text: str, most: int = 200) -> str:

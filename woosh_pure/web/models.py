@@ -97,6 +97,14 @@ def _one_heading(schema: dict[str, Any]) -> None:
     schema["not"] = {"required": ["yaw", "theta"]}
 
 
+def _take_theta(place: Any) -> Any:
+    if "theta" in place.model_fields_set:
+        if "yaw" in place.model_fields_set:
+            raise ValueError(say("yaw and theta are the same heading: send yaw alone"))
+        place.yaw = place.theta
+    return place
+
+
 class Place(Request):
     """A place on the map; the heading is 0 if it is left out. It was called `theta` before: both at once are
     refused.
@@ -109,13 +117,7 @@ class Place(Request):
     yaw: Radians = 0.0
     theta: Annotated[Radians, Field(exclude=True, description="now: yaw")] = 0.0
 
-    @model_validator(mode="after")
-    def _with_one_heading(self) -> Place:
-        if "theta" in self.model_fields_set:
-            if "yaw" in self.model_fields_set:
-                raise ValueError(say("yaw and theta are the same heading: send yaw alone"))
-            self.yaw = self.theta
-        return self
+    _with_one_heading = model_validator(mode="after")(_take_theta)
 
 
 class PoseGoal(MotionRequest, Place):
@@ -157,13 +159,7 @@ class MarkPlace(Request):
     yaw: Radians | None = None
     theta: Annotated[Radians | None, Field(exclude=True, description="now: yaw")] = None
 
-    @model_validator(mode="after")
-    def _with_one_heading(self) -> MarkPlace:
-        if "theta" in self.model_fields_set:
-            if "yaw" in self.model_fields_set:
-                raise ValueError(say("yaw and theta are the same heading: send yaw alone"))
-            self.yaw = self.theta
-        return self
+    _with_one_heading = model_validator(mode="after")(_take_theta)
 
 
 NewName = Annotated[str, Field(min_length=1, max_length=100)]

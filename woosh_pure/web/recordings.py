@@ -145,12 +145,11 @@ class RecordingManager:
 
     def _free(self, stamp: str, number: str) -> Path:
         assert self._folder is not None
-        path = self._folder / f"woosh-{stamp}-{number}.bag"
-        for more in itertools.count(2):
-            if not path.exists():
-                return path
+        path, more = self._folder / f"woosh-{stamp}-{number}.bag", 1
+        while path.exists():
+            more += 1
             path = self._folder / f"woosh-{stamp}-{number}-{more}.bag"
-        raise AssertionError("unreachable")
+        return path
 
     def end(self, number: str) -> Recording:
         """End the recording; its bag is complete then.
