@@ -14,7 +14,7 @@ from rosproto.bag.message_offsets import (
     MessageTable,
     locate_few,
     table_at_once,
-    table_one_by_one,
+    table_of,
     walk,
 )
 from rosproto.bag.records import (
@@ -126,10 +126,8 @@ class ChunkData:
         offsets = np.concatenate([np.zeros(0, np.uint32), *chosen.values()])
         conns = np.repeat(np.fromiter(chosen, np.uint32), [len(o) for o in chosen.values()])
         rows = table_at_once(self.blob, self.base, self.end, offsets)
-        if rows is None:
-            rows = table_one_by_one(self.blob, self.base, self.end, offsets.tolist())
         if rows is None or not np.array_equal(rows.conn, conns):
-            return self._walked(wanted)  # the index is wrong
+            return self._walked(wanted)  # the index is wrong, or the messages differ in the order of fields
         return rows
 
     def places(
@@ -157,26 +155,18 @@ class ChunkData:
         """The connection records inside."""
         return self._walk()[1]
 
-    def _walk(self) -> tuple[list[int], list[Connection]]:
+    def _walk(self) -> tuple[list[MessageLocation], list[Connection]]:
         room = None if self.budget is None else self.budget.room(self.info.pos)
-        offsets, connections = walk(self.blob, self.base, self.end, not self.complete, room)
+        places, connections = walk(self.blob, self.base, self.end, not self.complete, room)
         if self.budget is not None:
-            self.budget.take(self.info.pos, len(offsets) + len(connections))
-        return offsets, connections
+            self.budget.take(self.info.pos, len(places) + len(connections))
+        return places, connections
 
     def _walked(self, wanted: Collection[int] | None) -> MessageTable:
         import numpy as np
 
-        offsets, _ = self._walk()
-        found = np.array(offsets, np.int64)
-        rows = table_at_once(self.blob, self.base, self.end, found)
-        if rows is None:
-            rows = table_one_by_one(self.blob, self.base, self.end, offsets)
-        if rows is None:
-            raise BagError(f"the chunk at byte {self.info.pos} has a damaged message record")
-        if wanted is None:
-            return rows
-        return rows.take(np.isin(rows.conn, np.fromiter(wanted, np.uint32)))
+        rows = table_of(self._walk()[0])
+        return rows if wanted is None else rows.take(np.isin(rows.conn, np.fromiter(wanted, np.uint32)))
 
 
 def read_chunk(
