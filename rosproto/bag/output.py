@@ -6,7 +6,9 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, wait
 from dataclasses import dataclass
+from itertools import islice
 from typing import BinaryIO
 
 from rosproto.bag.compression import keep_freed_memory
@@ -15,7 +17,6 @@ from rosproto.bag.worker_pool import WorkerPool, worker_count
 from rosproto.errors import BagError
 
 LARGE = 1 << 16  # bytes; a piece of at least this size is not copied to join it with others
-_SMALL = 1 << 16  # bytes; a smaller chunk is not worth a thread
 AHEAD_BYTES = 16 << 20  # of chunks not yet written, uncompressed
 _MOST_PIECES = 512  # in one system call; POSIX promises 16, Linux and the BSDs take 1024
 
@@ -105,24 +106,21 @@ def _gathered(pieces: Sequence[Piece]) -> Iterator[Piece]:
         yield b"".join(small)
 
 
-@dataclass(slots=True)
+@dataclass(eq=False, slots=True)
 class _Chunk:
-    """A chunk not yet written; `ahead` is its share of the waiting bytes."""
+    """A chunk not yet written."""
 
     info: ChunkInfo
-    plain: bytes
+    size: int
     indexes: bytes
-    ahead: int = 0
-    packed: bytes | None = None
-    problem: Exception | None = None
+    packed: Future[bytes]
 
 
 class ChunkWriter:
     """Writes chunks in the order they are given.
 
     Uncompressed chunks are in the file when `add` returns. Helper threads compress the others; the thread
-    that finishes the next chunk in order writes it. At most 16 MB wait (or one chunk, if it is larger);
-    beyond that `add` does part of the work.
+    that finishes the next chunk in order writes it. At most 16 MB wait (or one chunk, if it is larger).
 
     Args:
         output: The file.
@@ -141,11 +139,10 @@ class ChunkWriter:
         self.end = 0
         self.chunks: list[ChunkInfo] = []
         self.messages = 0
-        self.problem: Exception | None = None
+        self.problem: BaseException | None = None
         self._order: deque[_Chunk] = deque()
         self._bytes = 0
-        self._writing = threading.Lock()
-        self._moved = threading.Condition()
+        self._writing = threading.RLock()  # reentrant: a signal handler may close the bag
         # Not daemon threads: a program that ends without closing its bag still writes these chunks.
         self._workers = WorkerPool("bag writer", worker_count(), daemon=False)
         self.set_compression(compression, compress)
@@ -173,72 +170,35 @@ class ChunkWriter:
             self._put(info, size, size, parts, indexes)
             return
         keep_freed_memory()
-        chunk = _Chunk(info, b"".join(parts), indexes)
-        if size < _SMALL:
-            self.drain()
+        plain, compress = b"".join(parts), self._compress
+        chunk = _Chunk(info, size, indexes, self._workers.add(lambda: compress(plain)))
+        with self._writing:
             self._order.append(chunk)
-            self._pack(chunk)
-            return
-        self._order.append(chunk)
-        chunk.ahead = size
-        with self._moved:
             self._bytes += size
-        self._workers.add(lambda: self._pack(chunk))
-        while self._order and (self._bytes > AHEAD_BYTES or self._workers.idle):
-            self._advance()
+        chunk.packed.add_done_callback(lambda _: self._write_ready())
+        while self._bytes > AHEAD_BYTES:
+            self.drain(1)
 
-    def drain(self) -> None:
-        """Wait until all added chunks are in the file, or writing has failed."""
-        while self._order:
-            self._advance()
-
-    def _advance(self) -> None:
-        """Compress a waiting chunk, or wait until another chunk is written."""
-        head = self._head()
-        if head is None or self._workers.help():
-            return
-        # A helper has started it. The helper finishes or fails; both end this wait.
-        with self._moved:
-            self._moved.wait_for(lambda: not self._order or self._order[0] is not head)
-
-    def _pack(self, chunk: _Chunk) -> None:
-        """Compress a chunk and write all chunks that are ready. Any thread may call it."""
-        if chunk.packed is None:  # otherwise Ctrl-C came between the two steps
-            try:
-                chunk.packed = self._compress(chunk.plain)
-            except Exception as problem:
-                chunk.problem, chunk.packed = problem, b""
-        while self._is_ready() and self._writing.acquire(blocking=False):
-            try:
-                self._write_ready()
-            finally:
-                self._writing.release()
-            # Look once more: another chunk may have become ready just before the lock was released.
-
-    def _head(self) -> _Chunk | None:
-        """The next chunk to write; another thread may remove it at any time."""
-        try:
-            return self._order[0]
-        except IndexError:
-            return None
-
-    def _is_ready(self) -> bool:
-        head = self._head()
-        return head is not None and head.packed is not None
+    def drain(self, most: int | None = None) -> None:
+        """Wait until all added chunks (or the first `most`) are in the file, or writing has failed."""
+        with self._writing:
+            first = [chunk.packed for chunk in islice(self._order, most)]
+        wait(first)
+        self._write_ready()
 
     def _write_ready(self) -> None:
-        """Called with the lock held: no other thread removes chunks."""
-        while self._is_ready():
-            chunk = self._order[0]
-            if self.problem is None:
-                self.problem = chunk.problem
-            if self.problem is None:
-                assert chunk.packed is not None
-                self._put(chunk.info, len(chunk.plain), len(chunk.packed), [chunk.packed], chunk.indexes)
-            with self._moved:
-                self._order.popleft()
-                self._bytes -= chunk.ahead
-                self._moved.notify_all()
+        """Write the compressed chunks at the front. Any thread may call it."""
+        with self._writing:
+            while self._order and self._order[0].packed.done():
+                chunk = self._order[0]
+                if self.problem is None:
+                    self.problem = chunk.packed.exception()
+                if self.problem is None:
+                    packed = chunk.packed.result()
+                    self._put(chunk.info, chunk.size, len(packed), [packed], chunk.indexes)
+                if self._order and self._order[0] is chunk:  # unless a signal handler has closed the bag
+                    self._order.popleft()
+                    self._bytes -= chunk.size
 
     def _put(self, info: ChunkInfo, size: int, stored: int, parts: Sequence[Piece], indexes: bytes) -> None:
         """Write a chunk and its index records; on failure cut the file back to its last whole chunk."""

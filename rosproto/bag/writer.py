@@ -419,7 +419,7 @@ class BagWriter:
         if problem is not None:
             raise self._fail(problem) from problem
 
-    def _fail(self, problem: Exception) -> BagError:
+    def _fail(self, problem: BaseException) -> BagError:
         """Store the failure, which refuses later writes."""
         self._forget()
         lost, end = self.message_count - self._chunks.messages, self._chunks.end

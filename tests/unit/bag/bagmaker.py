@@ -43,6 +43,7 @@ def bag_bytes(
     writer = BagWriter(file, compression, chunk_bytes)
     for topic, message, stamp in what:
         writer.write(topic, message, stamp)
+    writer._chunks.drain()  # a recorder lives longer than a chunk is compressed
     if close:
         writer.close()
     return file.getvalue()

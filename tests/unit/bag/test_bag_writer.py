@@ -241,8 +241,10 @@ def test_a_full_disk_is_an_error_and_leaves_whole_chunks(compression):
     writer = BagWriter(file, compression, 4000)
 
     def write_all():
-        for topic, message, stamp in what:
+        for i, (topic, message, stamp) in enumerate(what):
             writer.write(topic, message, stamp)
+            if i % 100 == 99:
+                writer.flush()  # waits for the compressed chunks
 
     with pytest.raises(BagError, match="No space left") as caught:
         write_all()
