@@ -173,7 +173,7 @@ def node_imports() -> dict[str, set[str]]:
 
 
 def room(module: str) -> str:
-    """ "graph" of rosproto.node.graph.master_monitor; the module itself for what stands in no room."""
+    """ "graph" of rosproto.node.graph.slave_api; the module itself for what stands in no room."""
     parts = module.split(".")
     return parts[2] if len(parts) > 3 else module
 

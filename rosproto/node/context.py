@@ -14,16 +14,17 @@ from rosproto.logs import PeerLog
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.events import Event, Events
 from rosproto.node.graph.listening import Listening
-from rosproto.node.graph.master_connection import MasterConnection
+from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.shutdown import Lifecycle
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport import HostNames, XmlRpcClient
+from rosproto.transport import HostNames
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.uri import parse_uri
+from rosproto.transport.uri import is_loopback, parse_uri
 
+MASTER_CALL_SECONDS = 10.0
 FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor completes the rest later
 
 
@@ -36,8 +37,10 @@ class Context:
         revisions: Known definitions, to convert between revisions of a type.
         hosts: Addresses of host names that this computer may not know.
         lifecycle: Open, closing or closed.
-        master_connection: The master's address, and whether it answers.
-        master: The client of `master_connection`.
+        master: Client of the master, with the node's name as caller id.
+        master_address: Host and port of the master.
+        master_hosts: Every address of the master's host; empty until the node has joined.
+        master_lost: True while the master does not answer; set by the master monitor.
         listening: The node's present servers and address.
         registrations: All registrations at the master; the master monitor repeats them after a restart of
             the master or a change of our address.
@@ -69,25 +72,33 @@ class Context:
         self.lifecycle = Lifecycle()
         self.check_publishers: Callable[[Any], None] = lambda subscription: None
         self._link_ids = itertools.count(1)
-        self.hosts = HostNames(hosts, master=parse_uri(master_uri)[0])
+        host_of_master, port = parse_uri(master_uri)
+        self.hosts = HostNames(hosts, master=host_of_master)
         self.listening = Listening(host)
-        self.master_connection = connection = MasterConnection(
-            master_uri,
-            name,
-            limits=limits,
-            hosts=self.hosts,
-            local_client=lambda seconds: self._local_client(master_uri, seconds),
-        )
-        self.master = connection.client
+        self._master_uri = master_uri
+        self.master = self.new_master_client(MASTER_CALL_SECONDS)
+        self.master_address = (self.hosts.mapped(host_of_master), port)
+        self.master_hosts: frozenset[str] = frozenset()
+        self.master_lost = False
         self.link_monitor = LinkMonitor(name)
         self.registrations = Registrations(
-            self.master, self.master.within(FAREWELL_SECONDS), lambda: connection.lost
+            self.master, self.master.within(FAREWELL_SECONDS), lambda: self.master_lost
         )
 
-    def _local_client(self, uri: str, seconds: float) -> XmlRpcClient | None:
-        if self.local_nodes is None:
-            return None
-        return self.local_nodes.calls_to(uri, limits=self.limits, timeout=seconds, hosts=self.hosts)
+    def new_master_client(self, timeout: float) -> MasterClient:
+        """A client with connections separate from those of `master`, and `timeout` seconds for a call."""
+        uri, direct = self._master_uri, None
+        if self.local_nodes is not None:
+            direct = self.local_nodes.calls_to(uri, limits=self.limits, timeout=timeout, hosts=self.hosts)
+        return MasterClient(
+            uri, self.name, timeout=timeout, limits=self.limits, client=direct, hosts=self.hosts
+        )
+
+    def is_master_address(self, host: str) -> bool:
+        """True when a call from `host` may come from the master."""
+        own = self.listening.host  # calls of a master on this computer come from there
+        here = own in self.master_hosts or any(is_loopback(other) for other in self.master_hosts)
+        return host in self.master_hosts or (here and host == own)
 
     @property
     def uri(self) -> str:
@@ -100,9 +111,9 @@ class Context:
 
     def leave_master(self, seconds: float) -> None:
         """Unregister everything, if the master answers."""
-        if not self.master_connection.lost:
+        if not self.master_lost:
             # A separate client: a call that hangs in `master` must not use up the time.
-            with self.master_connection.new_client(seconds) as master:
+            with self.new_master_client(seconds) as master:
                 self.registrations.unregister_all(Deadline(seconds), master)
 
     def close_servers(self, seconds: float) -> None:

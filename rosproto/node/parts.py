@@ -19,10 +19,10 @@ from rosproto.node import shutdown
 from rosproto.node.clock import NodeClock
 from rosproto.node.context import Context
 from rosproto.node.graph import api_client
-from rosproto.node.graph.listening import Listen, open_endpoints
+from rosproto.node.graph.listening import open_endpoints
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.master_monitor import MasterMonitor
 from rosproto.node.graph.slave_api import SlaveApi
+from rosproto.node.master_monitor import MasterMonitor
 from rosproto.node.options import NodeNaming
 from rosproto.node.parameters import Parameters
 from rosproto.node.stats import NodeStats
@@ -102,20 +102,20 @@ class NodeParts:
         self._lock = threading.RLock()
         self._services: Services | None = None
         self._parameters: Parameters | None = None
-        address, master = context.listening, context.master_connection
+        address = context.listening
         self.slave = SlaveApi(
             name=context.name,
             master=context.master,
             topics=self.topics,
             own_uri=lambda: address.uri,
             tcpros_address=lambda: (address.host, address.endpoints.tcpros.port),
-            is_master_address=lambda host: master.is_at(host, own_host=address.host),
+            is_master_address=context.is_master_address,
             shut_down=partial(shutdown.shut_down_later, context.name, self.close, on_shutdown_request),
             allow_shutdown=allow_shutdown,
         )
-        self._listen: Listen = partial(
+        address.listen = partial(
             open_endpoints,
-            master=master.address,
+            master=context.master_address,
             port=port,
             tcpros_port=tcpros_port,
             limits=context.limits,
@@ -124,17 +124,7 @@ class NodeParts:
             dispatch=self.slave.dispatch,
             on_topic=self.topics.accept,
         )
-        self.master_monitor = MasterMonitor(
-            context.name,
-            master=master,
-            listening=address,
-            registrations=context.registrations,
-            topics=self.topics,
-            closed=lambda: context.lifecycle.closed,
-            listen=self._listen,
-            moved=self._moved,
-            emit=context.events.emit,
-        )
+        self.master_monitor = MasterMonitor(context, self.topics, self._moved)
         context.check_publishers = self.master_monitor.verify
         context.lifecycle.fork_callbacks.append(self._abandon)
 
@@ -145,15 +135,15 @@ class NodeParts:
             ConnectionLost, RosTimeout: The node cannot join, the text names it and the master; everything is
                 closed.
         """
-        context, master, deadline = self.context, self.context.master_connection, Deadline(timeout)
+        context, deadline = self.context, Deadline(timeout)
         try:
-            settings = ask_settings(master.client, deadline.remaining())
-            master.host_addresses = frozenset(resolve(master.address[0], deadline))
-            context.listening.open(self._listen, master.address, deadline.remaining() or 0.1)
+            settings = ask_settings(context.master, deadline.remaining())
+            context.master_hosts = frozenset(resolve(context.master_address[0], deadline))
+            context.listening.open(context.master_address, deadline.remaining() or 0.1)
             return settings
         except RosError as error:
             context.give_up()
-            raise _cannot_join(context.name, master.uri, error) from error
+            raise _cannot_join(context.name, context.master.uri, error) from error
         except BaseException:
             context.give_up()
             raise
@@ -191,7 +181,7 @@ class NodeParts:
             name=context.name,
             uri=context.uri,
             master_uri=context.master.uri,
-            master_lost=context.master_connection.lost,
+            master_lost=context.master_lost,
             links=tuple(self.topics.link_stats()),
             services={} if self._services is None else self._services.stats(),
         )

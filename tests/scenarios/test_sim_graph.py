@@ -234,7 +234,7 @@ def test_the_nodes_of_a_robot_do_not_compare_the_graph_of_their_own_master_all_t
         asked.append(client.caller_id)
         return ask(client, **options)
 
-    monkeypatch.setattr("rosproto.node.graph.master_monitor.PERIOD", 0.02)
+    monkeypatch.setattr("rosproto.node.master_monitor.PERIOD", 0.02)
     monkeypatch.setattr("woosh_pure.sim.graph._PERIOD", 0.02)
     monkeypatch.setattr("woosh_pure.sim.graph._SELDOM", 1_000_000)
     monkeypatch.setattr(rosproto.MasterClient, "get_system_state", note)

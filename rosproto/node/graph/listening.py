@@ -239,9 +239,11 @@ class Listening:
 
     Attributes:
         given: As above.
+        listen: Opens the servers; set before `open`.
         endpoints: The open servers; replaced after each change of address.
     """
 
+    listen: Listen
     endpoints: Endpoints
 
     def __init__(self, given: str | None) -> None:
@@ -257,16 +259,16 @@ class Listening:
         """The host that is announced."""
         return self.endpoints.host
 
-    def open(self, listen: Listen, master: tuple[str, int], timeout: float) -> None:
+    def open(self, master: tuple[str, int], timeout: float) -> None:
         """Choose the address and open the servers.
 
         Raises:
             RosError: There is no route to the master, or nothing can be listened on.
         """
         announced, bind = choose_own_address(self.given, master, timeout)
-        self.endpoints = listen(announced, bind)
+        self.endpoints = self.listen(announced, bind)
 
-    def follow(self, listen: Listen, master: tuple[str, int], moved: Callable[[str], None]) -> bool:
+    def follow(self, master: tuple[str, int], moved: Callable[[str], None]) -> bool:
         """Listen on our present address towards the master; True when it has changed.
 
         `moved` is called with the old URI, before the old servers are closed.
@@ -280,7 +282,7 @@ class Listening:
         old = self.endpoints
         if announced == old.host:
             return False
-        new = listen(announced, bind)
+        new = self.listen(announced, bind)
         new.tcpros.on_service = old.tcpros.on_service
         self.endpoints = new
         moved(old.uri)

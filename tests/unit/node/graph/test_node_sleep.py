@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from rosproto.master import Master
-from rosproto.node import MasterClient, Node
-from rosproto.node.graph import master_monitor
+from rosproto.node import MasterClient, Node, master_monitor
 from rosproto.transport.deadline import SleepDetector
 from tests.support.victim import eventually
 

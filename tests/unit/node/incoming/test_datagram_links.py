@@ -19,9 +19,9 @@ from rosproto.master import Master
 from rosproto.msg import bundled
 from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
-from rosproto.node.graph.master_monitor import MasterMonitor
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming import udpros_link
+from rosproto.node.master_monitor import MasterMonitor
 from rosproto.node.outgoing.datagram_link import DatagramLink
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.protocol.udpros import DatagramRequest, Reassembly

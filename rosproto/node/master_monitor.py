@@ -18,16 +18,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection, Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.graph.listening import Listen, Listening
-from rosproto.node.graph.master_client import MasterClient, SystemState
-from rosproto.node.graph.master_connection import MasterConnection
-from rosproto.node.graph.registrations import Registration, Registrations
+from rosproto.node.graph.master_client import SystemState
+from rosproto.node.graph.registrations import Registration
+from rosproto.node.incoming.subscription import Subscription
+from rosproto.node.outgoing.datagram_link import DatagramLink
+from rosproto.node.topics import TopicTable
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import SleepDetector
 from rosproto.transport.os_errors import no_route
@@ -44,91 +45,35 @@ FULL_CHECK_EVERY = 5  # looks
 MOST_TO_VERIFY = 1000  # topics; more are not ours
 
 
-class FollowedTopic(Protocol):
-    """A subscribed topic, as the master monitor sees it."""
-
-    @property
-    def name(self) -> str: ...
-
-    def knows(self, publishers: Collection[str]) -> bool: ...
-
-    def register(self, master: MasterClient) -> None: ...
-
-
-class DatagramPeer(Protocol):
-    """A subscriber that gets datagrams; only the master knows when it has gone."""
-
-    @property
-    def caller_id(self) -> str: ...
-
-    @property
-    def topic(self) -> str: ...
-
-    def close(self) -> None: ...
-
-
-class WatchedTopics(Protocol):
-    """The topics of the node, as the master monitor sees them."""
-
-    def subscription(self, name: str) -> FollowedTopic | None: ...
-
-    def datagram_links(self) -> Sequence[DatagramPeer]: ...
-
-    def links_changed_address(self) -> None: ...
-
-    def woke_up(self) -> None: ...
-
-
 class MasterMonitor:
     """One thread per node.
 
     Args:
-        name: Of the node.
-        master: Its connection to the master.
-        listening: Where it listens.
-        registrations: What is registered.
+        context: Of the node.
         topics: Its topics.
-        closed: Whether the node is closing; then the thread ends.
-        listen: Opens its servers (`Listen`).
-        moved: Called with the old URI when they have been opened on another address.
-        emit: Called with each event.
+        moved: Called with the old URI when the node's servers have been opened on another address.
 
     Attributes:
         period: Seconds between two looks at a master that answers.
         full_check_every: Looks between two comparisons of the whole graph.
     """
 
-    def __init__(
-        self,
-        name: str,
-        *,
-        master: MasterConnection,
-        listening: Listening,
-        registrations: Registrations,
-        topics: WatchedTopics,
-        closed: Callable[[], bool],
-        listen: Listen,
-        moved: Callable[[str], None],
-        emit: Callable[[Event], None],
-    ) -> None:
+    def __init__(self, context: Context, topics: TopicTable, moved: Callable[[str], None]) -> None:
         self.period = PERIOD
         self.full_check_every = FULL_CHECK_EVERY
-        self._name = name
-        self._master = master
-        self._listening = listening
-        self._registrations = registrations
+        self._context = context
+        self._name = context.name
         self._topics = topics
-        self._closed = closed
-        self._listen, self._moved = listen, moved
-        self._emit = emit
+        self._moved = moved
         self._wake = threading.Condition()
-        self._to_verify: dict[str, FollowedTopic] = {}
+        self._to_verify: dict[str, Subscription] = {}
         self._hurry = False
         self._backoff = Backoff(first=0.1, factor=1.5, most=0.5, jitter=0.1)
         self._identity: object = None
         self._looks = 0
         self._sleep = SleepDetector()
-        self._thread = threading.Thread(target=self._run, name=f"rosproto:master monitor {name}", daemon=True)
+        name = f"rosproto:master monitor {context.name}"
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
         self._thread.start()
@@ -140,7 +85,7 @@ class MasterMonitor:
         if self._thread.ident is not None and threading.current_thread() is not self._thread:
             self._thread.join(timeout)
 
-    def verify(self, subscription: FollowedTopic) -> None:
+    def verify(self, subscription: Subscription) -> None:
         """Ask the master soon for the publishers of a topic; several requests become one."""
         with self._wake:
             if len(self._to_verify) < MOST_TO_VERIFY:
@@ -156,12 +101,12 @@ class MasterMonitor:
 
     def _run(self) -> None:
         pause, took = self.period, 0.0
-        while not self._closed():
+        while not self._context.lifecycle.closed:
             with self._wake:
                 # Not "until there is a topic to verify": there is one as long as the master is away.
-                self._wake.wait_for(lambda: self._closed() or self._hurry, pause)
+                self._wake.wait_for(lambda: self._context.lifecycle.closed or self._hurry, pause)
                 self._hurry = False
-            if self._closed():
+            if self._context.lifecycle.closed:
                 return
             try:
                 self._notice_sleep(pause + took)  # waiting for a slow master is no sleep
@@ -184,35 +129,37 @@ class MasterMonitor:
         try:
             moved = self._follow_address()
             stands = self.check_registration() and not moved
-            if not stands and not self._registrations.register_all():
-                raise ConnectionLost("the master went away during registration", peer=self._master.uri)
+            if not stands and not self._context.registrations.register_all():
+                raise ConnectionLost(
+                    "the master went away during registration", peer=self._context.master.uri
+                )
             self._verify_some()
-            if not self._registrations.register_pending():
+            if not self._context.registrations.register_pending():
                 return self._backoff.next()
         except (ConnectionLost, RosTimeout) as error:
             self._master_lost(error)
             return self._backoff.next()
         except RosError as error:
-            _log.warning("! master %s: %s", self._master.uri, error)
+            _log.warning("! master %s: %s", self._context.master.uri, error)
             return self.period
         self._master_answers(stands)
         return self.period
 
     def check_registration(self) -> bool:
         """False if everything has to be registered again."""
-        before = self._registrations.confirmed()
+        before = self._context.registrations.confirmed()
         pid, uri, run_id = self._ask()
         identity = (pid, run_id)
         known, self._identity = self._identity, identity
-        if self._master.lost or (known is not None and known != identity):
+        if self._context.master_lost or (known is not None and known != identity):
             return False
         if not self._still(before):
             return True
         if not isinstance(uri, str):
             return False
-        if not same_uri(uri, self._listening.uri):
+        if not same_uri(uri, self._context.uri):
             # Another node has taken our name, and the master asked us to shut down: do not register again.
-            _log.debug("! %s is registered at %s, not at %s", self._name, uri, self._listening.uri)
+            _log.debug("! %s is registered at %s, not at %s", self._name, uri, self._context.uri)
             return True
         self._looks += 1
         return self._looks % self.full_check_every != 0 or self.graph_has_all()
@@ -224,7 +171,7 @@ class MasterMonitor:
             ("lookupNode", (self._name,)),
             ("getParam", ("/run_id",)),
         ]
-        master = self._master.client
+        master = self._context.master
         try:
             answers = master.several(calls, timeout=PATIENCE)
         except RosTimeout:
@@ -234,9 +181,9 @@ class MasterMonitor:
 
     def graph_has_all(self) -> bool:
         """Whether the master's graph has all that is registered."""
-        before = self._registrations.confirmed()
+        before = self._context.registrations.confirmed()
         datagram_links = self._topics.datagram_links()
-        state = self._master.client.get_system_state(timeout=CALL_TIMEOUT)
+        state = self._context.master.get_system_state(timeout=CALL_TIMEOUT)
         tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
         self._note_unknown_publishers(state)
         self.forget_unsubscribed(datagram_links, state)
@@ -250,19 +197,19 @@ class MasterMonitor:
         """Of the registrations confirmed before a question, those that the answer must contain: all that were
         not removed meanwhile.
         """
-        now = {id(registration) for registration in self._registrations.confirmed()}
+        now = {id(registration) for registration in self._context.registrations.confirmed()}
         return [registration for registration in before if id(registration) in now]
 
     def _note_unknown_publishers(self, state: SystemState) -> None:
         """Verify the topics whose publishers differ from those we know."""
-        for registration in self._registrations.of_kind("subscriber"):
+        for registration in self._context.registrations.of_kind("subscriber"):
             subscription = self._topics.subscription(registration.name)
             publishers = state.publishers.get(registration.name, ())
             if subscription is not None and not subscription.knows(publishers):
                 self.verify(subscription)
 
     @staticmethod
-    def forget_unsubscribed(links: Sequence[DatagramPeer], state: SystemState) -> None:
+    def forget_unsubscribed(links: Sequence[DatagramLink], state: SystemState) -> None:
         """Close links to datagram subscribers that have unsubscribed: nothing else reports their end.
 
         A link to a node that the master does not know at all is kept: roscpp does not register again at a
@@ -278,7 +225,7 @@ class MasterMonitor:
             to_verify, self._to_verify = self._to_verify, {}
         for subscription in to_verify.values():
             if self._topics.subscription(subscription.name) is subscription:
-                subscription.register(self._master.client)
+                subscription.register(self._context.master)
 
     def _follow_address(self) -> bool:
         """Listen on our present address towards the master; True if it has changed.
@@ -286,34 +233,34 @@ class MasterMonitor:
         Raises:
             ConnectionLost: There is no route to the master, e.g. the cable is unplugged.
         """
-        old = self._listening.uri
+        old = self._context.uri
         try:
-            if not self._listening.follow(self._listen, self._master.address, self._moved):
+            if not self._context.listening.follow(self._context.master_address, self._moved):
                 return False
         except RosError as error:
             if no_route(error.__cause__):
-                if not self._master.lost:
-                    self._master.client.reconnect()  # calls under way fail now, not when their time is over
+                if not self._context.master_lost:
+                    self._context.master.reconnect()  # calls under way fail now, not when their time is over
                 raise
             # The name server is silent, or the port is taken: the master may be there.
             _log.debug("! %s: the present address is not known: %s", self._name, error)
             return False
         self._topics.links_changed_address()
-        self._master.client.reconnect()
-        _log.warning("= %s: our address changed, %s is now %s", self._name, old, self._listening.uri)
-        self._emit(Event(EventKind.ADDRESS_CHANGED, address=self._listening.uri))
+        self._context.master.reconnect()
+        _log.warning("= %s: our address changed, %s is now %s", self._name, old, self._context.uri)
+        self._context.events.emit(Event(EventKind.ADDRESS_CHANGED, address=self._context.uri))
         return True
 
     def _master_lost(self, error: RosError) -> None:
-        if not self._master.lost:
-            self._master.lost = True
-            _log.warning("! the master %s is away, it is tried again: %s", self._master.uri, error)
+        if not self._context.master_lost:
+            self._context.master_lost, uri = True, self._context.master.uri
+            _log.warning("! the master %s is away, it is tried again: %s", uri, error)
             known = without_frames(error)
-            self._emit(Event(EventKind.MASTER_LOST, address=self._master.uri, error=known))
+            self._context.events.emit(Event(EventKind.MASTER_LOST, address=uri, error=known))
 
     def _master_answers(self, stood: bool) -> None:
         self._backoff.reset()
-        if self._master.lost or not stood:
-            self._master.lost = False
-            _log.warning("= master %s: everything is registered again", self._master.uri)
-            self._emit(Event(EventKind.MASTER_BACK, address=self._master.uri))
+        if self._context.master_lost or not stood:
+            self._context.master_lost = False
+            _log.warning("= master %s: everything is registered again", self._context.master.uri)
+            self._context.events.emit(Event(EventKind.MASTER_BACK, address=self._context.master.uri))

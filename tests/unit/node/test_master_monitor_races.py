@@ -9,7 +9,7 @@ import pytest
 
 import rosproto
 from rosproto.master import Master
-from rosproto.node.graph.master_monitor import MasterMonitor
+from rosproto.node.master_monitor import MasterMonitor
 
 
 @pytest.fixture
