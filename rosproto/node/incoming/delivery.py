@@ -8,24 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from rosproto.codec import AnyMsg, encode
-from rosproto.node.context import Context
+from rosproto.errors import CodecError
 from rosproto.node.definitions.md5sum_mismatch import UnconvertibleMessage
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.incoming.subscriber_queue import SubscriberQueue
-
-
-class DeliveryTopic(Protocol):
-    """The part of `Subscription` that deliveries use."""
-
-    context: Context
-    name: str
-    unfit: int
-
-    def report(self, error: Exception) -> None:
-        """Note an error, and call the subscribers' `on_error`."""
 
 
 class Delivery:
@@ -42,15 +31,13 @@ class Delivery:
         "_decode_later",
         "_queues",
         "_raw_queues",
-        "_topic",
         "decode",
         "newest",
         "offer_one",
         "owns",
     )
 
-    def __init__(self, topic: DeliveryTopic, queues: Sequence[SubscriberQueue], type_: TopicType) -> None:
-        self._topic = topic
+    def __init__(self, queues: Sequence[SubscriberQueue], type_: TopicType) -> None:
         self._queues = tuple(queue for queue in queues if not queue.raw)
         self._raw_queues = tuple(queue for queue in queues if queue.raw)
         self._decode_later = type_.decode if self._queues and not type_.is_wildcard else raw_message
@@ -109,16 +96,23 @@ class Delivery:
 
 
 class RevisedDelivery(Delivery):
-    """As `Delivery`, for a publisher of another revision.
+    """As `Delivery`, for a publisher of another revision: a message that cannot be converted is dropped.
 
-    A message that cannot be converted is dropped, reported and counted; the link stays open.
+    Args:
+        queues, type_: As for `Delivery`.
+        on_unfit: Called with the errors of the dropped messages; the link stays open.
     """
 
-    __slots__ = ("_logged",)
+    __slots__ = ("_on_unfit",)
 
-    def __init__(self, topic: DeliveryTopic, queues: Sequence[SubscriberQueue], type_: TopicType) -> None:
-        super().__init__(topic, queues, type_)
-        self._logged = False
+    def __init__(
+        self,
+        queues: Sequence[SubscriberQueue],
+        type_: TopicType,
+        on_unfit: Callable[[list[CodecError]], None],
+    ) -> None:
+        super().__init__(queues, type_)
+        self._on_unfit = on_unfit
         self.offer_one = None
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
@@ -133,14 +127,7 @@ class RevisedDelivery(Delivery):
         unfit = [item.error for item in batch if type(item) is UnconvertibleMessage]
         if not unfit:
             return batch
-        self._topic.unfit += len(unfit)
-        for error in unfit:
-            self._topic.report(error)
-        if not self._logged:
-            self._logged = True
-            name = self._topic.name
-            text = "! %s: messages are dropped that do not fit: %s"
-            self._topic.context.peer_log.warning(name, text, name, unfit[0])
+        self._on_unfit(unfit)
         return [item for item in batch if type(item) is not UnconvertibleMessage]
 
 

@@ -22,10 +22,11 @@ from rosproto.errors import (
     TooLarge,
 )
 from rosproto.logs import get_logger
+from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import RevisedType
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.incoming.delivery import Delivery, DeliveryTopic
+from rosproto.node.incoming.delivery import Delivery
 from rosproto.node.incoming.publisher_link_state import (
     LEAST,
     STEADY,
@@ -48,9 +49,11 @@ ASK_EVERY = 4
 """Failed tries (about 1 s) after which the master is asked whether it still lists the publisher."""
 
 
-class LinkSubscription(DeliveryTopic, Protocol):
+class LinkSubscription(Protocol):
     """The part of `Subscription` that links use."""
 
+    context: Context
+    name: str
     type: TopicType
     delivery: Delivery
     skipped: int
@@ -60,6 +63,9 @@ class LinkSubscription(DeliveryTopic, Protocol):
     @property
     def present_type(self) -> TopicType:
         """The type that messages are decoded as."""
+
+    def report(self, error: Exception) -> None:
+        """Note an error, and call the subscribers' `on_error`."""
 
     def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
         """Check a publisher's type; return its revision to decode, None for the requested type."""
@@ -96,6 +102,7 @@ class PublisherLink:
         header: The publisher's connection header; empty while there is none.
         caller_id: The publisher's node name; "" while unknown.
         address: "host:port" of the connection; the URI while there is none.
+        last_error: The error that ended the last session or try; None after a success.
         named: False if the master does not list the publisher; the link is then kept while it is connected.
     """
 
@@ -119,7 +126,7 @@ class PublisherLink:
         self._begun_at: float | None = None
         self._logged: type | None = None  # kind of the last failure that was logged
         self._revised: RevisedType | None = None
-        self._last_error: Exception | None = None
+        self.last_error: Exception | None = None
         self._past_bytes = 0
         self._past_messages = 0
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{self.topic} < {uri}", daemon=True)
@@ -141,11 +148,6 @@ class PublisherLink:
     def closed(self) -> bool:
         """True once the link is closed."""
         return self._state is LinkState.CLOSED
-
-    @property
-    def last_error(self) -> Exception | None:
-        """The error that ended the last session or try; None after a success."""
-        return self._last_error
 
     @property
     def skipped(self) -> int:
@@ -207,7 +209,7 @@ class PublisherLink:
                 pauses.after(
                     self._lasted,
                     refused=self._state is LinkState.REFUSED,
-                    mismatch=isinstance(self._last_error, Md5sumMismatch),
+                    mismatch=isinstance(self.last_error, Md5sumMismatch),
                 )
             )
             self._begun_at = None
@@ -238,7 +240,7 @@ class PublisherLink:
     def _begun(self) -> None:
         self._sessions += 1
         self._attempts = 0
-        self._last_error = None
+        self.last_error = None
         _log.debug("= %s: connected to %s at %s", self.topic, self.caller_id, self.address)
         self.subscription.link_changed()
         self._context.events.emit(
@@ -261,32 +263,26 @@ class PublisherLink:
             kind = EventKind.DISCONNECTED
         else:
             kind = EventKind.REFUSED if refused else EventKind.FAILED
-        news = self._last_error is None or type(self._last_error) is not type(error)
-        self._last_error = error
+        news = self.last_error is None or type(self.last_error) is not type(error)
+        self.last_error = error
         if news:
-            self._log_failure(error, was)
+            self._log_failure(error)
             self.subscription.report(error)
             self._context.events.emit(
                 Event(kind, self.topic, self.address, error, peer=self.caller_id, direction="in")
             )
 
-    def _log_failure(self, error: Exception, was: LinkState) -> None:
+    def _log_failure(self, error: Exception) -> None:
         """Log an error once for each kind, until a session has lasted `STEADY`."""
         if (self._lasted or 0.0) >= STEADY:
             self._logged = None
-        if self._is_ordinary(error, was):
+        if isinstance(error, (ConnectionLost, MasterError, RosTimeout)) and not isinstance(error, REFUSALS):
+            # It is unreachable or closed: no warning, since the master reports it soon.
             _log.debug("! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
         elif self._logged is not type(error):
             self._logged = type(error)
             text = "! %s: publisher %s: %s"
             self._context.peer_log.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
-
-    @staticmethod
-    def _is_ordinary(error: Exception, was: LinkState) -> bool:
-        """True if the publisher is unreachable or closed: no warning, since the master reports it soon."""
-        return isinstance(error, (ConnectionLost, MasterError, RosTimeout)) and not isinstance(
-            error, REFUSALS
-        )
 
     def _end_session(self) -> None:
         connected = bool(self.header)
@@ -330,7 +326,7 @@ class PublisherLink:
             messages=self._past_messages + now_messages,
             reconnects=max(0, self._sessions - 1),
             state=self._state.value,
-            last_error=str(self._last_error or ""),
+            last_error=str(self.last_error or ""),
         )
 
     def __repr__(self) -> str:

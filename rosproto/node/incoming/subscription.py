@@ -18,7 +18,7 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg
-from rosproto.errors import LocalProtocolError, Md5sumMismatch
+from rosproto.errors import CodecError, LocalProtocolError, Md5sumMismatch
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import (
     RevisedType,
@@ -103,7 +103,7 @@ class Subscription:
                 raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
             with self._condition:
                 if "delivery" not in vars(self):
-                    self.delivery = Delivery(self, self._queues, self._decode_type)
+                    self.delivery = Delivery(self._queues, self._decode_type)
                 return vars(self)["delivery"]
 
     # -- master ---------------------------------------------------------------------------------------------
@@ -224,7 +224,7 @@ class Subscription:
         delivery = self._revised_deliveries.get(revised)
         if delivery is None:
             with self._condition:
-                delivery = RevisedDelivery(self, self._queues, revised)
+                delivery = RevisedDelivery(self._queues, revised, self._drop_unfit)
                 self._revised_deliveries[revised] = delivery
         return delivery
 
@@ -330,6 +330,14 @@ class Subscription:
         if fitting and link in self.links.values():
             fitting[-1]._connection_header = header
             self._latched[link] = fitting[-1]
+
+    def _drop_unfit(self, errors: list[CodecError]) -> None:
+        """Count and report messages of another revision whose values do not fit."""
+        self.unfit += len(errors)
+        for error in errors:
+            self.report(error)
+        text = "! %s: messages are dropped that do not fit: %s"
+        self.context.peer_log.warning(self.name, text, self.name, errors[0])
 
     def report(self, error: Exception) -> None:
         """Record the error of a link, and call the subscribers' `on_error`."""

@@ -22,7 +22,6 @@ from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
-from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent
 from rosproto.protocol.udpros import LAST_NUMBER, UDPROS, DatagramAnswer, DatagramRequest, datagrams
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.udp import open_sender
@@ -114,8 +113,7 @@ class DatagramLink(QueuedLink):
                 try:
                     self._bytes += self.sock.send(self._datagram)
                 except BlockingIOError:
-                    if not self._blocked:
-                        self._step(OutgoingEvent.FULL)
+                    self._set_blocked(True)
                     return None
                 except OSError as error:
                     if error.errno in (errno.ECONNREFUSED, errno.ECONNRESET):
@@ -124,8 +122,7 @@ class DatagramLink(QueuedLink):
                 self._datagram = None
         finally:
             self._sending = False
-        if self._blocked:
-            self._step(OutgoingEvent.DRAINED)
+        self._set_blocked(False)
         return None
 
     def _next_datagram(self) -> bool:

@@ -60,9 +60,6 @@ class PublisherHandle(Protocol):
     on_disconnect: Callable[[str], object] | None
     header: Callable[[], Mapping[str, str]] | None
 
-    def connected(self, caller_id: str) -> None:
-        """A subscriber has connected."""
-
     def end(self) -> None:
         """The node closes."""
 
@@ -227,7 +224,7 @@ class Publication:
                 for frame in self._latched.values():
                     self._send_latched(link, frame, output)
                 self._lock.notify_all()
-                callbacks = [handle.connected for handle in self._handles if handle.on_connect]
+                callbacks = [handle.on_connect for handle in self._handles]
         if closed:
             link.close()
             return
@@ -236,8 +233,7 @@ class Publication:
         self.context.events.emit(
             Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out")
         )
-        for callback in callbacks:
-            self._call(callback, link.caller_id)
+        self._call(callbacks, link.caller_id)
 
     def _has_room(self, output: ConvertedOutput | None) -> bool:
         """Check again: several handshakes may have passed the first check at once."""
@@ -258,13 +254,15 @@ class Publication:
                 return
         send_frame(link, frame)
 
-    def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
-        try:
-            callback(caller_id)
-        except BaseException as error:  # as in incoming/subscriber_queue.py
-            if is_interrupt(error):
-                raise
-            _log.exception("! %s: a callback for the subscriber %s raised", self.name, caller_id)
+    def _call(self, callbacks: list[Callable[[str], object] | None], caller_id: str) -> None:
+        for callback in callbacks:
+            try:
+                if callback is not None:
+                    callback(caller_id)
+            except BaseException as error:  # as in incoming/subscriber_queue.py
+                if is_interrupt(error):
+                    raise
+                _log.exception("! %s: a callback for the subscriber %s raised", self.name, caller_id)
 
     def link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
         """Handle the end of a link; `error` is the reason, None if we ended it."""
@@ -309,9 +307,7 @@ class Publication:
                 vars(self).pop("publish", None)
             self._lock.notify_all()
             callbacks = [] if self._closed else [handle.on_disconnect for handle in self._handles]
-        for callback in callbacks:
-            if callback is not None:
-                self._call(callback, link.caller_id)
+        self._call(callbacks, link.caller_id)
 
     def wait_for(self, count: int, timeout: float | None) -> bool:
         """Wait until at least `count` subscribers are connected; False after `timeout` seconds."""

@@ -50,11 +50,6 @@ class Publisher:
         self.linger = linger
         self._closed = False
 
-    def connected(self, caller_id: str) -> None:
-        """Call `on_connect` for a new subscriber, in a thread of the library."""
-        if self.on_connect is not None:
-            self.on_connect(caller_id)
-
     @property
     def topic(self) -> str:
         """Resolved name."""

@@ -4,6 +4,13 @@
 datagrams. Both send in the publisher's own thread while the socket is writable. Then they queue, and the
 monitor continues.
 
+A link is made when a subscriber's header is accepted. It joins the publication's links before the monitor
+watches its socket, so that it gets everything published from then on; until then ("opening") only `publish()`
+sends. Over TCPROS our header goes first and is queued. After that a link is either "connected", with an empty
+queue: messages are sent at once, or joined into a batch; or "blocked": the socket is full, messages go to the
+queue, and the monitor sends when the socket is writable. "closed" is final: a subscriber that connects again
+gets another link.
+
 Drop policy: at most `size` whole messages are queued; a new one displaces the oldest. A partly sent message
 is always completed, else the stream would lose its framing.
 """
@@ -19,7 +26,6 @@ from typing import Any
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.node.outgoing.frames import Frame, LargeFrame, remaining
 from rosproto.node.outgoing.link_monitor import LinkMonitor
-from rosproto.node.outgoing.subscriber_link_state import OutgoingEvent, OutgoingState, next_state
 from rosproto.node.stats import LinkStats
 
 BATCH = 64 << 10  # bytes joined for one send: more gains nothing (measured)
@@ -139,6 +145,7 @@ class QueuedLink:
     __slots__ = (
         "_blocked",
         "_bytes",
+        "_closed",
         "_empty",
         "_error",
         "_failure",
@@ -148,7 +155,7 @@ class QueuedLink:
         "_on_closed",
         "_queue",
         "_sending",
-        "_state",
+        "_watched",
         "address",
         "caller_id",
         "id",
@@ -179,27 +186,39 @@ class QueuedLink:
         self._sending = False  # guarded by the lock: only such a handler sees True
         self._empty: threading.Condition | None = None  # created by the first waiter
         self._queue = FrameQueue(queue_size)
-        self._state = OutgoingState.OPENING
-        self._blocked = False  # copy of `_state.waits`, read for every message
+        self._watched = False  # by the monitor
+        self._blocked = False  # data waits for the socket, so new messages are queued behind it
+        self._closed = False
         self._messages = 0
         self._bytes = 0
         self._error = ""
         self._failure: OSError | None = None
         sock.setblocking(False)
 
-    def _step(self, event: OutgoingEvent) -> None:
-        """Enter the next state and update the monitor's events; the lock is held."""
-        before, state = self._state, next_state(self._state, event)
-        self._state = state
-        self._blocked = state.waits
-        if state.watched and state.waits != before.waits:
-            self._monitor.want_write(self, state.waits)
-        if self._empty is not None and not state.waits:
+    def _set_blocked(self, blocked: bool) -> None:
+        """Note whether data waits for the socket, and update the monitor's events; the lock is held.
+
+        A closed link ignores it: a signal handler may close the link on which its own thread is sending.
+        """
+        if self._closed:
+            return
+        if self._watched and blocked != self._blocked:
+            self._monitor.want_write(self, blocked)
+        self._blocked = blocked
+        if not blocked:
+            self._wake_waiters()
+
+    def _wake_waiters(self) -> None:
+        if self._empty is not None:
             self._empty.notify_all()
 
     @property
-    def _closed(self) -> bool:
-        return self._state is OutgoingState.CLOSED
+    def _state(self) -> str:
+        if self._closed:
+            return "closed"
+        if not self._watched:
+            return "opening, blocked" if self._blocked else "opening"
+        return "blocked" if self._blocked else "connected"
 
     def start(self) -> None:
         """Have the monitor watch the socket and send the queue."""
@@ -207,7 +226,7 @@ class QueuedLink:
             if self._closed:
                 return
             self._monitor.add(self)
-            self._step(OutgoingEvent.WATCHED)
+            self._watched = True
             error = None
             if self._blocked:
                 error = self._drain()
@@ -321,7 +340,8 @@ class QueuedLink:
             self._before_end(error, deliver)
             self._error = str(error) if error is not None else ""
             self._queue.dropped += self._queue.clear()
-            self._step(OutgoingEvent.ENDED)
+            self._closed, self._blocked = True, False
+            self._wake_waiters()
         self._hang_up(deliver)
         lost = None
         if told:
@@ -355,7 +375,7 @@ class QueuedLink:
                 messages=max(0, self._messages),
                 dropped=self._queue.dropped,
                 queued=self._queued,
-                state=self._state.value,
+                state=self._state,
                 last_error=self._error,
             )
 

@@ -103,6 +103,37 @@ def test_a_batch_that_is_due_is_sent_by_the_publisher_itself(
     assert received(theirs, 6) == b"onetwo"
 
 
+def test_the_way_of_a_link_that_lives(monitor: Monitor) -> None:
+    """Its header waits, the monitor comes, all is sent; later the socket is full for a while; then the end."""
+    ours, theirs = socket.socketpair()
+    link = SubscriberLink(
+        ours,
+        {"callerid": "/s"},
+        address="there:1",
+        topic="/t",
+        queue_size=10,
+        monitor=monitor,  # type: ignore[arg-type]
+        on_closed=lambda *_: None,
+        greeting=b"header",
+    )
+    seen = [link.stats().state]
+    link.start()
+    seen.append(link.stats().state)
+    while link.stats().state == "connected":
+        link.send(bytes(100_000))
+    seen.append(link.stats().state)
+    theirs.setblocking(False)
+    while link.stats().state == "blocked":
+        theirs.recv(1 << 20)
+        link.on_writable()
+    seen.append(link.stats().state)
+    link.close()
+    link.send(b"late")
+    seen.append(link.stats().state)
+    theirs.close()
+    assert seen == ["opening, blocked", "connected", "blocked", "connected", "closed"]
+
+
 @pytest.mark.parametrize("turns", [1, 2])
 def test_a_frame_that_the_monitor_took_early_leaves_no_other_behind(
     pair: tuple[SubscriberLink, socket.socket], monitor: Monitor, turns: int
