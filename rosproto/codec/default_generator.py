@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rosproto.codec.array_generator import MAX_STATEMENTS
+from rosproto.codec.decode_generator import MAX_STATEMENTS
 from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.value_style import ValueStyle

@@ -30,11 +30,14 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.codec import arrays
-from rosproto.codec.array_generator import MAX_LOOP_DEPTH, MAX_STATEMENTS
-from rosproto.codec.comprehension_generator import ComprehensionWriter, fits_at_once, fits_in_fours
-from rosproto.codec.decode_generator import ERRORS
-from rosproto.codec.fixed_fields_generator import shared_dtype
-from rosproto.codec.generated_source import Source, merge_codes, quickest, strings_inside
+from rosproto.codec.decode_generator import (
+    BLOCK_OBJECTS,
+    ERRORS,
+    MAX_LOOP_DEPTH,
+    MAX_STATEMENTS,
+    shared_dtype,
+)
+from rosproto.codec.generated_source import Source, flat_codes, merge_codes, quickest
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.value_style import ValueStyle
 
@@ -42,6 +45,8 @@ MAX_STRINGS = 6
 """Maximum number of strings packed by one struct: the lengths of more strings rarely repeat."""
 CACHED_STRUCTS = 256
 CACHED_LENGTH = 512
+FOURS_FROM = 32
+"""Minimum number of elements for packing them in fours."""
 SMALL_ARRAY = 1024
 """Maximum bytes of a fixed-length array that is packed with the neighbouring fields."""
 
@@ -70,7 +75,7 @@ def encode_function(
     return writer.src.compile("encode", layout.spec.name)
 
 
-class _EncodeWriter(ComprehensionWriter):
+class _EncodeWriter:
     def __init__(
         self, layout: Layout, value_style: ValueStyle, *, general: bool, parts: bool, nested: bool
     ) -> None:
@@ -354,11 +359,23 @@ class _EncodeWriter(ComprehensionWriter):
     def messages(self, field: FieldLayout, items: str) -> None:
         assert field.layout is not None
         element = field.layout
-        if not self.nested and not self.general and fits_at_once(element):
-            self.all_at_once(element, items, strings_inside(element) == 1)
-            if fits_in_fours(element):
-                self.in_fours(element, items)
+        if _fits_in_fours(element) and not self.general:
+            self.in_fours(element, items)
         self.element_loop(element, items)
+
+    def in_fours(self, element: Layout, items: str) -> None:
+        """Pack four elements of a long array with one struct, in two thirds of the time; the rest remains."""
+        src = self.src
+        every, names = src.fresh("t"), [src.fresh("v") for _ in range(4)]
+        codes = ["B" if code == "?" else code for code in flat_codes(element)]
+        values = [value for name in names for value in _flat_values(element, name)]
+        src.indent(f"if len({items}) >= {FOURS_FROM}:")
+        src.line(f"{every} = iter({items}[:len({items})&-4])")
+        src.indent(f"for {', '.join(names)} in zip({', '.join([every] * 4)}):")
+        src.line(f"parts.append({src.struct(4 * codes, 'pack')}({', '.join(values)}))")
+        src.dedent()
+        src.line(f"{items} = {items}[len({items})&-4:]")
+        src.dedent()
 
     def element_loop(self, element: Layout, items: str) -> None:
         """Pack elements one by one."""
@@ -397,6 +414,24 @@ def _any_items(value: Any) -> list[Any]:
     if isinstance(value, (str, bytes, bytearray, dict)):
         raise TypeError(f"a list is expected, not {type(value).__name__}")
     return list(value)
+
+
+def _fits_in_fours(element: Layout) -> bool:
+    """Whether elements are small and contain only numbers and times."""
+    return (
+        element.min_size > 0
+        and element.objects <= BLOCK_OBJECTS
+        and all(field.kind in ("number", "time") and not field.is_array for field in element.fields)
+    )
+
+
+def _flat_values(element: Layout, var: str) -> list[str]:
+    """Expressions of the numbers in an element."""
+    values: list[str] = []
+    for field in element.fields:
+        value = f"{var}.{field.attr}"
+        values += [value] if field.kind == "number" else [f"{value}.secs", f"{value}.nsecs"]
+    return values
 
 
 def _has_lists(layout: Layout) -> bool:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosproto.codec import comprehension_generator, decode, decoder, encode, encode_parts, message_class
+from rosproto.codec import decode, decoder, encode, encode_generator, encode_parts, message_class
 from rosproto.codec.binding import from_plain, to_plain
 from rosproto.codec.decode_generator import decode_function
 from rosproto.codec.encode_generator import encode_function
@@ -141,8 +141,8 @@ def test_the_fast_way_needs_no_help(case: Case) -> None:
         raise AssertionError(f"fast path failed: {args[-1]!r}") from args[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(comprehension_generator, "AT_ONCE_FROM", 2)  # arrays drawn here are short
-        at_once_encode = encode_function(binding.layout, binding.value_style, fail=refuse)
+        patch.setattr(encode_generator, "FOURS_FROM", 2)  # arrays drawn here are short
+        in_fours_encode = encode_function(binding.layout, binding.value_style, fail=refuse)
     general_decode = decode_function(
         binding.layout, binding.value_style, binding.maker, general=True, fail=refuse
     )
@@ -154,4 +154,4 @@ def test_the_fast_way_needs_no_help(case: Case) -> None:
     fast_decode = decode_function(binding.layout, binding.value_style, binding.maker, fail=refuse)
     fast_encode = encode_function(binding.layout, binding.value_style, fail=refuse)
     assert fast_encode(fast_decode(data, 0, len(data))) == data
-    assert at_once_encode(fast_decode(data, 0, len(data))) == data
+    assert in_fours_encode(fast_decode(data, 0, len(data))) == data

@@ -177,7 +177,7 @@ def test_elements_of_other_lengths_than_the_first() -> None:
 
 
 def test_long_arrays_with_one_string_and_with_many() -> None:
-    """The comprehension for equal strings gives up at the first other one, and the loop does the work."""
+    """A string is encoded again only if it is another object; a wrong value is named by its index."""
     path, pose = message_class("nav_msgs/Path"), message_class("geometry_msgs/PoseStamped")
     message = path(poses=[pose() for _ in range(100)])
     for index, item in enumerate(message.poses):
