@@ -30,6 +30,8 @@ from rosproto.node.node import Node
 from rosproto.node.rosout import LoggerServices
 from rosproto.text import printable
 
+__all__ = ["RosoutAggregator"]
+
 _log = get_logger("rosproto.node")
 
 MOST_BYTES = 100 << 20  # of one file
@@ -103,10 +105,6 @@ class RosoutLog:
         self._file = self._open()
 
 
-__all__ = ["RosoutAggregator"]
-
-_logger = get_logger("rosproto.node")
-
 LOG = "rosgraph_msgs/Log"
 QUEUE = 1000  # messages; many nodes that start together send a burst
 
@@ -170,4 +168,4 @@ class RosoutAggregator:
             try:
                 self._log.add(decode(self._out.message_class, message._buff))
             except CodecError as error:
-                _logger.debug("! a record of /rosout cannot be read: %s", error)
+                _log.debug("! a record of /rosout cannot be read: %s", error)

@@ -112,7 +112,7 @@ def test_a_module_imports_only_what_is_below_it() -> None:
 
 def test_pure_layers_know_no_sockets_threads_or_clocks() -> None:
     """The protocol, the codec and the definitions are values in, values out."""
-    assert len(PURE_MODULES) > 50
+    assert len(PURE_MODULES) > 40
     assert [
         f"{path.relative_to(ROOT)}:{line} imports {name}"
         for module, path in PURE_MODULES

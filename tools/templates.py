@@ -47,8 +47,8 @@ _ROOMS = (
     "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/end_conditions"
 ).split()
 _ROSPROTO = (
-    "cli/exit_codes cli/options cli/parser selftest/bags selftest/checking selftest/codecs "
-    "selftest/definitions selftest/nodes selftest/real_ros transport/uri transport/name_lookup "
+    "cli/exit_codes cli/options cli/parser selftest/checking selftest/computing "
+    "selftest/nodes transport/uri transport/name_lookup "
     "transport/own_address transport/connecting transport/deadline transport/robot_host_names "
     "transport/os_errors"
 ).split()

@@ -12,9 +12,10 @@ from typing import Any
 from rosproto.codec.classes import message_class
 from rosproto.codec.message import Message
 from rosproto.errors import CodecError
+from rosproto.msg.parser import INTEGER_RANGES
 from rosproto.time import Duration, Time, TVal
 
-INTEGERS = frozenset("int8 uint8 int16 uint16 int32 uint32 int64 uint64 char byte".split())
+INTEGERS = frozenset(INTEGER_RANGES)
 FLOATS = frozenset(("float32", "float64"))
 TIMES: dict[str, type[Time] | type[Duration]] = {"time": Time, "duration": Duration}
 

@@ -21,7 +21,7 @@ def encode(msg: Message) -> bytes:
         TypeError: `msg` is not a message.
     """
     try:
-        return msg._encode()
+        return msg._encode()  # type: ignore[no-any-return]
     except AttributeError:
         if isinstance(msg, Message):
             raise

@@ -9,9 +9,10 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Container
-from typing import Protocol
+from struct import calcsize
 
 from rosproto.errors import DefinitionError
+from rosproto.msg import DefinitionLibrary
 from rosproto.msg.parser import INTEGER_RANGES
 from rosproto.msg.spec import Field, MessageSpec
 
@@ -31,8 +32,6 @@ FORMATS = {
     "float64": "d",
 }
 """struct codes; byte is a signed and char an unsigned octet (genmsg)."""
-
-SIZES = {"?": 1, "b": 1, "B": 1, "h": 2, "H": 2, "i": 4, "I": 4, "q": 8, "Q": 8, "f": 4, "d": 8}
 
 RANGES_BY_CODE = {"?": (0, 255), **{FORMATS[kind]: bounds for kind, bounds in INTEGER_RANGES.items()}}
 """Least and greatest integer; a bool may be any octet, as in genpy."""
@@ -64,12 +63,6 @@ MAX_WEIGHT = 100
 _OBJECT, _SLOT, _LIST, _ARRAY, _NUMBER = 56, 8, 56, 112, 28  # CPython and numpy, 64 bits
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-
-
-class SpecSource(Protocol):
-    """Source of nested definitions, such as `rosproto.msg.DefinitionLibrary`."""
-
-    def message(self, name: str) -> MessageSpec: ...
 
 
 def attribute_name(name: str, others: Container[str]) -> str:
@@ -116,7 +109,7 @@ class FieldLayout:
             self.kind, self.code, self.size = "time", "II" if self.base == "time" else "ii", 8
         else:
             self.kind, self.code = "number", FORMATS[self.base]
-            self.size = SIZES[self.code]
+            self.size = calcsize("<" + self.code)
 
     @property
     def count(self) -> int:
@@ -197,7 +190,7 @@ class Layout:
         return self.weight > MAX_WEIGHT * self.min_size
 
 
-def resolve(spec: MessageSpec, library: SpecSource) -> Layout:
+def resolve(spec: MessageSpec, library: DefinitionLibrary) -> Layout:
     """Resolve `spec` and all used types.
 
     Raises:
@@ -207,7 +200,7 @@ def resolve(spec: MessageSpec, library: SpecSource) -> Layout:
 
 
 def _resolve(
-    spec: MessageSpec, library: SpecSource, outer: tuple[str, ...], done: dict[str, Layout]
+    spec: MessageSpec, library: DefinitionLibrary, outer: tuple[str, ...], done: dict[str, Layout]
 ) -> Layout:
     known = done.get(spec.name)
     if known is not None:

@@ -6,7 +6,7 @@ Source: genpy/message.py; tools written for rospy messages rely on these names.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 from rosproto.codec.binding import Binding
 from rosproto.msg import MessageSpec
@@ -77,6 +77,10 @@ class MessageMeta(type):
         return f"{cls._type}, which has {', '.join(cls.__slots__) or 'no fields'}"  # type: ignore[attr-defined]
 
 
+def _only_a_base(*_: Any) -> NoReturn:
+    raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
+
+
 class Message(metaclass=MessageMeta):
     """Base of all messages. Classes come from `message_class`, `define` and msgdefs, not from here.
 
@@ -119,19 +123,10 @@ class Message(metaclass=MessageMeta):
 
         def __init__(self, *args: Any, **kwargs: Any) -> None: ...
 
-    def _fill(self) -> None:
-        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
-
-    def _encode(self) -> bytes:
-        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
-
-    @staticmethod
-    def _decode(data: Any, start: int, end: int) -> Any:
-        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
-
-    @staticmethod
-    def _whole(data: Any) -> Any:
-        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
+    _fill: ClassVar[Any] = _only_a_base
+    _encode: ClassVar[Any] = _only_a_base
+    _decode: ClassVar[Any] = _only_a_base
+    _whole: ClassVar[Any] = _only_a_base
 
     def _get_types(self) -> list[str]:
         return list(self._slot_types)

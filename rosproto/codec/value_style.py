@@ -8,6 +8,7 @@ Functions are generated for one value style, without checks per message.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 from rosproto.errors import CodecError
 from rosproto.time import Duration, Time, TVal
@@ -17,7 +18,7 @@ def _same(error: CodecError) -> Exception:
     return error
 
 
-class ValueStyle:
+class ValueStyle(NamedTuple):
     """Values and errors of one family of classes.
 
     Attributes:
@@ -31,40 +32,15 @@ class ValueStyle:
         text_errors: Error handler for non-UTF-8 bytes. Text of "surrogateescape" can be encoded again.
     """
 
-    __slots__ = (
-        "base",
-        "decode_error",
-        "duration",
-        "encode_error",
-        "module",
-        "name",
-        "text_errors",
-        "time",
-        "views",
-    )
-
-    def __init__(
-        self,
-        name: str,
-        *,
-        views: bool,
-        base: type | None = None,
-        time: type[TVal] = Time,
-        duration: type[TVal] = Duration,
-        encode_error: Callable[[CodecError], Exception] = _same,
-        decode_error: Callable[[CodecError], Exception] = _same,
-        module: str = "msgdefs.{package}.{kind}",
-        text_errors: str = "surrogateescape",
-    ) -> None:
-        self.name = name
-        self.views = views
-        self.base = base
-        self.time = time
-        self.duration = duration
-        self.encode_error = encode_error
-        self.decode_error = decode_error
-        self.module = module
-        self.text_errors = text_errors
+    name: str
+    views: bool
+    base: type | None = None
+    time: type[TVal] = Time
+    duration: type[TVal] = Duration
+    encode_error: Callable[[CodecError], Exception] = _same
+    decode_error: Callable[[CodecError], Exception] = _same
+    module: str = "msgdefs.{package}.{kind}"
+    text_errors: str = "surrogateescape"
 
     def __repr__(self) -> str:
         return f"ValueStyle({self.name!r})"

@@ -5,9 +5,8 @@ Start with `bundled()`, the definitions that ship with this package.
 
 from __future__ import annotations
 
-from rosproto.msg.definition_limits import DefinitionLimits
 from rosproto.msg.full_text import join_full_text, split_full_text
-from rosproto.msg.full_text_library import library_from_full_text
+from rosproto.msg.full_text_library import DefinitionLimits, library_from_full_text
 from rosproto.msg.library import DefinitionLibrary, bundled
 from rosproto.msg.package_revisions import Revision
 from rosproto.msg.parser import parse_action, parse_message, parse_service

@@ -9,7 +9,6 @@ from functools import cache
 from rosproto.errors import DefinitionError
 from rosproto.msg.definition_files import DefinitionSource, bundled_source, folder_source
 from rosproto.msg.full_text import join_full_text
-from rosproto.msg.md5 import md5_text, md5sum_of_texts
 from rosproto.msg.package_revisions import Revision, Row, read_table, revision_source
 from rosproto.msg.parser import (
     ACTION_SUFFIXES,
@@ -18,7 +17,7 @@ from rosproto.msg.parser import (
     parse_message,
     parse_service,
 )
-from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec
+from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec, md5_text, md5sum_of_texts
 
 Spec = MessageSpec | ServiceSpec | ActionSpec
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rosproto.codec import message_class
-from rosproto.numeric.buffers import octets
+from rosproto.numeric.images import octets
 
 DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """sensor_msgs/PointField's constants."""

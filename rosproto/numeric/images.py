@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rosproto.codec import message_class
-from rosproto.numeric.buffers import octets
 
 
 def image_to_array(image: Any) -> NDArray[Any]:
@@ -83,6 +82,14 @@ def array_to_image(array: NDArray[Any], encoding: str, *, header: Any = None) ->
 def compressed_image_bytes(image: Any) -> bytes:
     """The JPEG or PNG file in a sensor_msgs/CompressedImage, for any image library; a copy."""
     return octets(image.data).tobytes()
+
+
+def octets(data: Any) -> NDArray[np.uint8]:
+    """A flat uint8 array of a uint8[] field: a view of arrays and bytes, a copy of lists."""
+    if isinstance(data, (bytes, bytearray, memoryview)):
+        return np.frombuffer(data, np.uint8) if len(data) else np.empty(0, np.uint8)
+    array: NDArray[np.uint8] = np.asarray(data, np.uint8).reshape(-1)
+    return array
 
 
 # -- encodings ----------------------------------------------------------------------------------------------

@@ -8,12 +8,9 @@
 
 from __future__ import annotations
 
-from rosproto.selftest.bags import check_bags
 from rosproto.selftest.checking import Check, CheckFailed, NotApplicable, Outcome, State, run
-from rosproto.selftest.codecs import check_codec
-from rosproto.selftest.definitions import check_definitions
-from rosproto.selftest.nodes import check_master, check_nodes
-from rosproto.selftest.real_ros import check_ros
+from rosproto.selftest.computing import check_bags, check_codec, check_definitions
+from rosproto.selftest.nodes import check_master, check_nodes, check_ros
 
 __all__ = ["CHECKS", "Check", "CheckFailed", "NotApplicable", "Outcome", "State", "run"]
 

@@ -87,3 +87,11 @@ def _outcome_of(check: Check) -> tuple[State, str]:
         return State.FAILED, str(failure)
     except Exception as error:  # any error is the result of the check
         return State.FAILED, f"{type(error).__name__}: {error}"
+
+
+def expect(what: str, found: object, wanted: object) -> None:
+    """Raise CheckFailed if the two differ."""
+    if found != wanted:
+        raise CheckFailed(
+            say("{what}: {found!r} came, expected {wanted!r}", what=what, found=found, wanted=wanted)
+        )

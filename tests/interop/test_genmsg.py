@@ -16,7 +16,7 @@ import pytest
 
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled, parse_message, parse_service
-from rosproto.selftest.definitions import known_md5sums
+from rosproto.selftest.computing import known_md5sums
 from tests.support import ros
 
 pytestmark = pytest.mark.interop

@@ -7,8 +7,7 @@ import random
 import pytest
 
 from rosproto.codec import define, strify_message
-from rosproto.codec.text import quoted
-from rosproto.codec.yaml_text import double_quoted, list_item
+from rosproto.codec.text import double_quoted, list_item, quoted
 
 WORDS = "word " * 20
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from woosh_pure.language import choice, language_of
+from woosh_pure.language import language_of
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ from woosh_pure.language import choice, language_of
 def test_the_environment_says_it(
     environment: dict[str, str], language: str, platform: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(choice, "_windows_is_chinese", lambda: False)
+    monkeypatch.setattr("woosh_pure.language._windows_is_chinese", lambda: False)
     assert language_of([], environment, platform=platform) == language
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from rosproto.errors import DefinitionError
 from rosproto.files import MOST_BYTES
-from rosproto.msg import DefinitionLibrary, bundled, md5, parse_message
+from rosproto.msg import DefinitionLibrary, bundled, parse_message, spec
 from rosproto.msg.definition_files import FileTree, ResourceTree
 from rosproto.msg.user_folder import environment_paths
 
@@ -30,16 +30,16 @@ def package(folder: Path, **texts: str) -> Path:
 def test_the_md5sum_without_the_small_module(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pythons without _md5 take hashlib's."""
     monkeypatch.setitem(sys.modules, "_md5", None)
-    spec = importlib.util.spec_from_file_location("md5_again", md5.__file__)
-    assert spec is not None
-    assert spec.loader is not None
-    again = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(again)
-    assert again.md5.__module__ != md5.md5.__module__
+    found = importlib.util.spec_from_file_location("spec_again", spec.__file__)
+    assert found is not None
+    assert found.loader is not None
+    again = importlib.util.module_from_spec(found)
+    found.loader.exec_module(again)
+    assert again.md5.__module__ != spec.md5.__module__
     assert (
         again.md5sum_of_texts("bool data")
         == "8b94c1b53db61fb6aed406028ad6332a"
-        == md5.md5sum_of_texts("bool data")
+        == spec.md5sum_of_texts("bool data")
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.msg import DefinitionLibrary, bundled, parse_message, parse_service
-from rosproto.msg.md5 import md5_text, md5sum_of_texts
+from rosproto.msg.spec import md5_text, md5sum_of_texts
 
 
 def md5sum(text: str, **used: str) -> str:

@@ -14,7 +14,7 @@ from rosproto.codec import reference
 from rosproto.errors import RosTimeout
 from rosproto.master import registry
 from rosproto.node.services.client import ServiceClient
-from rosproto.selftest import CHECKS, Check, CheckFailed, NotApplicable, State, definitions, real_ros, run
+from rosproto.selftest import CHECKS, Check, CheckFailed, NotApplicable, State, computing, nodes, run
 from woosh_pure.selftest import CHECKS as ALL
 from woosh_pure.sim.site import Site, built_in_site
 
@@ -39,13 +39,13 @@ def test_the_chassis_has_its_table() -> None:
 
 def test_a_changed_definition_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong md5sum, a type that is not there, one that is not known."""
-    right = list(definitions.known_md5sums())
+    right = list(computing.known_md5sums())
     for table, words in (
         ([("0" * 8, *right[0][1:]), *right[1:]], "has md5sum"),
         ([*right, ("0" * 8, "msg", "nobody/Knows")], "nobody/Knows"),
         (right[1:], "is not known"),
     ):
-        monkeypatch.setattr(definitions, "known_md5sums", lambda table=table: iter(table))
+        monkeypatch.setattr(computing, "known_md5sums", lambda table=table: iter(table))
         state, text = outcome_of("definitions")
         assert state is State.FAILED
         assert "1 of" in text
@@ -102,7 +102,7 @@ def test_a_robot_that_does_not_arrive_is_found(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_without_ros_there_is_nothing_to_check(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(real_ros, "find_ros", lambda: None)
+    monkeypatch.setattr(nodes, "find_ros", lambda: None)
     state, text = outcome_of("ros")
     assert state is State.NOT_HERE
     assert "no rospy" in text
@@ -111,8 +111,8 @@ def test_without_ros_there_is_nothing_to_check(monkeypatch: pytest.MonkeyPatch) 
 @pytest.mark.skipif(sys.flags.ignore_environment, reason="CPython for embedding takes no PYTHONPATH")
 def test_a_broken_ros_is_told_with_its_words(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "rospy.py").write_text("raise RuntimeError('this ROS is broken')\n")
-    monkeypatch.setattr(real_ros, "find_ros", lambda: (sys.executable, {"PYTHONPATH": str(tmp_path)}))
-    monkeypatch.setattr(real_ros, "_PATIENCE", 2.0)
+    monkeypatch.setattr(nodes, "find_ros", lambda: (sys.executable, {"PYTHONPATH": str(tmp_path)}))
+    monkeypatch.setattr(nodes, "_PATIENCE", 2.0)
     state, text = outcome_of("ros")
     assert state is State.FAILED
     assert "this ROS is broken" in text

@@ -1,6 +1,6 @@
 """strify_message: a message as the YAML that genpy prints, long strings folded as PyYAML folds them."""
 
-from rosproto.codec.yaml_text import double_quoted, list_item
+from rosproto.codec.text import double_quoted, list_item
 from rosproto.time import Time, TVal
 
 
