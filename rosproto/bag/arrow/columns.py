@@ -99,7 +99,7 @@ class Columns:
             text, after = self._bytes(at, end, take)
             return (texts(*text, coded=single) if take else None), after
         after = _moved(at, field.size, end)
-        return (numbers(field, self._gather(at, field)) if take else None), after
+        return (numbers(field, self._gather(at, field.size)) if take else None), after
 
     def _message(
         self, layout: Layout, at: Places, end: Places, take: bool, single: bool
@@ -134,7 +134,11 @@ class Columns:
         if field.layout is None and field.kind != "string":
             values = None
             if take:
-                plain = self._ranges(at, counts * field.size)
+                plain = (
+                    self._ranges(at, counts * field.size)
+                    if field.length is None
+                    else self._gather(at, field.length * field.size)
+                )
                 values = plain if is_binary(field) else numbers(field, plain)
             after = at + counts * field.size
         else:
@@ -190,8 +194,9 @@ class Columns:
             raise DefinitionMismatch
         return (self._ranges(at, sizes) if take else b"", sizes), at + sizes
 
-    def _gather(self, at: Places, field: FieldLayout) -> bytes:
-        return _windows(self._blob, field.size)[at].tobytes() if len(at) else b""
+    def _gather(self, at: Places, size: int) -> Any:
+        """`size` bytes from each place, joined."""
+        return _windows(self._blob, size)[at].view("u1") if len(at) and size else b""
 
     def _ranges(self, at: Places, sizes: Places) -> bytes:
         """`sizes` bytes from each place, joined."""
@@ -219,7 +224,8 @@ def _windows(blob: bytes, size: int) -> Any:
     """A window of `size` bytes at every position of the blob."""
     import numpy as np
 
-    return np.ndarray((max(len(blob) - size + 1, 0),), f"V{size}", blob, 0, (1,))
+    kind = f"<u{size}" if size in (1, 2, 4, 8) else f"V{size}"  # numpy copies numbers faster
+    return np.ndarray((max(len(blob) - size + 1, 0),), kind, blob, 0, (1,))
 
 
 # -- arrays of Arrow ----------------------------------------------------------------------------------------
