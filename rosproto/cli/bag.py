@@ -6,11 +6,11 @@ import argparse
 import importlib
 
 from . import topic
-from .verbs import Verb, add_verbs
+from .graph_options import Verb, add_verbs
 
 VERBS = {
     "info": ("bag_info", "info", "tell what is in bags, without reading the messages"),
-    "check": ("bag_check", "check", "read everything and tell what is damaged or undecodable"),
+    "check": ("bag_repair", "check", "read everything and tell what is damaged or undecodable"),
     "record": ("bag_record", "record", "record topics of a live graph"),
     "play": ("bag_play", "play", "publish bags to a live graph as they were recorded"),
     "echo": ("bag", "echo", "print the messages of a topic"),

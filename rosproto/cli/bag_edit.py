@@ -16,8 +16,7 @@ from rosproto.files import replace_file
 from rosproto.text import human_bytes
 from rosproto.time import Time
 
-from .bag_opening import check_local, opened
-from .bag_output import Compression, check_new, compression_of, whole
+from .bag_files import Compression, check_local, check_new, compression_of, opened, whole
 from .bag_progress import Progress
 from .console import counted
 from .exit_codes import CommandError

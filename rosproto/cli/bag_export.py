@@ -12,8 +12,7 @@ from rosproto.bag import BagReader
 from rosproto.codec import Message
 
 from .bag_edit import add_span_arguments, span, wanted_topics, write
-from .bag_opening import next_to, opened
-from .bag_output import MCAP_COMPRESSION, check_new, named, whole
+from .bag_files import MCAP_COMPRESSION, check_new, named, next_to, opened, whole
 from .bag_progress import Progress
 from .console import counted
 from .exit_codes import CommandError

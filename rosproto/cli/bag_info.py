@@ -7,18 +7,16 @@ them.
 from __future__ import annotations
 
 import argparse
-import math
 import sys
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable
 
 from rosproto.bag import BagReader
 from rosproto.bag.summary import Facts, facts, text, yaml, yaml_value
 from rosproto.text import printable
 
-from .bag_opening import reader_of
+from .bag_files import reader_of
 from .bag_progress import Progress
-from .console import print_json
+from .console import print_json, shows_unicode
 from .exit_codes import CommandError
 
 CURVE = 24  # characters
@@ -117,45 +115,15 @@ def _counts_by_chunk(bag: BagReader, start: int, end: int) -> dict[str, list[int
     return found
 
 
+BARS, ASCII_BARS = "▁▂▃▄▅▆▇█", "_.-=+*%#"
+
+
 def _curves(found: dict[str, list[int]]) -> dict[str, str]:
-    plain = not (sys.stdout.encoding or "").lower().startswith("utf")
-    return {printable(topic): _curve(counts, plain) for topic, counts in found.items()}
+    bars = BARS if shows_unicode(sys.stdout) else ASCII_BARS
+    return {printable(topic): curve(counts, bars) for topic, counts in found.items()}
 
 
-def _curve(counts: list[int], plain: bool) -> str:
-    """Draw from zero, not from the minimum: a constant rate is a line of full height."""
-    return sparkline([0.0, *map(float, counts)], ascii_only=plain)[1:]
-
-
-# -- sparklines ---------------------------------------------------------------------------------------------
-
-
-BARS = "▁▂▃▄▅▆▇█"
-ASCII_BARS = "_.-=+*%#"
-
-
-def sparkline(values: Sequence[float], *, width: int | None = None, ascii_only: bool = False) -> str:
-    """Draw one character per value, low to high; NaN is a space.
-
-    Args:
-        values: Finite numbers or NaN; equal values give the lowest bar.
-        width: Maximum number of characters; neighbours are averaged.
-        ascii_only: For terminals whose encoding lacks block characters.
-    """
-    values = list(values) if width is None or len(values) <= width else _averaged(values, width)
-    finite = [v for v in values if math.isfinite(v)]
-    if not finite:
-        return " " * len(values)
-    low, span = min(finite), max(finite) - min(finite)
-    bars = ASCII_BARS if ascii_only else BARS
-    top = len(bars) - 1
-    return "".join(
-        " " if not math.isfinite(v) else bars[0 if span == 0 else round((v - low) / span * top)]
-        for v in values
-    )
-
-
-def _averaged(values: Sequence[float], width: int) -> list[float]:
-    edges = [i * len(values) // width for i in range(width + 1)]
-    groups = [values[a:b] for a, b in pairwise(edges)]
-    return [math.fsum(group) / len(group) for group in groups]
+def curve(counts: list[int], bars: str = BARS) -> str:
+    """Draw one character for each number, from zero: a constant rate is a line of full height."""
+    top = max(counts) or 1
+    return "".join(bars[round(count / top * (len(bars) - 1))] for count in counts)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from .background_output import hurry
-from .bag_opening import opened
-from .console import counted, own
+from .bag_files import opened
+from .bag_progress import Progress
+from .console import counted, is_terminal
 from .exit_codes import CommandError
 from .graph_clients import open_node
 from .graph_options import add_graph_options
-from .keys import Keyboard
+from .keys import Keys, open_keys
 from .options import add_allow_damaged, finite, whole
 from .signals import interrupt_on_signals
 
@@ -76,7 +76,9 @@ def play(arguments: argparse.Namespace) -> int:
         stack.callback(sys.setswitchinterval, sys.getswitchinterval())
         sys.setswitchinterval(0.0005)
         node = stack.enter_context(open_node(arguments, "play"))
-        console = stack.enter_context(_Console(arguments.quiet))
+        keys = stack.enter_context(open_keys(driving=False)) if is_terminal(sys.stdin) else None
+        console = _Console(arguments.quiet, keys)
+        stack.callback(console.close)
         player = stack.enter_context(
             Player(
                 node,
@@ -104,7 +106,7 @@ def play(arguments: argparse.Namespace) -> int:
         if arguments.wait_for_subscribers:
             console.note("waiting for subscribers")
             player.wait_for_subscribers(timeout=None)
-        if console.keyboard.available:
+        if keys is not None:
             console.note("space: pause and go on, s: step, t: pause topics on and off, Ctrl-C: end")
         player.play()
         console.finish(player)
@@ -129,23 +131,14 @@ def _global(name: str) -> str:
 class _Console:
     """Reads keys and shows a progress line; the player calls it about 20 times a second."""
 
-    def __init__(self, quiet: bool) -> None:
-        self.keyboard = Keyboard()
+    def __init__(self, quiet: bool, keys: Keys | None = None) -> None:
+        self.keys = keys
         self._quiet = quiet
+        self._line = Progress("", quiet=quiet)
         self._calls = 0
-        self._shown = 0
-
-    def __enter__(self) -> _Console:
-        self.keyboard.__enter__()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.keyboard.__exit__(None, None, None)
-        if self._shown:
-            sys.stderr.write("\n")
 
     def __call__(self, player: Player) -> None:
-        for key in self.keyboard.typed():
+        for key in self.keys.read(0.0) if self.keys else ():
             if key == " ":
                 (player.resume if player.paused else player.pause)()
             elif key == "s":
@@ -153,26 +146,25 @@ class _Console:
             elif key == "t":
                 player.pause_on_topics = not player.pause_on_topics
         self._calls += 1
-        if self._calls % 4 == 1 and not self._quiet and sys.stderr.isatty():
+        if self._calls % 4 == 1 and self._line.on:
             self.show(player)
 
     def show(self, player: Player) -> None:
         state = "[PAUSED] " if player.paused else "[DELAYED]" if player.waits_for else "[RUNNING]"
-        text = (
+        self._line.show(
             f"{state} bag time {player.position_ns / 1e9:.3f}  {player.position:.2f} / "
             f"{player.timeline.duration:.2f} s  {counted(player.published, 'message')}"
         )
-        text = text[: shutil.get_terminal_size().columns - 1]  # only one line can be overwritten
-        own(sys.stderr).write("\r" + text.ljust(self._shown))
-        sys.stderr.flush()
-        self._shown = len(text)
 
     def note(self, text: str) -> None:
         if not self._quiet:
             print(text, file=sys.stderr, flush=True)
 
     def finish(self, player: Player) -> None:
-        if not self._quiet and sys.stderr.isatty():
+        if self._line.on:
             self.show(player)
-        elif not self._quiet:
+        else:
             self.note(f"{counted(player.published, 'message')}")
+
+    def close(self) -> None:
+        self._line.leave()

@@ -28,6 +28,9 @@ class Progress:
         stream: Output; nothing is written unless it is a terminal.
         quiet: Write nothing.
         in_bytes: The steps are bytes.
+
+    Attributes:
+        on: Whether anything is written.
     """
 
     def __init__(
@@ -42,7 +45,7 @@ class Progress:
         self._what = what
         self._total = total
         self._stream = stream or sys.stderr
-        self._on = not quiet and self._stream.isatty()
+        self.on = not quiet and self._stream.isatty()
         self._began = time.monotonic()
         self._due = self._began + FIRST_AFTER
         self._shown = 0
@@ -53,7 +56,7 @@ class Progress:
         self._ticker: threading.Thread | None = None
 
     def __enter__(self) -> Progress:
-        if self._on and self._what:
+        if self.on and self._what:
             self._ticker = threading.Thread(target=self._tick, name="progress", daemon=True)
             self._ticker.start()
         return self
@@ -75,14 +78,14 @@ class Progress:
         """Add `count` to the steps done; cheap enough to call for each message."""
         self._count += count
         # Read the clock only now and then: there are thousands of small steps.
-        if self._on and (count > 1 or not self._count & 63 or (self._total or 1024) < 1024):
+        if self.on and (count > 1 or not self._count & 63 or (self._total or 1024) < 1024):
             self._look()
 
     def at(self, done: int, total: int | None = None) -> None:
         """Report `done` of `total`; without `total` the previous one stays."""
         self._count = done
         self._total = total or self._total
-        if self._on:
+        if self.on:
             self._look()
 
     def go_on(self, what: str, total: int) -> None:
@@ -114,7 +117,7 @@ class Progress:
 
     def show(self, text: str) -> None:
         """Overwrite the line."""
-        if not self._on:
+        if not self.on:
             return
         text = cut(printable(text), _room())
         with self._writing:
@@ -122,10 +125,16 @@ class Progress:
             self._stream.flush()
             self._shown = width(text)
 
+    def leave(self) -> None:
+        """End the line, which stays on the screen."""
+        if self._shown:
+            own(self._stream).write("\n")
+            self._shown = 0
+
     def clear(self) -> None:
         """Erase the line."""
         with self._writing:
-            if self._on and self._shown:
+            if self.on and self._shown:
                 own(self._stream).write("\r" + " " * self._shown + "\r")
                 self._stream.flush()
                 self._shown = 0

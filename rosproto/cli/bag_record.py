@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
-import shutil
 import sys
 from typing import TYPE_CHECKING, Any
 
 from rosproto.text import human_bytes
 
-from .console import counted, own
+from .bag_progress import Progress
+from .console import counted
 from .exit_codes import CommandError
 from .graph_clients import open_node
 from .graph_options import add_graph_options
@@ -184,9 +184,8 @@ class _Line:
 
     def __init__(self, quiet: bool) -> None:
         self._quiet = quiet
-        self._terminal = sys.stderr.isatty()
+        self._line = Progress("", quiet=quiet)
         self._before: RecorderStats | None = None
-        self._shown = 0
         self._logged = 0.0
 
     def note(self, text: str) -> None:
@@ -194,17 +193,15 @@ class _Line:
             print(text, file=sys.stderr, flush=True)
 
     def show(self, stats: RecorderStats) -> None:
-        if self._quiet or (not self._terminal and stats.seconds - self._logged < 10.0):
+        if not self._line.on and stats.seconds - self._logged < 10.0:
             return
         self._logged = stats.seconds
-        text = self.text(stats)[: shutil.get_terminal_size().columns - 1]
+        text = self.text(stats)
         self._before = stats
-        if self._terminal:
-            own(sys.stderr).write("\r" + text.ljust(self._shown))
-            self._shown = len(text)
+        if self._line.on:
+            self._line.show(text)
         else:
-            sys.stderr.write(text + "\n")
-        sys.stderr.flush()
+            self.note(text)
 
     def text(self, stats: RecorderStats) -> str:
         """Return the line."""
@@ -222,5 +219,4 @@ class _Line:
         return text + (f"  {stats.dropped} DROPPED" if stats.dropped else "")
 
     def end(self) -> None:
-        if self._shown:
-            sys.stderr.write("\n")
+        self._line.leave()

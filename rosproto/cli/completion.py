@@ -7,7 +7,6 @@ looks names up (topics, marks). For a message it offers every field with its def
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -106,12 +105,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the script or the completions."""
     from .entry import parser_for
 
-    return answer(
-        "rosproto",
-        arguments,
-        parser_for,
-        _names_of([word.removeprefix("=") for word in arguments.words] or [""]),
-    )
+    words = _typed(arguments)
+    given = _walked(parser_for(words), words[:-1]).given
+    return answer("rosproto", arguments, parser_for, _names_of(words, given))
+
+
+def _typed(arguments: argparse.Namespace) -> list[str]:
+    return [word.removeprefix("=") for word in arguments.words] or [""]
 
 
 def answer(
@@ -131,12 +131,13 @@ def answer(
     if arguments.shell in SHELLS:
         print(script(prog, arguments.shell), end="")
         return 0
-    typed = [word.removeprefix("=") for word in arguments.words] or [""]
-    found = complete(parser_for(typed[:-1]), typed, names)
+    typed = _typed(arguments)
+    parser = parser_for(typed[:-1])
+    found = complete(parser, typed, names)
     if found:
         print("\n".join(map(printable, found)))
         return 0
-    return FILES if _walked(parser_for(typed[:-1]), typed[:-1]).takes_file() else 0
+    return FILES if _walked(parser, typed[:-1]).takes_file() else 0
 
 
 def _walked(parser: argparse.ArgumentParser, words: Sequence[str]) -> _Walk:
@@ -243,14 +244,27 @@ class _Walk:
         return [] if source is None else source()
 
 
-def _names_of(words: Sequence[str]) -> dict[str, Names]:
-    """Return the names of the graph; none if the master does not answer at once."""
+def _names_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> dict[str, Names]:
+    """Return the names of the graph; none if the master does not answer at once.
+
+    Args:
+        words: The command line so far.
+        given: Its positional arguments.
+    """
     from rosproto.node.graph.master_client import MasterClient
+
+    from .graph_options import add_graph_options, master_uri
+
+    parser = argparse.ArgumentParser(add_help=False)
+    add_graph_options(parser)
+    options = parser.parse_known_args(list(words))[0]
 
     def ask(question: Callable[[MasterClient], Iterable[Any]]) -> Callable[[], list[Any]]:
         def names() -> list[Any]:
             try:
-                with MasterClient(_uri(words), "/rosproto_completion", timeout=MASTER_PATIENCE) as master:
+                with MasterClient(
+                    master_uri(options), "/rosproto_completion", timeout=MASTER_PATIENCE
+                ) as master:
                     return list(question(master))
             except (RosError, ValueError):
                 return []
@@ -259,16 +273,11 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
 
     def values() -> Iterable[str]:
         """Offer the template of a message or request (`{data: ""}`), once."""
-        from .entry import parser_for
-
-        given = _walked(parser_for(words), words[:-1]).given
-        return [] if "values" in given else template_of(words, given)
+        return [] if "values" in given else _template_of(options, given)
 
     def types() -> Iterable[str]:
         """Offer the topic's type, or all types."""
-        from .entry import parser_for
-
-        topic = _walked(parser_for(words), words[:-1]).given.get("topic", [""])[0]
+        topic = given.get("topic", [""])[0]
         known = dict(ask(lambda master: master.get_topic_types().items())()) if topic else {}
         kind = known.get("/" + topic.lstrip("/"), "*")
         return _types(words) if kind == "*" else [kind]
@@ -281,13 +290,6 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
         "key": ask(lambda master: master.get_param_names()),
         "type": types,
     }
-
-
-def _uri(words: Sequence[str]) -> str:
-    from .graph_options import master_uri
-
-    given = [word for option, word in itertools.pairwise(words) if option == "--master"]
-    return master_uri(argparse.Namespace(master=given[-1] if given else None))
 
 
 def _types(words: Sequence[str]) -> list[str]:
@@ -311,49 +313,29 @@ def template(cls: Any) -> str:
     """
     from rosproto.codec.dicts import to_dict
 
-    return _flow(to_dict(cls()), cls)
+    return _flow(to_dict(cls()))
 
 
-def _flow(value: Any, cls: Any = None) -> str:
+def _flow(value: Any) -> str:
     if isinstance(value, dict):
-        kinds = dict(zip(cls.__slots__, cls._slot_types, strict=True)) if cls else {}
-        stamped = getattr(cls, "_type", "") == "std_msgs/Header"
-        parts = []
-        for name, item in value.items():
-            if stamped and name == "stamp":
-                parts.append("stamp: now")
-            else:
-                parts.append(f"{name}: {_flow(item, _class_of(kinds.get(name, '')))}")
+        stamped = value.keys() == {"seq", "stamp", "frame_id"} and isinstance(value["stamp"], dict)
+        parts = [
+            f"{name}: {'now' if stamped and name == 'stamp' else _flow(item)}" for name, item in value.items()
+        ]
         return "{" + ", ".join(parts) + "}"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_flow(item) for item in value) + "]"
     return json.dumps(value)
 
 
-def _class_of(kind: str) -> Any:
-    from rosproto.codec import message_class
-
-    if kind == "Header":
-        kind = "std_msgs/Header"
-    return message_class(kind) if "/" in kind and "[" not in kind else None
-
-
-def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return the template for `topic pub TOPIC TYPE` and `service call NAME`, or nothing.
-
-    Args:
-        words: The command line so far.
-        given: Its positional arguments.
-    """
+def _template_of(options: argparse.Namespace, given: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return the template for `topic pub TOPIC TYPE` and `service call NAME`, or nothing."""
     from rosproto.codec import message_class, service_class
 
-    from .graph_names import absolute
-    from .graph_options import add_graph_options, library_for
+    from .graph_clients import absolute
+    from .graph_options import library_for
     from .service import type_of
 
-    parser = argparse.ArgumentParser(add_help=False)
-    add_graph_options(parser)
-    options = parser.parse_known_args(list(words))[0]
     try:
         if "type" in given:
             kind = given["type"][0]

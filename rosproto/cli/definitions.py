@@ -6,13 +6,12 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING
 
-from .console import print_json
+from .console import answer, print_json
 from .exit_codes import CommandError
-from .graph_names import unknown
-from .graph_options import library_for
+from .graph_clients import unknown
+from .graph_options import Verb, add_verbs, library_for
 from .options import add_allow_damaged, add_json
 from .parser import near
-from .verbs import Verb, add_verbs
 
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary, MessageSpec
@@ -114,7 +113,7 @@ def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
     """Return the requested definitions from a bag."""
     from rosproto.msg import DefinitionLibrary, library_from_full_text
 
-    from .bag_opening import opened
+    from .bag_files import opened
 
     if arguments.kind != "msg":
         raise ValueError("--bag: bags hold messages only, no services and actions")
@@ -133,12 +132,10 @@ def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
 
 def _show(arguments: argparse.Namespace) -> int:
     given = _in_bag(arguments) if arguments.bag else None
+    text_of = _raw if arguments.raw else _unfolded
     shown = []
     for name, looked_for in _asked(given or _library(arguments), arguments):
-        library = given or _library_of(arguments, name)
-        text = (
-            _raw(library, arguments.kind, name) if arguments.raw else _unfolded(library, arguments.kind, name)
-        )
+        text = text_of(given or _library_of(arguments, name), arguments.kind, name)
         shown.append({"type": name, "definition": text})
         if not arguments.json:
             print((f"[{name}]:\n" if looked_for else "") + text + "\n")
@@ -176,20 +173,16 @@ def _lines(library: DefinitionLibrary, spec: MessageSpec, indent: str) -> list[s
 
 def _list(arguments: argparse.Namespace) -> int:
     names = _all(_library(arguments), arguments.kind)
-    print_json(names) if arguments.json else print("\n".join(names))
-    return 0
+    return answer(arguments, names, names)
 
 
 def _md5(arguments: argparse.Namespace) -> int:
     library = _library(arguments)
     asked = [name for name, _ in _asked(library, arguments)]
     sums = {name: _library_of(arguments, name).md5sum(name, kind=arguments.kind) for name in asked}
-    if arguments.json:
-        print_json(sums)
-        return 0
-    for name, md5sum in sums.items():
-        print(md5sum if "/" in arguments.type[0] and len(sums) == 1 else f"[{name}]: {md5sum}")
-    return 0
+    alone = "/" in arguments.type[0] and len(sums) == 1
+    lines = [md5sum if alone else f"[{name}]: {md5sum}" for name, md5sum in sums.items()]
+    return answer(arguments, sums, lines)
 
 
 def _package(arguments: argparse.Namespace) -> int:
@@ -198,12 +191,10 @@ def _package(arguments: argparse.Namespace) -> int:
         names = library.packages()
         raise unknown("no package is called", arguments.package, names, f"{arguments.kind} packages")
     names = _names(library, arguments.kind, arguments.package)
-    print_json(names) if arguments.json else print(_joined(arguments).join(names))
-    return 0
+    return answer(arguments, names, _joined(arguments).join(names))
 
 
 def _packages(arguments: argparse.Namespace) -> int:
     library = _library(arguments)
     packages = [p for p in sorted(library.packages()) if _names(library, arguments.kind, p)]
-    print_json(packages) if arguments.json else print(_joined(arguments).join(packages))
-    return 0
+    return answer(arguments, packages, _joined(arguments).join(packages))

@@ -14,12 +14,11 @@ from rosproto.errors import RosTimeout
 from rosproto.files import read_text, write_file
 from rosproto.text import printable
 
-from .console import print_json
+from .console import answer, print_json
 from .exit_codes import CommandError
-from .graph_clients import master_client, open_node
-from .graph_names import absolute, unknown
+from .graph_clients import absolute, master_client, open_node, unknown
+from .graph_options import add_verbs
 from .options import folder_exists, positive
-from .verbs import add_verbs
 from .yaml_values import load_text, to_text, value_of
 
 SERVICE = "/set_parameters"
@@ -113,11 +112,7 @@ def _parameters(description: Any) -> Iterator[Any]:
 
 def _list(arguments: argparse.Namespace) -> int:
     found = _known(arguments)
-    if arguments.json:
-        print_json(found)
-    elif found:
-        print("\n".join(map(printable, found)))
-    return 0
+    return answer(arguments, found, map(printable, found))
 
 
 def _get(arguments: argparse.Namespace) -> int:
@@ -130,8 +125,7 @@ def _get(arguments: argparse.Namespace) -> int:
                 "no parameter is called", arguments.parameter, values, f"dynparam get {arguments.node}"
             )
         asked = values[arguments.parameter]
-    print_json(asked) if arguments.json else print(to_text(asked).rstrip("\n"))
-    return 0
+    return answer(arguments, asked, to_text(asked).rstrip("\n"))
 
 
 def _describe(arguments: argparse.Namespace) -> int:
@@ -145,14 +139,12 @@ def _describe(arguments: argparse.Namespace) -> int:
         }
         for one in _parameters(description)
     ]  # fmt: skip
-    if arguments.json:
-        print_json(facts)
-        return 0
+    lines = []
     for fact in facts:
         bounds = f", {fact['min']} to {fact['max']}" if fact["type"] in ("int", "double") else ""
         kind = f"{fact['type']}{bounds}, default {fact['default']!r}"
-        print(printable(f"{fact['name']} ({kind}): {fact['description']}"))
-    return 0
+        lines.append(printable(f"{fact['name']} ({kind}): {fact['description']}"))
+    return answer(arguments, facts, lines)
 
 
 def _set(arguments: argparse.Namespace) -> int:

@@ -33,8 +33,7 @@ from .console import (
 from .exit_codes import CommandError
 from .expression import Expression
 from .fields import header, parse_field_path, row, split_topic
-from .graph_clients import master_client, open_node
-from .graph_names import absolute, below
+from .graph_clients import absolute, below, master_client, open_node
 from .parser import near
 
 REDRAW = 0.1
@@ -122,7 +121,7 @@ def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
 
 
 def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
-    from .bag_opening import opened
+    from .bag_files import opened
 
     with opened(arguments.bag, arguments) as bag:
         topics = sorted(bag.topics)

@@ -5,8 +5,8 @@ A command module has
     def add_arguments(parser: argparse.ArgumentParser) -> None: ...
     def run(arguments: argparse.Namespace) -> int: ...        # exit code
 
-and a line in `COMMANDS`. One with verbs passes them to `verbs.add_verbs` and has no `run`. Only the module of
-the given command is imported.
+and a line in `COMMANDS`. One with verbs passes them to `graph_options.add_verbs` and has no `run`. Only the
+module of the given command is imported.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _task(arguments: argparse.Namespace) -> Task:
     def run() -> int:
         _log_to_stderr(arguments.verbose)
         code: int = arguments.run(arguments)
-        # Messages of a damaged bag may be missing; see `bag_opening.opened`.
+        # Messages of a damaged bag may be missing; see `bag_files.opened`.
         return code or (FAILED if getattr(arguments, "incomplete", False) else DONE)
 
     def failed(text: str, code: int) -> None:

@@ -14,8 +14,7 @@ from zlib import crc32
 from rosproto.bag import BagReader
 
 from .bag_edit import span
-from .bag_opening import next_to
-from .bag_output import check_new, named, whole
+from .bag_files import check_new, named, next_to, whole
 from .bag_progress import Progress
 from .console import counted
 from .exit_codes import CommandError

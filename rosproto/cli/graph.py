@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosproto.text import printable
 
 from .console import print_json
-from .graph_clients import master_client
-from .graph_names import absolute, unknown
+from .graph_clients import absolute, master_client, unknown
 from .graph_options import add_graph_options
 from .options import folder_exists
 from .pictures import form_of, quoted, svg_page, write_picture

@@ -1,15 +1,19 @@
-"""Connections of a command: a client of the master, a client of a node, a node."""
+"""Connections of a command (clients of the master and of nodes, a node), and names as they are typed."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import os
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
 
+from .console import warn
+from .exit_codes import CommandError
 from .graph_options import given_names, host_names, master_uri, msg_path
+from .parser import near
 
 if TYPE_CHECKING:  # imported late: --help does not need them
     from rosproto.node.graph.master_client import MasterClient
@@ -59,3 +63,37 @@ def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
         msg_path=msg_path(arguments),
         resolve=given_names(arguments),
     )
+
+
+# -- names as typed ------------------------------------------------------------------------------------------
+
+
+def absolute(name: str) -> str:
+    """Return a typed name as absolute, below $ROS_NAMESPACE."""
+    if name.startswith("/"):
+        return name
+    space = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    return f"/{space}/{name}" if space else f"/{name}"
+
+
+def below(names: Iterable[str], asked: str) -> list[str]:
+    """Return the names in a namespace, or that match a pattern (`/move_base/*`), sorted."""
+    if asked in ("", "/"):
+        return sorted(names)
+    if any(sign in asked for sign in "*?["):
+        import fnmatch
+
+        return sorted(fnmatch.filter(names, absolute(asked)))
+    space = absolute(asked).rstrip("/")
+    return sorted(name for name in names if name == space or name.startswith(space + "/"))
+
+
+def warn_if_none(found: Collection[object], what: str, asked: str, names: Iterable[str]) -> None:
+    """Warn if a name was given and not found: it may be mistyped."""
+    if asked and asked != "/" and not found:
+        warn(f"no {what} is called {absolute(asked)} or lies below it{near(absolute(asked), names)}")
+
+
+def unknown(what: str, name: str, names: Iterable[str], see: str) -> CommandError:
+    """Return the error for an unknown name, with similar names and the command that lists them."""
+    return CommandError(f"{what} {name!r}{near(name, names)}; see: rosproto {see}")

@@ -1,12 +1,13 @@
-"""The options --master, --msg-path, --no-learned and --resolve, and their values."""
+"""The verbs of a command (`list` in `rosproto topic list`), and options to choose a graph and definitions."""
 
 from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
-from .options import add_json
+from .options import AddArguments, add_json
 
 if TYPE_CHECKING:  # imported late: --help does not need them
     from rosproto.msg import DefinitionLibrary
@@ -80,3 +81,22 @@ def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> 
 
     learned = not getattr(arguments, "no_learned", False)
     return library_of(name, kind, arguments.msg_path or (), learned=learned)
+
+
+# -- verbs ---------------------------------------------------------------------------------------------------
+
+
+Verb = tuple[AddArguments | None, Callable[[argparse.Namespace], int], str]
+"""What adds its arguments, what runs it, help."""
+
+
+def add_verbs(parser: argparse.ArgumentParser, table: dict[str, Verb], *, graph: bool = True) -> None:
+    """Add the verbs of a command: `rosproto topic list`."""
+    choices = parser.add_subparsers(title="verbs", metavar="VERB", dest="verb", required=True)
+    for name, (add, run, text) in table.items():
+        sub = choices.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        if graph:
+            add_graph_options(sub)
+        if add is not None:
+            add(sub)
+        sub.set_defaults(run=run)

@@ -11,10 +11,8 @@ import select
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from typing import Any, Protocol
-
-from .console import is_terminal
 
 _SEQUENCES = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _WINDOWS = {"H": "up", "P": "down", "M": "right", "K": "left"}
@@ -173,35 +171,3 @@ def open_keys(*, driving: bool = True) -> Iterator[Keys]:
         if driving:
             termios.tcflush(descriptor, termios.TCIFLUSH)
         termios.tcsetattr(descriptor, termios.TCSANOW, before)
-
-
-class Keyboard:
-    """Characters typed since the last call; use it in a `with` block, which restores the terminal.
-
-    Without a terminal (a pipe, a service) there are none, and nothing fails.
-
-    Attributes:
-        keys: The source; None without a terminal, and outside the block.
-    """
-
-    def __init__(self, keys: Keys | None = None) -> None:
-        self.keys = keys
-        self._opened = ExitStack()
-
-    @property
-    def available(self) -> bool:
-        """Whether keys can be read."""
-        return self.keys is not None
-
-    def __enter__(self) -> Keyboard:
-        if is_terminal(sys.stdin):
-            self.keys = self._opened.enter_context(open_keys(driving=False))
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        self.keys = None
-        self._opened.close()
-
-    def typed(self) -> str:
-        """Return the typed text in lower case, or ""; never waits."""
-        return "".join(key for key in self.keys.read(0.0) if len(key) == 1) if self.keys else ""

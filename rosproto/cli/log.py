@@ -11,12 +11,11 @@ from typing import Any
 from rosproto.errors import RosTimeout, ServiceError
 from rosproto.text import printable
 
-from .console import enable_escapes, print_json, warn
+from .console import answer, enable_escapes, print_json, warn
 from .exit_codes import CommandError
-from .graph_clients import master_client, open_node
-from .graph_names import absolute, below, unknown
+from .graph_clients import absolute, below, master_client, open_node, unknown
+from .graph_options import add_verbs
 from .options import argument, count, positive
-from .verbs import add_verbs
 
 LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 """rosgraph_msgs/Log, as its definition numbers them."""
@@ -179,12 +178,9 @@ def _loggers(arguments: argparse.Namespace) -> dict[str, str]:
 
 def _list(arguments: argparse.Namespace) -> int:
     found = dict(sorted(_loggers(arguments).items()))
-    if arguments.json:
-        print_json(found)
-        return 0
-    for name, level in found.items():
-        print(f"{printable(name)} {printable(level)}")
-    return 0
+    return answer(
+        arguments, found, [f"{printable(name)} {printable(level)}" for name, level in found.items()]
+    )
 
 
 def _get(arguments: argparse.Namespace) -> int:
@@ -192,8 +188,7 @@ def _get(arguments: argparse.Namespace) -> int:
     if arguments.logger not in found:
         raise unknown("no logger is called", arguments.logger, found, f"log list {arguments.node}")
     level = found[arguments.logger]
-    print_json(level) if arguments.json else print(printable(level))
-    return 0
+    return answer(arguments, level, printable(level))
 
 
 def _set(arguments: argparse.Namespace) -> int:
@@ -209,8 +204,5 @@ def _set(arguments: argparse.Namespace) -> int:
         except ServiceError as error:
             raise CommandError(f"{absolute(arguments.node)} did not take the level: {error}") from error
     now = _loggers(arguments).get(arguments.logger, "unknown")
-    if arguments.json:
-        print_json({"logger": arguments.logger, "level": now})
-    else:
-        print(f"{arguments.logger}: {printable(now)}")
+    answer(arguments, {"logger": arguments.logger, "level": now}, f"{arguments.logger}: {printable(now)}")
     return 0 if now.lower() == arguments.level else 1

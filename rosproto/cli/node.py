@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
-from .console import print_json, warn
+from .console import answer, print_json, warn
 from .exit_codes import CommandError
-from .graph_clients import master_client, node_client
-from .graph_names import absolute, below, unknown, warn_if_none
-from .graph_options import host_names
+from .graph_clients import absolute, below, master_client, node_client, unknown, warn_if_none
+from .graph_options import add_verbs, host_names
 from .options import argument, count, positive
-from .verbs import add_verbs
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
@@ -63,14 +61,10 @@ def _list(arguments: argparse.Namespace) -> int:
         names = below(nodes, arguments.namespace)
         warn_if_none(names, "node", arguments.namespace, nodes)
         if not (arguments.uris or arguments.all or arguments.json):
-            print("\n".join(names) if names else "", end="\n" if names else "")
-            return 0
+            return answer(arguments, names, names)
         uris = {name: _uri(master, name) for name in names}
-    if arguments.json:
-        print_json([{"name": name, "uri": uri} for name, uri in uris.items()])
-    for name, uri in () if arguments.json else uris.items():
-        print(f"{uri} \t{name}" if arguments.all else uri)
-    return 0
+    lines = [f"{uri} \t{name}" if arguments.all else uri for name, uri in uris.items()]
+    return answer(arguments, [{"name": name, "uri": uri} for name, uri in uris.items()], lines)
 
 
 def _uri(master: MasterClient, name: str) -> str:
@@ -273,11 +267,8 @@ def _cleanup(arguments: argparse.Namespace) -> int:
             f"not known whether they live, and left alone: {', '.join(elsewhere)}: their host names cannot "
             "be resolved here; give --resolve NAME=IP"
         )
-    if arguments.json:
-        print_json(dead)
-    elif dead or not elsewhere:
-        print("\n".join(f"Unregistering {name}" for name in dead) or "every node answers")
-    return 0
+    lines = [f"Unregistering {name}" for name in dead]
+    return answer(arguments, dead, lines if dead or elsewhere else "every node answers")
 
 
 def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
@@ -327,10 +318,5 @@ def _machine(arguments: argparse.Namespace) -> int:
         if host not in hosts:
             raise CommandError(f"no node runs on {host!r}; hosts: {', '.join(sorted(hosts)) or 'none'}")
     asked = {host: sorted(hosts[host]) for host in arguments.host} or hosts
-    if arguments.json:
-        print_json(asked)
-    elif arguments.host:
-        print("\n".join(name for names in asked.values() for name in names))
-    else:
-        print("\n".join(sorted(hosts)))
-    return 0
+    nodes = [name for names in asked.values() for name in names]
+    return answer(arguments, asked, "\n".join(nodes if arguments.host else sorted(hosts)))

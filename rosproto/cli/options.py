@@ -152,7 +152,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_allow_damaged(parser: argparse.ArgumentParser) -> None:
-    """--allow-damaged; see `bag_opening.opened`."""
+    """--allow-damaged; see `bag_files.opened`."""
     parser.add_argument(
         "--allow-damaged",
         action="store_true",

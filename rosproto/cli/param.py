@@ -11,12 +11,11 @@ from rosproto.errors import MasterError
 from rosproto.files import read_file, read_stream, read_text, write_file
 from rosproto.text import printable
 
-from .console import json_text, print_json
+from .console import answer, json_text, print_json
 from .exit_codes import CommandError
-from .graph_clients import master_client
-from .graph_names import absolute, below, unknown, warn_if_none
+from .graph_clients import absolute, below, master_client, unknown, warn_if_none
+from .graph_options import add_verbs
 from .options import argument
-from .verbs import add_verbs
 from .yaml_values import load_text, to_text, value_of
 
 
@@ -126,11 +125,7 @@ def _list(arguments: argparse.Namespace) -> int:
         known = master.get_param_names()
     names = below(known, arguments.namespace)
     warn_if_none(names, "parameter", arguments.namespace, known)
-    if arguments.json:
-        print_json(names)
-    elif names:
-        print("\n".join(names))
-    return 0
+    return answer(arguments, names, names)
 
 
 def _delete(arguments: argparse.Namespace) -> int:
@@ -151,8 +146,7 @@ def _search(arguments: argparse.Namespace) -> int:
             raise CommandError(
                 f"no parameter is called {arguments.key!r} from here upwards; see: rosproto param list"
             ) from error
-    print_json(found) if arguments.json else print(found)
-    return 0
+    return answer(arguments, found, found)
 
 
 def _dump(arguments: argparse.Namespace) -> int:

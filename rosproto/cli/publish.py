@@ -18,8 +18,7 @@ from rosproto.time import Time
 from .background_output import hurry
 from .console import is_terminal, print_json, warn
 from .exit_codes import CommandError
-from .graph_clients import master_client, open_node
-from .graph_names import absolute
+from .graph_clients import absolute, master_client, open_node
 from .graph_options import library_for
 from .yaml_values import load_documents, value_of
 

@@ -9,14 +9,21 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
-from .console import is_terminal, print_json, warn
+from .console import answer, is_terminal, print_json, warn
 from .exit_codes import CommandError
-from .graph_clients import CALLER_ID, TIMEOUT, master_client, open_node
-from .graph_names import absolute, below, unknown, warn_if_none
-from .graph_options import host_names, library_for
+from .graph_clients import (
+    CALLER_ID,
+    TIMEOUT,
+    absolute,
+    below,
+    master_client,
+    open_node,
+    unknown,
+    warn_if_none,
+)
+from .graph_options import add_verbs, host_names, library_for
 from .options import argument, positive
 from .parser import near
-from .verbs import add_verbs
 from .yaml_values import load_documents, to_flow, value_of
 
 if TYPE_CHECKING:
@@ -97,12 +104,8 @@ def _list(arguments: argparse.Namespace) -> int:
         known = master.get_system_state().services
     services = {name: known[name] for name in below(known, arguments.namespace)}
     warn_if_none(services, "service", arguments.namespace, known)
-    if arguments.json:
-        print_json([{"name": name, "nodes": nodes} for name, nodes in services.items()])
-        return 0
-    for name, nodes in services.items():
-        print(f"{name} {','.join(nodes)}" if arguments.nodes else name)
-    return 0
+    lines = [f"{name} {','.join(nodes)}" if arguments.nodes else name for name, nodes in services.items()]
+    return answer(arguments, [{"name": name, "nodes": nodes} for name, nodes in services.items()], lines)
 
 
 def _info(arguments: argparse.Namespace) -> int:
@@ -111,14 +114,10 @@ def _info(arguments: argparse.Namespace) -> int:
         uri = _look_up(master, name)
         nodes = master.get_system_state().services.get(name, [])
     kind = type_of(arguments, name)
-    facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": _fields(arguments, kind)}
-    if arguments.json:
-        print_json(facts)
-        return 0
-    print(f"Node: {facts['node']}\nURI: {uri}\nType: {kind}")
     fields = _fields(arguments, kind)
-    print("Args: " + ("(unknown type)" if fields is None else " ".join(fields)))
-    return 0
+    facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": fields}
+    args = "(unknown type)" if fields is None else " ".join(fields)
+    return answer(arguments, facts, f"Node: {facts['node']}\nURI: {uri}\nType: {kind}\nArgs: {args}")
 
 
 def _node(arguments: argparse.Namespace) -> int:
@@ -127,8 +126,7 @@ def _node(arguments: argparse.Namespace) -> int:
         services = master.get_system_state().services
     if not services.get(name):
         raise unknown("no node provides the service", name, services, "service list")
-    print_json(services[name]) if arguments.json else print("\n".join(services[name]))
-    return 0
+    return answer(arguments, services[name], services[name])
 
 
 def _fields(arguments: argparse.Namespace, kind: str) -> list[str] | None:
@@ -142,8 +140,7 @@ def _fields(arguments: argparse.Namespace, kind: str) -> list[str] | None:
 
 def _type(arguments: argparse.Namespace) -> int:
     kind = type_of(arguments, absolute(arguments.service))
-    print_json(kind) if arguments.json else print(kind)
-    return 0
+    return answer(arguments, kind, kind)
 
 
 def _find(arguments: argparse.Namespace) -> int:
@@ -151,13 +148,9 @@ def _find(arguments: argparse.Namespace) -> int:
         names = sorted(master.get_system_state().services)
     types = {name: _safe_type(arguments, name) for name in names}
     found = [name for name, kind in types.items() if kind == arguments.type]
-    if arguments.json:
-        print_json(found)
-    elif found:
-        print("\n".join(found))
-    else:
+    if not found and not arguments.json:
         warn(f"no service is of type {arguments.type}{near(arguments.type, set(types.values()))}")
-    return 0
+    return answer(arguments, found, found)
 
 
 def _safe_type(arguments: argparse.Namespace, name: str) -> str:
@@ -171,8 +164,7 @@ def _safe_type(arguments: argparse.Namespace, name: str) -> str:
 def _uri(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         uri = _look_up(master, absolute(arguments.service))
-    print_json(uri) if arguments.json else print(uri)
-    return 0
+    return answer(arguments, uri, uri)
 
 
 def _args(arguments: argparse.Namespace) -> int:
@@ -180,8 +172,7 @@ def _args(arguments: argparse.Namespace) -> int:
 
     kind = type_of(arguments, absolute(arguments.service))
     fields = list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
-    print_json(fields) if arguments.json else print(" ".join(fields))
-    return 0
+    return answer(arguments, fields, " ".join(fields))
 
 
 def _call(arguments: argparse.Namespace) -> int:

@@ -20,10 +20,10 @@ from rosproto.text import printable
 from .console import print_json, warn
 from .exit_codes import CommandError
 from .graph_clients import open_node
+from .graph_options import add_verbs
 from .options import count, folder_exists, positive, seconds
 from .parser import near
 from .pictures import form_of, quoted, svg_page, write_picture
-from .verbs import add_verbs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,15 +13,13 @@ from rosproto.errors import MasterError
 from rosproto.text import printable
 
 from . import topic_rates
-from .console import print_json, warn
+from .console import answer, print_json, warn
 from .exit_codes import CommandError
 from .fields import split_topic
-from .graph_clients import master_client
-from .graph_names import absolute, below, unknown, warn_if_none
-from .graph_options import library_for
+from .graph_clients import absolute, below, master_client, unknown, warn_if_none
+from .graph_options import add_verbs, library_for
 from .options import add_allow_damaged, argument, count, positive
 from .parser import near
-from .verbs import add_verbs
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
@@ -92,11 +90,9 @@ def _type(arguments: argparse.Namespace) -> int:
         topic, path = split_topic(absolute(arguments.topic), list(types))
         _, kind = _known(master, topic)
     inner = _field_type(arguments, kind, path) if path else ""
-    if arguments.json:
-        print_json({"type": kind, "field": path, "field_type": inner} if path else kind)
-    else:
-        print(f"{kind} {path} {inner}" if path else kind)
-    return 0
+    if not path:
+        return answer(arguments, kind, kind)
+    return answer(arguments, {"type": kind, "field": path, "field_type": inner}, f"{kind} {path} {inner}")
 
 
 def _field_type(arguments: argparse.Namespace, kind: str, path: str) -> str:
@@ -119,13 +115,9 @@ def _find(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         types = master.get_topic_types()
     found = sorted(t for t, kind in types.items() if kind == arguments.type)
-    if arguments.json:
-        print_json(found)
-    elif found:
-        print("\n".join(found))
-    else:
+    if not found and not arguments.json:
         warn(f"no topic carries {arguments.type}{near(arguments.type, set(types.values()))}")
-    return 0
+    return answer(arguments, found, found)
 
 
 Side = dict[str, list[str]]
@@ -242,22 +234,19 @@ def _stamps(bag: BagReader, names: list[str]) -> list[float]:
 
 def _of_bag(arguments: argparse.Namespace) -> int:
     """Print topics, or the message count and times of a namespace, as rostopic list -b."""
-    from .bag_opening import opened
+    from .bag_files import opened
 
     with opened(arguments.bag, arguments) as bag:
         names = below(bag.topics, arguments.namespace)
         stamps = _stamps(bag, names) if arguments.namespace and names else []
         facts = [(name, bag.topics[name]) for name in names]
-    if arguments.json:
-        print_json([{"name": n, "types": t.types, "messages": t.message_count} for n, t in facts])
-    elif arguments.namespace:
+    lines = [printable(name) for name in names]
+    if arguments.namespace:
         times = [time.strftime("%d %b %Y %H:%M:%S", time.localtime(t)) for t in stamps]
         between = f" from {times[0]} to {times[-1]}" if times else ""
-        print(f"{len(times)} message(s){between}")
-    else:
-        for name in names:
-            print(printable(name))
-    return 0
+        lines = [f"{len(times)} message(s){between}"]
+    found = [{"name": n, "types": t.types, "messages": t.message_count} for n, t in facts]
+    return answer(arguments, found, lines)
 
 
 def add_echo_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,8 +13,7 @@ from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_
 from .console import print_json, warn
 from .exit_codes import CommandError
 from .expression import Expression
-from .graph_clients import master_client, open_node
-from .graph_names import absolute, below
+from .graph_clients import absolute, below, master_client, open_node
 from .options import count
 from .parser import near
 

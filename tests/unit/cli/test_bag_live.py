@@ -19,7 +19,7 @@ from rosproto.cli import main
 from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
 from rosproto.cli.exit_codes import CommandError
-from rosproto.cli.keys import Keyboard, WindowsKeys
+from rosproto.cli.keys import WindowsKeys, open_keys
 from rosproto.cli.parser import Parser
 from rosproto.codec import message_class
 from rosproto.node.clock import NodeClock
@@ -279,16 +279,14 @@ def test_remappings_and_bags_in_one_row() -> None:
         _split_remappings(["a.bag", "/x:="])
 
 
-class Keys:
+class Typed:
     """Stands for a keyboard."""
 
-    available = True
-
     def __init__(self, typed: str) -> None:
-        self._typed = typed
+        self._typed = list(typed)
 
-    def typed(self) -> str:
-        typed, self._typed = self._typed, ""
+    def read(self, timeout: float) -> list[str]:
+        typed, self._typed = self._typed, []
         return typed
 
 
@@ -314,7 +312,7 @@ def test_space_pauses_and_s_steps() -> None:
     """The keys of rosbag play; others do nothing."""
     console, player = _Console(quiet=True), Played()
     for typed, paused, steps in ((" ", True, 0), ("s", True, 1), ("xs", True, 2), (" ", False, 2)):
-        console.keyboard = Keys(typed)  # type: ignore[assignment]
+        console.keys = Typed(typed)
         console(player)  # type: ignore[arg-type]
         assert (player.paused, player.steps) == (paused, steps)
 
@@ -323,7 +321,7 @@ def test_t_switches_the_pause_topics() -> None:
     """Off, and on again."""
     console, player = _Console(quiet=True), Played()
     for expected in (False, True):
-        console.keyboard = Keys("t")  # type: ignore[assignment]
+        console.keys = Typed("t")
         console(player)  # type: ignore[arg-type]
         assert player.pause_on_topics is expected
 
@@ -338,16 +336,14 @@ def test_single_keys_from_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     with os.fdopen(theirs, "r", closefd=True) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         before = termios.tcgetattr(stdin.fileno())
-        with Keyboard() as keyboard:
-            assert keyboard.available
-            assert keyboard.typed() == ""
+        with open_keys(driving=False) as keys:
+            assert keys.read(0.0) == []
             os.write(ours, b" s")
-            typed = ""
+            typed: list[str] = []
             while len(typed) < 2:
-                typed += keyboard.typed()
-            assert typed == " s"
+                typed += keys.read(0.0)
+            assert typed == [" ", "s"]
         assert termios.tcgetattr(stdin.fileno()) == before
-        assert keyboard.typed() == ""
     os.close(ours)
 
 
@@ -357,18 +353,6 @@ def test_keys_from_a_windows_console() -> None:
 
     waiting = list("s ")
     console = types.SimpleNamespace(kbhit=lambda: bool(waiting), getwch=lambda: waiting.pop(0))
-    keyboard = Keyboard(WindowsKeys(console))
-    assert keyboard.typed() == "s "
-    assert keyboard.typed() == ""
-
-
-def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A pipe, or no stdin at all."""
-    read_end, write_end = os.pipe()  # not os.devnull: Windows takes that for a terminal
-    os.close(write_end)
-    with open(read_end) as pipe:
-        for stdin in (None, pipe):
-            monkeypatch.setattr(sys, "stdin", stdin)
-            with Keyboard() as keyboard:
-                assert not keyboard.available
-                assert keyboard.typed() == ""
+    keys = WindowsKeys(console)
+    assert keys.read(0.0) == ["s", " "]
+    assert keys.read(0.0) == []

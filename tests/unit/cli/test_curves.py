@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+from rosproto.cli.bag_info import ASCII_BARS, curve
 from rosproto.cli.echo import PlotSamples
 
 
@@ -63,3 +64,11 @@ def test_nothing_finite_is_said() -> None:
     assert curves.legend(False)[1] == "+ /b  nothing yet"
     curves.add(1, 1.0, 2.0)
     assert "2" in curves.picture(40, 5)
+
+
+def test_the_curve_of_a_rate_begins_at_zero() -> None:
+    """The bars rise with the numbers; a constant rate is a line of full height."""
+    assert curve([0, 1, 2, 3, 4, 5, 6, 7]) == "▁▂▃▄▅▆▇█"
+    assert curve([0, 7], ASCII_BARS) == "_#"
+    assert curve([2, 2]) == "██"
+    assert curve([0, 0]) == "▁▁"
