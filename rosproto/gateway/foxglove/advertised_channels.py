@@ -85,13 +85,15 @@ class AdvertisedChannels:
 
     def __init__(self, node: Node, access: Access, topics: Iterable[LocalTopic]) -> None:
         self._access = access
+        self._node = node
         self._topics = tuple(topics)
-        self._schemas = _TopicSchemas(node)
         self._lock = threading.Lock()
         self._numbers = count(1)
         self._view: GraphView | None = None
         self._channels: dict[str, AdvertisedChannel] = {}
         self._services: dict[str, AdvertisedService] = {}
+        self._schemas: dict[str, TopicSchema] = {}
+        self._retry_at: dict[tuple[str, str], float] = {}
 
     def channels(self, view: GraphView) -> Mapping[str, AdvertisedChannel]:
         """The visible topics of a view, and this program's own. May probe publishers."""
@@ -114,63 +116,18 @@ class AdvertisedChannels:
             for topic, kind in view.types.items()
             if topic not in local
             and self._access.may_read("topic", topic) is None
-            and (schema := self._schemas.schema(topic, kind, view.state.publishers[topic]))
+            and (schema := self._schema(topic, kind, view.state.publishers[topic]))
         }
         for name, description in local.items():
             if self._access.may_read("topic", name) is None:
                 found[name] = TopicSchema(description.type_name, description.md5sum, description.definition)
         return found
 
-    def services(self, present: Mapping[str, Any]) -> Mapping[str, AdvertisedService]:
-        """Services by name, from their classes."""
-        with self._lock:
-            before = self._services
-            self._services = {
-                name: known
-                if (known := before.get(name)) is not None and known.kind is kind
-                else AdvertisedService(next(self._numbers), name, kind)
-                for name, kind in present.items()
-            }
-            return self._services
-
-    def learn(self, description: TopicDescription) -> bool:
-        """Keep the schema that a publisher has sent; False if it sent no definition."""
-        if not description.definition:
-            return False
-        self._schemas.learn(description)
-        with self._lock:
-            self._view = None
-        return True
-
-    def keep_only(self, present: set[str]) -> None:
-        """Forget the schemas of all topics but these."""
-        self._schemas.keep_only(present)
-
-
-class _TopicSchemas:
-    """The schemas of all topics, for the viewers of one server.
-
-    Args:
-        node: Probes publishers, and knows definitions.
-    """
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._lock = threading.Lock()
-        self._known: dict[str, TopicSchema] = {}
-        self._retry_at: dict[tuple[str, str], float] = {}
-
-    def learn(self, description: TopicDescription) -> None:
-        known_schema = TopicSchema(description.type_name, description.md5sum, description.definition)
-        with self._lock:
-            self._known[description.topic] = known_schema
-
-    def schema(self, topic: str, type_name: str, publishers: Sequence[str]) -> TopicSchema | None:
+    def _schema(self, topic: str, type_name: str, publishers: Sequence[str]) -> TopicSchema | None:
         """The schema of a topic; None if unknown. May probe publishers, for some seconds."""
-        with self._lock:
-            known_schema = self._known.get(topic)
-        if known_schema is not None and known_schema.type_name == type_name:
-            return known_schema
+        schema = self._schemas.get(topic)
+        if schema is not None and schema.type_name == type_name:
+            return schema
         try:
             known = message_class(type_name, self._node.revisions.library_for(type_name))
             return TopicSchema(type_name, known._md5sum, known._full_text)
@@ -188,17 +145,36 @@ class _TopicSchemas:
                 _log.info("! %s: %s has not sent its type: %s", topic, publisher, problem)
                 continue
             if header.message_definition and header.type_name == type_name:
-                known_schema = TopicSchema(type_name, header.md5sum, header.message_definition)
-                with self._lock:
-                    self._known[topic] = known_schema
-                return known_schema
+                schema = TopicSchema(type_name, header.md5sum, header.message_definition)
+                self._schemas[topic] = schema
+                return schema
         self._retry_at[topic, type_name] = now + RETRY_SECONDS
         return None
 
-    def keep_only(self, present: set[str]) -> None:
-        """Forget all topics but these."""
+    def services(self, present: Mapping[str, Any]) -> Mapping[str, AdvertisedService]:
+        """Services by name, from their classes."""
         with self._lock:
-            self._known = {
-                topic: known_schema for topic, known_schema in self._known.items() if topic in present
+            before = self._services
+            self._services = {
+                name: known
+                if (known := before.get(name)) is not None and known.kind is kind
+                else AdvertisedService(next(self._numbers), name, kind)
+                for name, kind in present.items()
             }
+            return self._services
+
+    def learn(self, description: TopicDescription) -> bool:
+        """Keep the schema that a publisher has sent; False if it sent no definition."""
+        if not description.definition:
+            return False
+        schema = TopicSchema(description.type_name, description.md5sum, description.definition)
+        with self._lock:
+            self._schemas[description.topic] = schema
+            self._view = None
+        return True
+
+    def keep_only(self, present: set[str]) -> None:
+        """Forget the schemas of all topics but these."""
+        with self._lock:
+            self._schemas = {topic: schema for topic, schema in self._schemas.items() if topic in present}
             self._retry_at = {key: when for key, when in self._retry_at.items() if key[0] in present}

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RosError
-from rosproto.gateway.access import Access, Refused
-from rosproto.gateway.client_channel import ClientChannel
-from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.client_publications import ClientPublication, ClientPublications
+from rosproto.gateway.access import Refused
+from rosproto.gateway.client_publications import ClientPublication
 from rosproto.gateway.foxglove.messages import (
     ENCODINGS,
     SCHEMA_ENCODING,
@@ -26,14 +24,10 @@ from rosproto.gateway.foxglove.messages import (
     Publish,
     Unadvertise,
 )
-from rosproto.gateway.json_text import JsonError, JsonReader, is_short
+from rosproto.gateway.foxglove.server_state import ServerState, ViewerSession
+from rosproto.gateway.json_text import JsonError, is_short
 from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.velocity_watchdog import is_velocity
-from rosproto.node import Node
-
-
-class NotWritable(Refused):
-    """No pattern opens the topic. Reported when the client publishes, as viewers advertise by themselves."""
 
 
 class AdvertisedTopic(NamedTuple):
@@ -48,135 +42,12 @@ class AdvertisedTopic(NamedTuple):
     encoding: str
 
 
-class ClientTopics:
-    """The topics that clients of one server publish.
-
-    Args:
-        node: Resolves names, and knows definitions.
-        access: Which topics may be published.
-        limits: Bounds.
-        publications: The publishers for clients.
-        json: Decodes JSON.
-
-    Attributes:
-        refusals: Number of refused requests.
-        most: Most channels of one client.
-    """
-
-    def __init__(
-        self,
-        node: Node,
-        access: Access,
-        limits: GatewayLimits,
-        publications: ClientPublications,
-        json: JsonReader,
-    ) -> None:
-        self._node = node
-        self._access = access
-        self._limits = limits
-        self._publications = publications
-        self._json = json
-        self.refusals = 0
-        self.most = limits.advertised_per_client
-
-    def advertise(self, client: Hashable, channel: ClientAdvertisement) -> AdvertisedTopic:
-        """Open a topic that a client wants to publish. Calls the master.
-
-        Args:
-            client: The client.
-            channel: Its advertisement.
-
-        Raises:
-            NotWritable: No pattern opens the topic.
-            Refused: The advertisement is not valid.
-            RosError: The master refuses the registration.
-        """
-        if max(len(channel.topic), len(channel.schema_name)) > self._limits.text_length:
-            raise Refused("the name of a topic or type is too long")
-        try:
-            topic = self._node.resolve_name(channel.topic)
-        except ValueError as problem:
-            raise Refused(str(problem)) from None
-        name = definition_name(channel.schema_name)
-        refusal = self._access.may_write("topic", topic, name)
-        if refusal is not None:
-            raise NotWritable(refusal.text)
-        if channel.encoding not in ENCODINGS:
-            raise Refused(
-                f"publishing on {topic} is refused: it comes as {channel.encoding[:40]!r}; "
-                f"expected {' or '.join(ENCODINGS)}"
-            )
-        try:
-            publication = self._publications.open(client, topic, self._kind(topic, name, channel))
-        except LocalProtocolError as problem:
-            raise Refused(str(problem)) from None
-        return AdvertisedTopic(publication, channel.encoding)
-
-    def _kind(self, topic: str, name: str, channel: ClientAdvertisement) -> type[Message]:
-        """The known class if the client means the same type, else one made from its definition."""
-        text = channel.schema if channel.schema_encoding in ("", SCHEMA_ENCODING) else ""
-        known: type[Message] | None = None
-        try:
-            known = message_class(name, self._node.revisions.library_for(name))
-        except (DefinitionError, ValueError):
-            pass
-        if not text.strip():
-            if known is None:
-                raise Refused(
-                    f"publishing on {topic} is refused: no definition of {name[:200]} is known here"
-                )
-            return known
-        try:
-            given = define(name, text)
-        except (DefinitionError, CodecError, ValueError) as problem:
-            if known is not None:
-                return known  # a viewer's own format of a known type: decoding checks the bytes
-            raise Refused(
-                f"publishing on {topic} is refused: its definition cannot be used: {problem}"
-            ) from None
-        return known if known is not None and known._md5sum == given._md5sum else given
-
-    def publish(self, advertised: AdvertisedTopic, data: bytes) -> None:
-        """Publish a message.
-
-        Raises:
-            Refused: The bytes do not fit the type.
-            RosError: It could not be published, or is a velocity that is not finite.
-        """
-        publication = advertised.publication
-        topic = publication.topic
-        try:
-            if advertised.encoding == "json":
-                values = self._json.read(data)
-                if not values:
-                    raise JsonError("is empty; expected JSON")
-                message = from_values(
-                    publication.message_class, values[0], now=self._node.clock.now(), seconds="sec"
-                )
-            else:
-                message = decode(publication.message_class, data)
-        except JsonError as problem:
-            raise Refused(f"a message for {topic} is not published: it {problem}") from None
-        except CodecError as problem:
-            raise Refused(f"a message for {topic} is not published: {problem}") from None
-        publication.publish(message)
-
-
-class PublishingViewer(Protocol):
-    """A session, as `ClientPublisher` uses it; it is also the client of `VelocityWatchdog`."""
-
-    channel: ClientChannel
-
-    def __hash__(self) -> int: ...
-    def status(self, text: str) -> None: ...
-
-
 class ClientPublisher:
     """Publishes for one client, in the order of its requests. Only `publish` may wait.
 
     Args:
-        topics: The topics of all clients.
-        viewer: The client's session.
+        state: Shared by all sessions.
+        viewer: The client's session; it is also the client of `VelocityWatchdog`.
         queue: Queues work that may wait for the robot.
 
     Attributes:
@@ -184,10 +55,10 @@ class ClientPublisher:
     """
 
     def __init__(
-        self, topics: ClientTopics, viewer: PublishingViewer, queue: Callable[[Callable[[], None]], None]
+        self, state: ServerState, viewer: ViewerSession, queue: Callable[[Callable[[], None]], None]
     ) -> None:
         self.published = 0
-        self._topics = topics
+        self._state = state
         self._viewer = viewer
         self._queue = queue
         self._lock = threading.Lock()
@@ -234,17 +105,15 @@ class ClientPublisher:
         self._queue(do)
 
     def _advertise(self, channel: ClientAdvertisement) -> None:
-        opened: AdvertisedTopic | str
+        most = self._state.limits.advertised_per_client
         try:
             if channel.id in self._advertised:
                 raise Refused(f"channel {channel.id} is advertised already")
-            if len(self._advertised) >= self._topics.most:
-                raise Refused(f"{self._topics.most} topics are published, which is the limit for a client")
-            opened = self._topics.advertise(self._viewer, channel)
-        except NotWritable as problem:
-            opened = str(problem)
+            if len(self._advertised) >= most:
+                raise Refused(f"{most} topics are published, which is the limit for a client")
+            opened = self._open(channel)
         except (Refused, RosError) as problem:
-            self._topics.refusals += 1
+            self._state.refusals += 1
             self._viewer.status(str(problem))
             return
         with self._lock:
@@ -253,6 +122,63 @@ class ClientPublisher:
                 self._advertised[channel.id] = opened
         if closed and isinstance(opened, AdvertisedTopic):
             opened.publication.close()
+
+    def _open(self, channel: ClientAdvertisement) -> AdvertisedTopic | str:
+        """Open a topic that the client wants to publish. Calls the master.
+
+        Returns:
+            The topic; or why no pattern opens it, which is reported when the client publishes, as viewers
+            advertise by themselves.
+
+        Raises:
+            Refused: The advertisement is not valid.
+            RosError: The master refuses the registration.
+        """
+        state = self._state
+        if max(len(channel.topic), len(channel.schema_name)) > state.limits.text_length:
+            raise Refused("the name of a topic or type is too long")
+        try:
+            topic = state.node.resolve_name(channel.topic)
+        except ValueError as problem:
+            raise Refused(str(problem)) from None
+        name = definition_name(channel.schema_name)
+        refusal = state.access.may_write("topic", topic, name)
+        if refusal is not None:
+            return refusal.text
+        if channel.encoding not in ENCODINGS:
+            raise Refused(
+                f"publishing on {topic} is refused: it comes as {channel.encoding[:40]!r}; "
+                f"expected {' or '.join(ENCODINGS)}"
+            )
+        try:
+            publication = state.publications.open(self._viewer, topic, self._kind(topic, name, channel))
+        except LocalProtocolError as problem:
+            raise Refused(str(problem)) from None
+        return AdvertisedTopic(publication, channel.encoding)
+
+    def _kind(self, topic: str, name: str, channel: ClientAdvertisement) -> type[Message]:
+        """The known class if the client means the same type, else one made from its definition."""
+        text = channel.schema if channel.schema_encoding in ("", SCHEMA_ENCODING) else ""
+        known: type[Message] | None = None
+        try:
+            known = message_class(name, self._state.node.revisions.library_for(name))
+        except (DefinitionError, ValueError):
+            pass
+        if not text.strip():
+            if known is None:
+                raise Refused(
+                    f"publishing on {topic} is refused: no definition of {name[:200]} is known here"
+                )
+            return known
+        try:
+            given = define(name, text)
+        except (DefinitionError, CodecError, ValueError) as problem:
+            if known is not None:
+                return known  # a viewer's own format of a known type: decoding checks the bytes
+            raise Refused(
+                f"publishing on {topic} is refused: its definition cannot be used: {problem}"
+            ) from None
+        return known if known is not None and known._md5sum == given._md5sum else given
 
     def _unadvertise(self, id: int) -> None:
         with self._lock:
@@ -270,15 +196,32 @@ class ClientPublisher:
         if advertised is None:
             self._viewer.status(f"nothing is published: channel {asked.channel} is not advertised")
         elif isinstance(advertised, str):
-            self._topics.refusals += 1
+            self._state.refusals += 1
             self._viewer.status(advertised)
         elif not (connection.gone and is_velocity(advertised.publication.type_name)):
             # A velocity whose client has gone in the meantime is not published.
             try:
-                self._topics.publish(advertised, asked.data)
+                advertised.publication.publish(self._message(advertised, asked.data))
                 self.published += 1
-            except (Refused, RosError) as problem:
+            except (JsonError, CodecError) as problem:
+                it = "it " if isinstance(problem, JsonError) else ""
+                topic = advertised.publication.topic
+                self._viewer.status(f"a message for {topic} is not published: {it}{problem}")
+            except RosError as problem:
                 self._viewer.status(str(problem))
+
+    def _message(self, advertised: AdvertisedTopic, data: bytes) -> Any:
+        """
+        Raises:
+            JsonError, CodecError: The bytes do not fit the type.
+        """
+        cls = advertised.publication.message_class
+        if advertised.encoding != "json":
+            return decode(cls, data)
+        values = self._state.json.read(data)
+        if not values:
+            raise JsonError("is empty; expected JSON")
+        return from_values(cls, values[0], now=self._state.node.clock.now(), seconds="sec")
 
     def close(self) -> None:
         """Stop publishing."""

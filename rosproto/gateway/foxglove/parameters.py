@@ -6,10 +6,8 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 
 from rosproto.errors import MasterError, RosError
-from rosproto.gateway.access import Access
-from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.foxglove.server_state import ServerState
 from rosproto.logs import get_logger
-from rosproto.node import Node
 from rosproto.node.parameters import ParameterSubscription
 
 _log = get_logger("rosproto.gateway")
@@ -28,19 +26,20 @@ def leaves(name: str, value: object, depth: int = 0) -> Iterator[tuple[str, obje
         yield name, value
 
 
-class ParameterView:
-    """Reads and sets parameters for the clients of one server.
+class ViewerParameters:
+    """The parameters of the robot, for one viewer.
 
     Args:
-        node: Calls its master.
-        access: Which parameters may be read and set.
-        limits: Bounds.
+        state: Shared by all sessions.
+        tell: Called with changed parameters, (name, value); in a thread of the node.
     """
 
-    def __init__(self, node: Node, access: Access, limits: GatewayLimits) -> None:
-        self._node = node
-        self._access = access
-        self._limits = limits
+    def __init__(self, state: ServerState, tell: Callable[[list[tuple[str, object]]], object]) -> None:
+        self._node, self._access, self._limits = state.node, state.access, state.limits
+        self._tell = tell
+        self._lock = threading.Lock()
+        self._followed: dict[str, ParameterSubscription] = {}
+        self._closed = False
 
     def get(self, names: Iterable[str]) -> dict[str, object]:
         """The values of these parameters, or of all; without those that are not set or not readable.
@@ -48,20 +47,21 @@ class ParameterView:
         Raises:
             RosError: The master does not answer.
         """
-        wanted = [self._named(name) for name in names]
-        found: dict[str, object] = {}
+        wanted = [_named(name) for name in names][:MOST]
         if not wanted:
             tree = self._node.master.get_param("/", timeout=ASK_SECONDS)
             pairs = leaves("/", tree) if isinstance(tree, dict) and tree else iter(())
         else:
-            calls = [("getParam", (name,)) for name in wanted[:MOST]]
-            answers = self._node.master.several(calls, timeout=ASK_SECONDS)
+            answers = self._node.master.several(
+                [("getParam", (name,)) for name in wanted], timeout=ASK_SECONDS
+            )
             pairs = (
                 leaf
-                for name, value in zip(wanted, answers, strict=False)
+                for name, value in zip(wanted, answers, strict=True)
                 if not isinstance(value, MasterError)
                 for leaf in leaves(name, value)
             )
+        found: dict[str, object] = {}
         for name, value in pairs:
             if len(found) >= MOST:
                 break
@@ -69,12 +69,9 @@ class ParameterView:
                 found[name] = value
         return found
 
-    def _named(self, name: str) -> str:
-        return name if name.startswith("/") else f"/{name}"
-
     def set(self, name: str, value: object) -> str | None:
         """Set a parameter, or delete it with None. Return None, or a sentence if it failed."""
-        name = self._named(name)
+        name = _named(name)
         if len(name) > self._limits.text_length:
             return "the name of a parameter is too long"
         refusal = self._access.may_write("parameter", name)
@@ -89,37 +86,16 @@ class ParameterView:
             return f"parameter {name} is not set: {problem}"
         return None
 
-
-class FollowedParameters:
-    """The parameters that one client follows.
-
-    Args:
-        node: Subscribes to them.
-        access: Which parameters may be read.
-        most: The most parameters at a time.
-        tell: Called with changed parameters, (name, value); in a thread of the node.
-    """
-
-    def __init__(
-        self, node: Node, access: Access, most: int, tell: Callable[[list[tuple[str, object]]], object]
-    ) -> None:
-        self._node = node
-        self._access = access
-        self._most = most
-        self._tell = tell
-        self._lock = threading.Lock()
-        self._subscriptions: dict[str, ParameterSubscription] = {}
-        self._closed = False
-
     def follow(self, names: Iterable[str]) -> str | None:
         """Follow more parameters; calls the master. Return None, or a sentence if some failed."""
         problem = None
+        most = self._limits.subscriptions_per_client
         for name in names:
             with self._lock:
-                if self._closed or name in self._subscriptions:
+                if self._closed or name in self._followed:
                     continue
-                if len(self._subscriptions) >= self._most:
-                    return f"{self._most} parameters are followed, which is the limit for a client"
+                if len(self._followed) >= most:
+                    return f"{most} parameters are followed, which is the limit for a client"
             refusal = self._access.may_read("parameter", name)
             if refusal is not None:
                 problem = refusal.text
@@ -130,22 +106,23 @@ class FollowedParameters:
                 problem = f"parameter {name[:200]} is not followed: {error}"
                 continue
             with self._lock:
-                kept = not self._closed and self._subscriptions.setdefault(name, made) is made
+                kept = not self._closed and self._followed.setdefault(name, made) is made
             if not kept:
                 made.close()
             elif made.value is not None:  # it may have changed since the client read it
                 self._changed(name, made.value)
         return problem
 
-    def leave(self, names: Iterable[str]) -> None:
+    def leave(self, names: Iterable[str] = ()) -> None:
         """Stop following these parameters; without names, all."""
         with self._lock:
-            over = [
-                self._subscriptions.pop(name)
-                for name in tuple(names) or tuple(self._subscriptions)
-                if name in self._subscriptions
-            ]
-        self._end(over)
+            left = tuple(names) or tuple(self._followed)
+            over = [self._followed.pop(name) for name in left if name in self._followed]
+        for one in over:
+            try:
+                one.close()
+            except RosError as problem:
+                _log.info("! foxglove: parameter %s could not be left: %s", one.key, problem)
 
     def _changed(self, key: str, value: object) -> None:
         pairs = [
@@ -156,18 +133,12 @@ class FollowedParameters:
         if pairs and not self._closed:
             self._tell(pairs[:MOST])
 
-    @staticmethod
-    def _end(subscriptions: Iterable[ParameterSubscription]) -> None:
-        for one in subscriptions:
-            try:
-                one.close()
-            except RosError as problem:
-                _log.info("! foxglove: parameter %s could not be left: %s", one.key, problem)
-
     def close(self) -> None:
         """Stop following all."""
         with self._lock:
             self._closed = True
-            over = list(self._subscriptions.values())
-            self._subscriptions.clear()
-        self._end(over)
+        self.leave()
+
+
+def _named(name: str) -> str:
+    return name if name.startswith("/") else f"/{name}"

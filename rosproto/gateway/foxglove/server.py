@@ -147,7 +147,7 @@ class Foxglove(GatewayServer):
             accepted=server.accepted,
             refused=sum(server.refused.values()),
             stalled=server.stalled,
-            refusals=state.client_topics.refusals,
+            refusals=state.refusals,
             topics=state.shared_subscriptions.topics,
             zeros=state.velocity_watchdog.zeros,
         )

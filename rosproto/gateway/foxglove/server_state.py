@@ -13,11 +13,9 @@ from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannels, AdvertisedService
 from rosproto.gateway.foxglove.assets import Assets
-from rosproto.gateway.foxglove.client_publish import ClientTopics
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.messages import Level
-from rosproto.gateway.foxglove.parameters import ParameterView
-from rosproto.gateway.foxglove.services import CallCount, ServiceTypes
+from rosproto.gateway.foxglove.services import ServiceTypes
 from rosproto.gateway.gateway_server import GatewayState
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
@@ -34,7 +32,7 @@ CALLS = 256  # service calls of all viewers; each has a thread
 
 
 class ViewerSession(Protocol):
-    """One viewer's session, as far as the server and its state use it."""
+    """One viewer's session, as far as other parts of the server use it."""
 
     @property
     def channel(self) -> ClientChannel: ...
@@ -50,6 +48,8 @@ class ViewerSession(Protocol):
 
     @property
     def published(self) -> int: ...
+
+    def __hash__(self) -> int: ...
 
     def show(self, view: GraphView) -> None: ...
 
@@ -78,6 +78,8 @@ class ServerState(GatewayState):
 
     Attributes:
         run: Id of this run of the master, sent to viewers.
+        free_calls: Service calls that may still begin.
+        refusals: Number of refused writes.
     """
 
     def __init__(
@@ -94,9 +96,8 @@ class ServerState(GatewayState):
         super().__init__(node, "foxglove", access, limits, watchdog)
         self.name, self.assets = name, assets
         self.run = uuid.uuid4().hex
-        self.calls = CallCount(CALLS, "all clients")
-        self.client_topics = ClientTopics(node, access, limits, self.publications, self.json)
-        self.parameters = ParameterView(node, access, limits)
+        self.free_calls = threading.Semaphore(CALLS)
+        self.refusals = 0
         self._local = {topic.name: topic for topic in topics}
         self.advertised = AdvertisedChannels(node, access, self._local.values())
         self._service_types = ServiceTypes(node, access)

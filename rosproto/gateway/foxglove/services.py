@@ -14,10 +14,10 @@ from typing import Any
 from rosproto.codec import decode, encode, service_class
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.access import Access, Refused, insist
-from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.advertised_channels import AdvertisedService
 from rosproto.gateway.foxglove.graph import GraphView
 from rosproto.gateway.foxglove.messages import ROS1, Call
+from rosproto.gateway.gateway_server import GatewayState
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.node.services import probe as service_probe
@@ -100,38 +100,7 @@ class ServiceTypes:
             self._in_vain = {key: when for key, when in self._in_vain.items() if key in present}
 
 
-class CallCount:
-    """Counts unanswered calls.
-
-    Args:
-        most: The most at a time.
-        whose: "this client" or "all clients", for the sentence.
-    """
-
-    def __init__(self, most: int, whose: str) -> None:
-        self._most = most
-        self._whose = whose
-        self._lock = threading.Lock()
-        self._now = 0
-
-    def begin(self) -> None:
-        """
-        Raises:
-            Refused: Too many calls wait already.
-        """
-        with self._lock:
-            if self._now >= self._most:
-                raise Refused(
-                    f"{self._most} calls of {self._whose} wait for their answers, which is the limit"
-                )
-            self._now += 1
-
-    def end(self) -> None:
-        with self._lock:
-            self._now -= 1
-
-
-def call(service: AdvertisedService, asked: Call, node: Node, access: Access, limits: GatewayLimits) -> bytes:
+def call(service: AdvertisedService, asked: Call, state: GatewayState) -> bytes:
     """Call a service for a client; waits for the answer.
 
     Raises:
@@ -139,15 +108,15 @@ def call(service: AdvertisedService, asked: Call, node: Node, access: Access, li
         RosError: The call failed.
     """
     kind = service.kind
-    insist(access.may_write("service", service.name, kind._type))
+    insist(state.access.may_write("service", service.name, kind._type))
     if asked.encoding != ROS1:
         raise Refused(f"the request comes as {asked.encoding[:40]!r}, not {ROS1}")
     try:
         request = decode(kind._request_class, asked.data)
     except CodecError as problem:
         raise Refused(f"the request is none of {kind._type}: {problem}") from None
-    with node.service_client(service.name, kind) as client:
-        answer = bytes(encode(client.call(request, timeout=limits.call_seconds)))
-    if len(answer) > limits.answer_bytes // 2:
+    with state.node.service_client(service.name, kind) as client:
+        answer = bytes(encode(client.call(request, timeout=state.limits.call_seconds)))
+    if len(answer) > state.limits.answer_bytes // 2:
         raise Refused(f"the answer has {len(answer)} bytes, which is too large")
     return answer

@@ -26,9 +26,9 @@ from rosproto.gateway.foxglove.assets import AssetAnswer
 from rosproto.gateway.foxglove.client_publish import ClientPublisher
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
 from rosproto.gateway.foxglove.messages import Level
-from rosproto.gateway.foxglove.parameters import FollowedParameters
-from rosproto.gateway.foxglove.server_state import ServerState
-from rosproto.gateway.foxglove.services import CallCount, call
+from rosproto.gateway.foxglove.parameters import ViewerParameters
+from rosproto.gateway.foxglove.server_state import CALLS, ServerState
+from rosproto.gateway.foxglove.services import call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
@@ -59,22 +59,20 @@ class FoxgloveSession:
         self._lock = threading.RLock()
         self._status_times: dict[str, float] = {}
         self._queue = _Queue(state.pool)
-        self._publishing = ClientPublisher(state.client_topics, self, self._queue.put)
+        self._publishing = ClientPublisher(state, self, self._queue.put)
         self._channels: dict[str, AdvertisedChannel] = {}
         self._services: dict[str, AdvertisedService] = {}
         self._subscriptions: dict[int, _Subscription] = {}
-        self._calls = CallCount(state.limits.calls_per_client, "this client")
+        self._free_calls = threading.Semaphore(state.limits.calls_per_client)
         self._graph: ConnectionGraph | None = None  # as sent last; None while it is not wanted
-        self._followed = FollowedParameters(
-            state.node, state.access, state.limits.subscriptions_per_client, self._parameters_changed
-        )
+        self._parameters = ViewerParameters(state, self._parameters_changed)
         self._perform: dict[type, Callable[[Any], None]] = {
             messages.Subscribe: self._subscribe,
             messages.Unsubscribe: self._unsubscribe,
             messages.GetParameters: self._get_parameters,
             messages.SetParameters: self._set_parameters,
             messages.FollowParameters: self._follow_parameters,
-            messages.LeaveParameters: lambda asked: self._followed.leave(asked.names),
+            messages.LeaveParameters: lambda asked: self._parameters.leave(asked.names),
             messages.WantGraph: self._want_graph,
         }
         self._to_close: list[Closable] = []
@@ -297,34 +295,32 @@ class FoxgloveSession:
         state = self._state
         with self._lock:
             service = next((one for one in self._services.values() if one.id == asked.service), None)
-        try:
-            if service is None:
-                raise Refused(f"service {asked.service} is not advertised, or not any longer")
-            self._calls.begin()
-            try:
-                state.calls.begin()
-            except Refused:
-                self._calls.end()
-                raise
-        except Refused as problem:
-            self._send(messages.service_failure(asked, str(problem)))
+        if service is None:
+            problem = f"service {asked.service} is not advertised, or not any longer"
+        elif not self._free_calls.acquire(blocking=False):
+            most = state.limits.calls_per_client
+            problem = f"{most} calls of this client wait for their answers, which is the limit"
+        elif not state.free_calls.acquire(blocking=False):
+            self._free_calls.release()
+            problem = f"{CALLS} calls of all clients wait for their answers, which is the limit"
         else:
             state.pool.spawn(partial(self._wait_for_answer, service, asked))
+            return
+        self._send(messages.service_failure(asked, problem))
 
     def _wait_for_answer(self, service: AdvertisedService, asked: messages.Call) -> None:
         state = self._state
         answer: str | bytes
         try:
-            data = call(service, asked, state.node, state.access, state.limits)
-            answer = messages.service_response(asked, data)
+            answer = messages.service_response(asked, call(service, asked, state))
         except (Refused, RosError) as problem:
             answer = messages.service_failure(asked, str(problem))
         except Exception as problem:
             answer = messages.service_failure(asked, f"an error of the gateway ({type(problem).__name__})")
             _log.exception("! foxglove: a call of %s for %s", service.name, self.channel.peer)
         finally:
-            self._calls.end()
-            state.calls.end()
+            self._free_calls.release()
+            state.free_calls.release()
         self._send(answer)
 
     def _fetch(self, asked: messages.FetchAsset) -> None:
@@ -336,7 +332,7 @@ class FoxgloveSession:
 
     def _get_parameters(self, asked: messages.GetParameters) -> None:
         try:
-            found = self._state.parameters.get(asked.names)
+            found = self._parameters.get(asked.names)
         except RosError as problem:
             self.status(f"parameters cannot be read: {problem}")
             found = {}
@@ -345,21 +341,21 @@ class FoxgloveSession:
     def _set_parameters(self, asked: messages.SetParameters) -> None:
         state = self._state
         for name, value in asked.parameters[: state.limits.subscriptions_per_client]:
-            problem = state.parameters.set(name, value)
+            problem = self._parameters.set(name, value)
             if problem is not None:
-                state.client_topics.refusals += 1
+                state.refusals += 1
                 self.status(problem)
         if asked.id is not None:  # answer with the present values
             names = [name for name, _ in asked.parameters]
             try:
-                found = state.parameters.get(names) if names else {}
+                found = self._parameters.get(names) if names else {}
             except RosError:
                 found = {}
             values = [(name, found[name]) for name in names if name in found]
             self._send(messages.parameter_values(values, asked.id))
 
     def _follow_parameters(self, asked: messages.FollowParameters) -> None:
-        problem = self._followed.follow(asked.names)
+        problem = self._parameters.follow(asked.names)
         if problem is not None:
             self.status(problem)
 
@@ -379,7 +375,7 @@ class FoxgloveSession:
         self._queue.close()
         self._publishing.close()
         self._close_left()
-        self._followed.close()
+        self._parameters.close()
         self._state.gone(self)
 
     def __repr__(self) -> str:

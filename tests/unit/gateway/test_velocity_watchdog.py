@@ -304,9 +304,8 @@ PUBLISHES = {
     ("client_publications.py", "ClientPublication.publish"): 2,  # to the two above
     ("rosbridge/session.py", "RosbridgeSession._publish"): 1,  # a `ClientPublication`
     ("rosbridge/session.py", "RosbridgeSession._subscribe"): 1,  # the protocol's: text for a client
-    ("foxglove/client_publish.py", "ClientTopics.publish"): 1,  # a `ClientPublication`
     ("foxglove/client_publish.py", "ClientPublisher.publish_at_once"): 2,  # to the one below
-    ("foxglove/client_publish.py", "ClientPublisher.publish"): 1,  # to the one above
+    ("foxglove/client_publish.py", "ClientPublisher.publish"): 1,  # a `ClientPublication`
     ("foxglove/session.py", "FoxgloveSession.received"): 1,  # to the one above
     ("rosbridge/calls_and_goals.py", "ServiceCalls._cancel_all"): 1,  # a goal's id
     ("rosbridge/tf_republisher.py", "TfRepublisher._serve_topic"): 1,  # transforms

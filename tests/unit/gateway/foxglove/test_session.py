@@ -162,8 +162,8 @@ def test_a_viewer_that_goes_while_its_request_waits(ground: Ground, slow: Slow) 
         viewer.subscribe("/a")
         slow.ask(viewer)
     slow.answer.set()
-    with ground.view(server) as viewer:
-        viewer.until(lambda: server.stats().clients == 1)
+    with ground.view(server):
+        until(lambda: server.stats().clients == 1, "the first viewer has not gone")
     until(lambda: slow.topic.receivers == 0 and ground.subscribers("/a") == [], "it is still followed")
 
 
