@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from io import SEEK_END, BytesIO
+from io import BytesIO
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
 from rosproto.errors import RosError
-from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
+from rosproto.gateway.chunks import ChunkedMessage, framed
 from rosproto.gateway.json_writer import Writer
 
 TAGS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, "f": 85, "d": 86}
@@ -41,32 +41,23 @@ def publish_cbor(topic: str, message: Any) -> bytes:
     return dumps({"op": "publish", "topic": topic, "msg": to_cbor(message)})
 
 
-def publish_cbor_raw(topic: str, secs: int, nsecs: int, data: bytes | bytearray | memoryview) -> bytes:
-    """The operation `publish` with the serialized bytes of a topic's message.
+def publish_cbor_raw(topic: str, secs: int, nsecs: int, data: bytes | memoryview) -> bytes | ChunkedMessage:
+    """The operation `publish` with the serialized bytes of a topic's message; long ones are not copied.
 
     Args:
         topic: Name of the topic.
         secs: ROS time of its arrival, seconds.
         nsecs: And nanoseconds.
         data: The serialized message.
-    """
-    raw = data if isinstance(data, bytes) else bytes(data)
-    return dumps({"op": "publish", "topic": topic, "msg": {"secs": secs, "nsecs": nsecs, "bytes": raw}})
-
-
-def publish_cbor_raw_chunks(topic: str, secs: int, nsecs: int, data: bytes | memoryview) -> ChunkedMessage:
-    """As `publish_cbor_raw`, for a long message, whose bytes are not copied.
 
     Raises:
         MissingLibrary: cbor2 is not installed.
     """
-    raw = memoryview(data)
-    out = BytesIO(publish_cbor_raw(topic, secs, nsecs, b"")[:-1])  # without the length, which is 0
-    out.seek(0, SEEK_END)
-    _library().CBOREncoder(out).encode_length(_BYTE_STRING, len(raw))
-    parts: list[bytes | memoryview] = [out.getvalue()]
-    parts += (raw[at : at + CHUNK_SIZE] for at in range(0, len(raw), CHUNK_SIZE))
-    return ChunkedMessage(parts)
+    message = {"secs": secs, "nsecs": nsecs, "bytes": b""}
+    head = BytesIO()
+    head.write(dumps({"op": "publish", "topic": topic, "msg": message})[:-1])  # without the length of b""
+    _library().CBOREncoder(head).encode_length(_BYTE_STRING, len(data))
+    return framed(head.getvalue(), data)
 
 
 def to_cbor(message: Any) -> Any:

@@ -18,7 +18,7 @@ from rosproto.errors import RosError
 from rosproto.gateway.chunks import ChunkedMessage
 from rosproto.gateway.client_channel import ClientChannel, Payload
 from rosproto.gateway.message_event import MessageEvent
-from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_chunks
+from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw
 from rosproto.gateway.rosbridge.fields import Compression, Id
 from rosproto.gateway.rosbridge.operations import Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
@@ -64,14 +64,9 @@ def combined(asked: list[Subscribe]) -> Settings:
 
 
 class Throttle:
-    """Decides when messages are sent. Pure: callers pass the time.
-
-    Attributes:
-        dropped: Messages dropped because they came too early.
-    """
+    """Decides when messages are sent. Pure: callers pass the time."""
 
     def __init__(self) -> None:
-        self.dropped = 0
         self._last = float("-inf")
         self._queue: deque[MessageEvent] = deque()
 
@@ -86,7 +81,6 @@ class Throttle:
             return event
         early = now < self._last + settings.interval
         if settings.queue_length <= 0:
-            self.dropped += len(self._queue) + early
             self._queue.clear()
             if early:
                 return None
@@ -95,7 +89,6 @@ class Throttle:
         self._queue.append(event)
         while len(self._queue) > settings.queue_length:
             self._queue.popleft()
-            self.dropped += 1
         return self.due(now, settings)
 
     def due(self, now: float, settings: Settings) -> MessageEvent | None:
@@ -125,18 +118,11 @@ def encoded(event: MessageEvent, topic: str, compression: Compression) -> Payloa
     Raises:
         RosError: The message cannot be decoded.
     """
-    if compression == "cbor-raw":
-        return event.once(("cbor-raw", topic), _raw, event, topic)
-    if compression == "cbor":
-        return event.once(("cbor", topic), _cbor, event, topic)
-    if compression == "png":
-        return event.once(("png", topic), _png, event, topic)
-    return event.once(("text", topic), _text, event, topic)
+    return event.once((compression, topic), _ENCODERS[compression], event, topic)
 
 
 def _raw(event: MessageEvent, topic: str) -> bytes | ChunkedMessage:
-    publish = publish_cbor_raw if len(event.data) <= LONG_BYTES else publish_cbor_raw_chunks
-    return publish(topic, event.stamp.secs, event.stamp.nsecs, event.data)
+    return publish_cbor_raw(topic, event.stamp.secs, event.stamp.nsecs, event.data)
 
 
 def _cbor(event: MessageEvent, topic: str) -> bytes:
@@ -144,7 +130,7 @@ def _cbor(event: MessageEvent, topic: str) -> bytes:
 
 
 def _png(event: MessageEvent, topic: str) -> str:
-    return publish_png(event.once(("text", topic), _text, event, topic))
+    return publish_png(event.once(("none", topic), _text, event, topic))
 
 
 def _text(event: MessageEvent, topic: str) -> str | ChunkedMessage:
@@ -153,38 +139,32 @@ def _text(event: MessageEvent, topic: str) -> str | ChunkedMessage:
     return publish_chunks(topic, to_json_parts(event.message))
 
 
+_ENCODERS: dict[Compression, Callable[[MessageEvent, str], Payload]] = {
+    "none": _text,
+    "png": _png,
+    "cbor": _cbor,
+    "cbor-raw": _raw,
+}
+
+
 Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
 """Cuts a text into fragments: `Protocol.publish` of the client."""
 
 
+@dataclass(frozen=True, slots=True)
 class _DeferredMessage:
-    """A message that is encoded when the client is ready for it."""
+    """A message that is encoded, and cut into fragments, when the client is ready for it."""
 
-    __slots__ = ("_event", "_settings", "_subscription")
-
-    def __init__(self, subscription: TopicSubscription, event: MessageEvent, settings: Settings) -> None:
-        self._subscription = subscription
-        self._event = event
-        self._settings = settings
+    subscription: TopicSubscription
+    event: MessageEvent
+    settings: Settings
 
     @property
     def quick(self) -> bool:
-        return len(self._event.data) <= QUICK_BYTES
+        return len(self.event.data) <= QUICK_BYTES
 
     def payloads(self) -> tuple[Payload, ...]:
-        return self._subscription.payloads(self._event, self._settings)
-
-
-class _Fragments:
-    """The fragments of one message: all are sent, or none."""
-
-    quick = True
-
-    def __init__(self, payloads: tuple[Payload, ...]) -> None:
-        self._payloads = payloads
-
-    def payloads(self) -> tuple[Payload, ...]:
-        return self._payloads
+        return self.subscription.payloads(self.event, self.settings)
 
 
 class TopicSubscription:
@@ -219,16 +199,6 @@ class TopicSubscription:
         self._ticking = False
         self._failure_reported = False
         self._closed = False
-
-    @property
-    def settings(self) -> Settings:
-        """The combined settings."""
-        return self._settings
-
-    @property
-    def throttled(self) -> int:
-        """Messages dropped by the throttle."""
-        return self._throttle.dropped
 
     def add(self, asked: Subscribe) -> None:
         """Add a subscription, or change the one with the same id."""
@@ -286,16 +256,13 @@ class TopicSubscription:
             self._send(event, settings, late=True)
 
     def _send(self, event: MessageEvent, settings: Settings, *, late: bool = False) -> None:
-        """Encode and send; if the client is behind, encode only when it is ready."""
+        """Encode and send; if the client is behind, or wants fragments, encode only when it is ready."""
         keep = settings.queue_length or None
-        if late or self._channel.behind:
+        if late or self._channel.behind or settings.fragment_size is not None:
             self._channel.offer(self.topic, len(event.data), _DeferredMessage(self, event, settings), keep)
             return
-        payloads = self.payloads(event, settings)
-        if len(payloads) == 1:
-            self._channel.offer(self.topic, len(payloads[0]), payloads[0], keep)
-        elif payloads:
-            self._channel.offer(self.topic, sum(map(len, payloads)), _Fragments(payloads), keep)
+        for payload in self.payloads(event, settings):
+            self._channel.offer(self.topic, len(payload), payload, keep)
 
     def payloads(self, event: MessageEvent, settings: Settings) -> tuple[Payload, ...]:
         """The payloads of a message; none if it cannot be decoded, which is reported once."""

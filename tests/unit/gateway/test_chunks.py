@@ -11,7 +11,7 @@ import pytest
 from rosproto.codec import decode, define, encode
 from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage, chunked
 from rosproto.gateway.rosbridge import png
-from rosproto.gateway.rosbridge.cbor import publish_cbor_raw, publish_cbor_raw_chunks
+from rosproto.gateway.rosbridge.cbor import publish_cbor_raw
 from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
 from rosproto.gateway.values import to_json, to_json_parts
 from rosproto.time import Time

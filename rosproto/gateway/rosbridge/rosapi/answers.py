@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from types import TracebackType
 from typing import Any, NamedTuple
 
 from rosproto.codec import message_class, service_class
 from rosproto.errors import MasterError, RosError, ServiceError
-from rosproto.gateway.rosbridge.rosapi.graph import AccessRules, RosapiError, Visible, VisibleGraph
+from rosproto.gateway.access import Access
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible, VisibleGraph
 from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
 from rosproto.gateway.rosbridge.rosapi.types import Definitions
 from rosproto.msg import bundled
@@ -51,7 +51,7 @@ class Rosapi:
         services: name -> type of all of them: "/rosapi/topics" -> "rosapi/Topics".
     """
 
-    def __init__(self, node: Node, access: AccessRules, *, timeout: float = CALL_SECONDS) -> None:
+    def __init__(self, node: Node, access: Access, *, timeout: float = CALL_SECONDS) -> None:
         self._node = node
         self._timeout = timeout
         visible = Visible(access)
@@ -227,12 +227,7 @@ class ProvidedRosapi:
     def __enter__(self) -> ProvidedRosapi:
         return self
 
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -272,11 +267,11 @@ def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
 
 def _answer(rosapi: Rosapi, name: str, kind: Any, request: Any) -> Any:
     values = rosapi.call(name, {field: getattr(request, field) for field in kind.Request.__slots__})
-    return kind.Response(**{field: _as_message(field, value) for field, value in values.items()})
+    return kind.Response(**{field: _CONVERTED.get(field, _same)(value) for field, value in values.items()})
 
 
-def _as_message(field: str, value: Any) -> Any:
-    return _CONVERTED[field](value) if field in _CONVERTED else value
+def _same(value: Any) -> Any:
+    return value
 
 
 def _typedefs(values: list[dict[str, object]]) -> list[Any]:
@@ -284,10 +279,4 @@ def _typedefs(values: list[dict[str, object]]) -> list[Any]:
     return [typedef(**value) for value in values]
 
 
-def _time(value: dict[str, int]) -> Time:
-    from rosproto.time import Time
-
-    return Time(value["secs"], value["nsecs"])
-
-
-_CONVERTED: dict[str, Callable[[Any], Any]] = {"typedefs": _typedefs, "time": _time}
+_CONVERTED: dict[str, Callable[[Any], Any]] = {"typedefs": _typedefs, "time": lambda value: Time(**value)}

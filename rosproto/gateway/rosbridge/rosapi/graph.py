@@ -5,16 +5,17 @@ Only the provider of a service knows its type, so it is probed; the type is reme
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Mapping
-from typing import Protocol
 from urllib.parse import urlsplit
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import MasterError, RosError
-from rosproto.gateway.access import Kind, Refusal
+from rosproto.gateway.access import Access, Kind
 from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
+from rosproto.node.services.probe import probe
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import parse_uri
 
@@ -23,18 +24,10 @@ class RosapiError(RosError):
     """A call of /rosapi is refused or failed; the text is a sentence for the client."""
 
 
-class AccessRules(Protocol):
-    """An `Access`, as far as /rosapi uses it."""
-
-    def may_read(self, kind: Kind, name: str) -> Refusal | None: ...
-
-    def may_write(self, kind: Kind, name: str, type: str = "") -> Refusal | None: ...
-
-
 class Visible:
     """Filters names by an `Access`."""
 
-    def __init__(self, access: AccessRules) -> None:
+    def __init__(self, access: Access) -> None:
         self.access = access
 
     def shows(self, kind: Kind, name: str) -> bool:
@@ -59,8 +52,7 @@ class ServiceTypes:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._types: BoundedCache[tuple[str, str], str] = BoundedCache(MOST_REMEMBERED)
-        self._silent: BoundedCache[tuple[str, str], float] = BoundedCache(MOST_REMEMBERED)
+        self._types: BoundedCache[tuple[str, str], tuple[str, float]] = BoundedCache(MOST_REMEMBERED)
 
     def of(self, service: str, deadline: Deadline) -> str:
         """The type of a service; "" without a provider, or if it does not answer."""
@@ -68,20 +60,16 @@ class ServiceTypes:
             uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
         except RosError:
             return ""
-        known = self._types.get((service, uri))
-        if known is not None:
+        known, valid_until = self._types.get((service, uri)) or ("", 0.0)
+        if time.monotonic() < valid_until:
             return known
-        if time.monotonic() - (self._silent.get((service, uri)) or -AGAIN_AFTER) < AGAIN_AFTER:
-            return ""
-        from rosproto.node.services.probe import probe
-
         try:
             header = probe(self._node, service, deadline.at_most(PROBE_SECONDS), address=parse_uri(uri))
         except (RosError, ValueError, OSError):
-            self._silent.put((service, uri), time.monotonic())
+            self._types.put((service, uri), ("", time.monotonic() + AGAIN_AFTER))
             return ""
         type_name = header.get("type", "")
-        self._types.put((service, uri), type_name)
+        self._types.put((service, uri), (type_name, math.inf))
         return type_name
 
 

@@ -10,23 +10,23 @@ of type `char`), the description follows the definition.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import DefinitionError, RosError
 from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible
+from rosproto.gateway.values import definition_name
 from rosproto.msg import (
     BUILTIN_TYPES,
-    Constant,
     DefinitionLibrary,
     Field,
     FieldType,
     MessageSpec,
-    ServiceSpec,
     bundled,
     library_from_full_text,
 )
-from rosproto.node import Node
+from rosproto.node import Node, probe_topic
 from rosproto.transport.deadline import Deadline
 
 MOST_TYPES = 300  # of one answer, and the greatest depth: definitions from robots are not trusted
@@ -71,7 +71,7 @@ def _typedef(spec: MessageSpec) -> Typedef:
         "fieldarraylen": [_array_length(field.type) for field in spec.fields],
         "examples": [_example(field.type) for field in spec.fields],
         "constnames": [constant.name for constant in constants],
-        "constvalues": [_value(constant) for constant in constants],
+        "constvalues": [str(constant.value) for constant in constants],
     }
 
 
@@ -88,9 +88,7 @@ def _time_typedef(name: str) -> Typedef:
 
 
 def _array_length(type_: FieldType) -> int:
-    if not type_.is_array:
-        return -1
-    return type_.array_length or 0
+    return type_.array_length or 0 if type_.is_array else -1
 
 
 def _example(type_: FieldType) -> str:
@@ -99,10 +97,6 @@ def _example(type_: FieldType) -> str:
     if type_.base in _TIMES or not type_.is_builtin:
         return "{}"
     return _EXAMPLES.get(type_.base, "0")
-
-
-def _value(constant: Constant) -> str:
-    return str(constant.value)
 
 
 MOST_LEARNED = 256
@@ -132,12 +126,7 @@ class Definitions:
         """Typedefs of the "request" or "response" of a service type."""
         name = self._full_name(name)
         library = self._node.revisions.library_for(name, "srv") or bundled()
-
-        def details() -> list[Typedef]:
-            service: ServiceSpec = library.service(name)
-            return type_details(getattr(service, half), library.message)
-
-        return self._guard(name, details)
+        return self._guard(name, lambda: type_details(getattr(library.service(name), half), library.message))
 
     def full_text(self, name: str, deadline: Deadline | None = None) -> str:
         """The definition with all types it uses, as in a connection header; "" if unknown."""
@@ -148,12 +137,10 @@ class Definitions:
 
     @staticmethod
     def _full_name(name: str) -> str:
-        parts = [part for part in name.split("/") if part]
-        if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):  # ROS 2's form
-            del parts[1]
-        if len(parts) != 2:
+        full = definition_name(name)
+        if not re.fullmatch("[^/]+/[^/]+", full):
             raise RosapiError(f'"{name}" is no type; expected package/Type, such as std_msgs/String')
-        return "/".join(parts)
+        return full
 
     @staticmethod
     def _guard(name: str, details: Callable[[], list[Typedef]]) -> list[Typedef]:
@@ -179,8 +166,6 @@ class Definitions:
 
     def _ask(self, name: str, deadline: Deadline) -> DefinitionLibrary | None:
         """Get the definition from the connection headers of the type's publishers."""
-        from rosproto.node import probe_topic
-
         node = self._node
         try:
             types = node.master.get_topic_types(timeout=deadline.remaining())
