@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rosproto.bounded_cache import BoundedCache
-from rosproto.protocol.goal_client import GoalStatus
+from rosproto.protocol.goal_status import GoalStatus
 
 STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
 GAP = 1.0  # seconds without a status array that make a gap; five are sent each second

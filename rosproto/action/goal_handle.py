@@ -8,7 +8,8 @@ from typing import Any
 from rosproto.action.goal_tracker import GoalTracker
 from rosproto.action.sent_goal import SentGoal
 from rosproto.errors import ConnectionLost, RosTimeout
-from rosproto.protocol.goal_client import CommState, GoalStatus
+from rosproto.protocol.goal_client import CommState
+from rosproto.protocol.goal_status import GoalStatus
 from rosproto.transport.deadline import Deadline
 
 

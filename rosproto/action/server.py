@@ -22,7 +22,8 @@ from rosproto.codec import Message
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import Node
-from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
+from rosproto.protocol.goal_server import GoalList, GoalRecord
+from rosproto.protocol.goal_status import GoalStatus
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 

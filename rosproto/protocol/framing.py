@@ -7,7 +7,7 @@ response has one more byte in front; `FrameDecoder.take` reads it.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from struct import Struct
 from typing import Any
 
@@ -40,8 +40,9 @@ def frame(payload: bytes | bytearray | memoryview) -> bytes:
 class FrameDecoder:
     """Bytes in, complete frames out; an incomplete frame is kept.
 
-    Add bytes with `space` and `received`, so that a socket writes into the buffer directly, or with
-    `receive`, which copies. Take frames as bytes (`next_frame`, `frames`) or decoded in place (`decoded`).
+    Add bytes with `space` and `received`, so that a socket writes into the buffer directly; then take all
+    complete frames, as bytes (`next_frame`) or decoded in place (`decoded`). An empty payload is a frame, too
+    (std_msgs/Empty).
 
     A large buffer takes whatever has arrived, and every frame in it is decoded in place. A frame too long for
     it gets its own memory, and its bytes are received directly into that. Memory grows with the bytes that
@@ -92,11 +93,6 @@ class FrameDecoder:
         Raises:
             TooLarge: The current frame announces more than `limit`.
         """
-        if self._start != self._end:
-            self._announced()
-        return self._space()
-
-    def _space(self) -> memoryview:
         if self._large is None:
             if self._start == self._end < len(self.buffer):
                 self._start = self._end = 0
@@ -119,9 +115,7 @@ class FrameDecoder:
             if filled:
                 self._grow(0, 0)
             return
-        size = self._begun()
-        if size > self.limit:
-            size = -1  # no memory for a refused frame
+        size = self._announced()
         if size > LARGE and rest < size + 4:
             self._begin_large(size)
         elif size + 4 > room or filled or rest == room:
@@ -137,26 +131,9 @@ class FrameDecoder:
         else:
             self._have += count
 
-    def receive(self, data: bytes | bytearray | memoryview) -> None:
-        """Add a copy of bytes from the stream. A frame that is too long is refused when it is taken out."""
-        with memoryview(data) as source:
-            done = 0
-            while done < len(source):
-                if self._large is not None and self._have == self._size:
-                    self._put_back()
-                space = self._space()
-                count = min(len(space), len(source) - done)
-                space[:count] = source[done : done + count]
-                self.received(count)
-                done += count
-
-    def _begun(self) -> int:
-        """Length of the current frame; -1 until its length has arrived."""
-        return _length(self.buffer, self._start)[0] if self._end - self._start >= 4 else -1
-
     def _announced(self) -> int:
-        """As `_begun`, but raises above the limit."""
-        size = self._begun()
+        """Length of the current frame; -1 until its length has arrived. Raises above the limit."""
+        size = _length(self.buffer, self._start)[0] if self._end - self._start >= 4 else -1
         if size > self.limit:
             raise TooLarge(self.what, size, self.limit)
         return size
@@ -176,34 +153,6 @@ class FrameDecoder:
         self._start = self._end = 0
 
     # -- frames out -----------------------------------------------------------------------------------------
-
-    def whole(self, count: int, after: int = 0) -> bytes | None:
-        """Take out the payload, if the buffer was empty and `count` bytes in `space` are one frame behind
-        `after` other bytes.
-
-        Otherwise, or if the frame is too long, return None; `received` must then be called. Most requests and
-        responses arrive so; it saves a tenth of the time of a service call.
-        """
-        start = after + 4
-        if (
-            count < start
-            or self._start != self._end
-            or self._large is not None
-            or _length(self.buffer, after)[0] != count - start
-            or count - start > self.limit
-        ):
-            return None
-        self.count += 1
-        return bytes(self._view[start:count])
-
-    def frames(self) -> Iterator[bytes]:
-        """Take out each complete frame. An empty payload is a frame, too (std_msgs/Empty).
-
-        Raises:
-            TooLarge: A frame announces more than `limit`.
-        """
-        while (payload := self.next_frame()) is not None:
-            yield payload
 
     def next_frame(self) -> bytes | None:
         """Take out one frame; None while it is incomplete.
@@ -277,30 +226,12 @@ class FrameDecoder:
         self.count += 1
         return large
 
-    def _put_back(self) -> None:
-        """Move a complete long frame that was not taken out into one buffer with the bytes that follow."""
-        whole = _LENGTH.pack(self._size) + bytes(self._large)
-        self._large = None
-        self.buffer = bytearray(2 * len(whole))
-        self._view = memoryview(self.buffer)
-        self.buffer[: len(whole)] = whole
-        self._start, self._end = 0, len(whole)
-
     def take(self, size: int) -> bytes | None:
         """Take out `size` bytes that are no frame (a service's ok byte); None while they are incomplete."""
         if self._end - self._start < size:
             return None
         taken = bytes(self._view[self._start : self._start + size])
         self._start += size
-        return taken
-
-    def left_over(self) -> bytes:
-        """Take out all bytes that belong to no complete frame."""
-        if self._large is not None:
-            taken, self._large = _LENGTH.pack(self._size) + bytes(self._large[: self._have]), None
-            return taken
-        taken = bytes(self._view[self._start : self._end])
-        self._start = self._end = 0
         return taken
 
     @property

@@ -16,9 +16,8 @@ first seen as PREEMPTED has been ACTIVE and PREEMPTING. Every state passed throu
 because programs react to particular states.
 
 The table has a row for each state and a column for each status. A cell is the path to take, one letter for
-each state passed. `.` stays. `!` marks a status that no correct server sends in that state: it is counted and
-otherwise ignored (the remembered status stays, too), since it most likely comes from a second server or an
-outdated message.
+each state passed. `.` stays. `!` marks a status that no correct server sends in that state: it is ignored,
+and the remembered status stays, since it most likely comes from a second server or an outdated message.
 
 Beyond the table:
 
@@ -37,11 +36,10 @@ cancel is sent late).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 from rosproto.protocol.goal_status import GoalStatus, read_table
-
-__all__ = ["CommState", "GoalMachine", "GoalStatus", "transition_path"]
 
 
 class CommState(IntEnum):
@@ -99,6 +97,7 @@ def transition_path(state: CommState, status: GoalStatus) -> tuple[CommState, ..
     return _PATHS.get((state, status))
 
 
+@dataclass(slots=True, eq=False)
 class GoalMachine:
     """State of one goal as its client knows it.
 
@@ -112,19 +111,14 @@ class GoalMachine:
         text: The server's text that came with it.
         server: Caller id of the server of this goal; "" until a server has reported it.
         result: Result message, None before it arrives.
-        violations: Number of illegal or unknown statuses.
     """
 
-    __slots__ = ("goal_id", "result", "server", "state", "status", "text", "violations")
-
-    def __init__(self, goal_id: str) -> None:
-        self.goal_id = goal_id
-        self.state = CommState.WAITING_FOR_GOAL_ACK
-        self.status = GoalStatus.PENDING
-        self.text = ""
-        self.server = ""
-        self.result: object | None = None
-        self.violations = 0
+    goal_id: str
+    state: CommState = CommState.WAITING_FOR_GOAL_ACK
+    status: GoalStatus = GoalStatus.PENDING
+    text: str = ""
+    server: str = ""
+    result: object | None = None
 
     @property
     def done(self) -> bool:
@@ -135,7 +129,7 @@ class GoalMachine:
         """A status array of `server` contains this goal.
 
         Args:
-            status: Number of a GoalStatus; an unknown one counts as a violation.
+            status: Number of a GoalStatus; an unknown one is ignored.
             text: The server's text.
             server: Caller id of the array's sender; "" skips the check.
         """
@@ -147,7 +141,6 @@ class GoalMachine:
         except ValueError:
             path = None
         if path is None:
-            self.violations += 1
             return ()
         self.status, self.text = known, text
         return self._pass(path)

@@ -27,19 +27,10 @@ action_server_base.h.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from rosproto.errors import LocalProtocolError
 from rosproto.protocol.goal_status import GoalStatus, read_table
-
-__all__ = [
-    "CANCELED_BY_TIME",
-    "GoalList",
-    "GoalRecord",
-    "GoalStatus",
-    "is_before",
-    "is_meant",
-    "next_status",
-]
 
 KEEP_SECONDS = 5.0
 MOST_EARLY_CANCELS = 1000
@@ -79,6 +70,7 @@ def is_before(stamp: int, last_cancel: int) -> bool:
     return 0 < stamp <= last_cancel
 
 
+@dataclass(slots=True, eq=False, repr=False)
 class GoalRecord:
     """One goal in the server's list.
 
@@ -91,15 +83,12 @@ class GoalRecord:
         expires: Time at which the entry leaves the list; None while the goal is active.
     """
 
-    __slots__ = ("early_cancel", "expires", "goal_id", "stamp", "status", "text")
-
-    def __init__(self, goal_id: str, stamp: int, status: GoalStatus = GoalStatus.PENDING) -> None:
-        self.goal_id = goal_id
-        self.stamp = stamp
-        self.status = status
-        self.text = ""
-        self.early_cancel = False
-        self.expires: float | None = None
+    goal_id: str
+    stamp: int
+    status: GoalStatus = GoalStatus.PENDING
+    text: str = ""
+    early_cancel: bool = False
+    expires: float | None = None
 
     def __repr__(self) -> str:
         return f"GoalRecord({self.goal_id!r}, {self.status.name})"
@@ -203,7 +192,6 @@ class GoalList:
         # A flood of cancels must not grow the status array without bound.
         if len(early) >= MOST_EARLY_CANCELS:
             del self._records[early[0].goal_id]
-        record = GoalRecord(goal_id, stamp, GoalStatus.RECALLING)
-        record.early_cancel = True
-        record.expires = now + self._keep
-        self._records[goal_id] = record
+        self._records[goal_id] = GoalRecord(
+            goal_id, stamp, GoalStatus.RECALLING, early_cancel=True, expires=now + self._keep
+        )

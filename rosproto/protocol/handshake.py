@@ -37,17 +37,6 @@ class HandshakeRefused(RemoteProtocolError):
         self.text = text
 
 
-class SubscriberRequest(NamedTuple):
-    """A subscriber's header. `type_name` and `md5sum` may be "*" (or "" for the type)."""
-
-    callerid: str
-    topic: str
-    type_name: str
-    md5sum: str
-    tcp_nodelay: bool
-    message_definition: str
-
-
 class PublisherReply(NamedTuple):
     """A publisher's header; type and md5sum are those of the messages it will send."""
 
@@ -62,22 +51,8 @@ class ServiceRequest(NamedTuple):
     """A service client's header. After a `probe` the reply header is sent and no call follows."""
 
     callerid: str
-    service: str
-    type_name: str
-    md5sum: str
     persistent: bool
     probe: bool
-    tcp_nodelay: bool
-
-
-class ServiceReply(NamedTuple):
-    """A service server's header; `type_name` may be "" (roscpp clients do not need it)."""
-
-    callerid: str
-    type_name: str
-    md5sum: str
-    request_type: str
-    response_type: str
 
 
 def subscriber_header(
@@ -185,7 +160,7 @@ def check_subscriber_header(
     type_name: str,
     md5sum: str,
     peer: str = "",
-) -> SubscriberRequest:
+) -> None:
     """On the publisher: check a subscriber's header. `str(error)` is the text for `error_header`.
 
     Args:
@@ -206,14 +181,6 @@ def check_subscriber_header(
     if md5sum == ANY != fields["md5sum"]:
         raise _types_differ(fields, topic, type_name, md5sum, peer)
     _check_md5sum(fields, topic, type_name, md5sum, peer, "asks for")
-    return SubscriberRequest(
-        callerid=fields["callerid"],
-        topic=fields["topic"],
-        type_name=fields.get("type", ""),
-        md5sum=fields["md5sum"],
-        tcp_nodelay=_flag(fields, "tcp_nodelay"),
-        message_definition=fields.get("message_definition", ""),
-    )
 
 
 def check_publisher_header(
@@ -254,21 +221,13 @@ def check_service_client_header(
     if fields["service"] != service:
         raise RemoteProtocolError(f"{name} wants service {fields['service']}, this link is for {service}")
     _check_md5sum(fields, service, type_name, md5sum, peer, "asks for")
-    return ServiceRequest(
-        callerid=fields["callerid"],
-        service=fields["service"],
-        type_name=fields.get("type", ""),
-        md5sum=fields["md5sum"],
-        persistent=_flag(fields, "persistent"),
-        probe=_flag(fields, "probe"),
-        tcp_nodelay=_flag(fields, "tcp_nodelay"),
-    )
+    return ServiceRequest(fields["callerid"], _flag(fields, "persistent"), _flag(fields, "probe"))
 
 
 def check_service_server_header(
     fields: Mapping[str, str], *, service: str, type_name: str, md5sum: str, peer: str = ""
-) -> ServiceReply:
-    """On the service client: check a server's header. With "*", the reply's type and md5sum are accepted.
+) -> None:
+    """On the service client: check a server's header. With "*", any type and md5sum are accepted.
 
     Raises:
         Md5sumMismatch: Another definition.
@@ -278,13 +237,6 @@ def check_service_server_header(
     _check_refusal(fields, service, type_name, md5sum, peer)
     _check_required(fields, service, peer, "service server", ("md5sum",))
     _check_md5sum(fields, service, type_name, md5sum, peer, "offers")
-    return ServiceReply(
-        callerid=fields.get("callerid", ""),
-        type_name=fields.get("type", ""),
-        md5sum=fields["md5sum"],
-        request_type=fields.get("request_type", ""),
-        response_type=fields.get("response_type", ""),
-    )
 
 
 def is_md5sum(text: str) -> bool:

@@ -9,6 +9,7 @@ OK`, `Content-length: ` with one space, never chunked. The reader accepts more: 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
@@ -88,17 +89,15 @@ class PeerClosed:
 Event = Request | Response | ContinueWanted | PeerClosed
 
 
+@dataclass(slots=True)
 class _Head:
     """A parsed head and the form of the body: a length, chunks, or (None) everything until the end."""
 
-    __slots__ = ("chunked", "headers", "length", "start", "version")
-
-    def __init__(self, start: list[str], headers: dict[str, str]) -> None:
-        self.start = start
-        self.headers = headers
-        self.version = ""
-        self.length: int | None = 0
-        self.chunked = False
+    start: list[str]
+    headers: dict[str, str]
+    version: str = ""
+    length: int | None = 0
+    chunked: bool = False
 
 
 _BEGUN_ENDS = (b"\r\n\r", b"\r\n", b"\n\r", b"\r", b"\n")

@@ -177,7 +177,7 @@ class _Partial:
 
 
 class Reassembly:
-    """Reassembles the messages of one connection.
+    """Reassembles the messages of one connection; datagrams that are not UDPROS are ignored.
 
     Blocks may arrive in any order, twice, or never. Messages keep their order: one that completes only after
     a later one is dropped, as are incomplete ones.
@@ -188,7 +188,6 @@ class Reassembly:
 
     Attributes:
         lost: Number of lost messages, from gaps in the numbers.
-        strays: Number of ignored datagrams: of another connection, or not UDPROS.
     """
 
     def __init__(self, connection: int, limit: int) -> None:
@@ -198,7 +197,6 @@ class Reassembly:
         self._last: int | None = None
         self._counts_zero = False
         self.lost = 0
-        self.strays = 0
 
     def add(self, datagram: bytes) -> bytes | None:
         """Add a datagram; return the body of the message that it completes, or None.
@@ -207,11 +205,9 @@ class Reassembly:
             TooLarge: The message is longer than the limit; it is dropped.
         """
         if len(datagram) < HEADER_BYTES:
-            self.strays += 1
             return None
         connection, opcode, message, block = _header.unpack_from(datagram)
         if connection != self._connection or opcode > DATAN or block == 0:
-            self.strays += 1
             return None
         if self._last is not None and not 0 < (message - self._last) % NUMBERS < NUMBERS // 2:
             return None  # late, or a duplicate
@@ -242,7 +238,6 @@ class Reassembly:
         for number in [n for n in self._partial if (message - n) % NUMBERS < NUMBERS // 2]:
             del self._partial[number]
         if len(frame) < _length.size or _length.unpack_from(frame)[0] != len(frame) - _length.size:
-            self.strays += 1
             return None
         return frame[_length.size :]
 

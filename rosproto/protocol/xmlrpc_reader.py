@@ -10,6 +10,7 @@ import pyexpat as expat  # the same as xml.parsers.expat, without importing its 
 from binascii import Error as Base64Error
 from binascii import a2b_base64
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from rosproto.errors import RemoteProtocolError, TooLarge
 from rosproto.protocol.wire_limits import Limits
@@ -40,6 +41,7 @@ _NUMBER_CHARACTERS = 4096  # the longest double printed with %f has 1 100
 _WHITE = " \t\r\n"
 
 
+@dataclass(slots=True)
 class Document:
     """A parsed document.
 
@@ -50,20 +52,14 @@ class Document:
         values: Arguments of a call, or the response's value.
     """
 
-    __slots__ = ("is_fault", "kind", "method", "values")
-
-    def __init__(self) -> None:
-        self.kind = ""
-        self.method = ""
-        self.is_fault = False
-        self.values: list[object] = []
+    kind: str = ""
+    method: str = ""
+    is_fault: bool = False
+    values: list[object] = field(default_factory=list)
 
 
-class _Missing:
-    """A `<value>` without a typed child (so far)."""
-
-
-_MISSING = _Missing()
+_MISSING = object()
+"""Stands for a `<value>` without a typed child (so far)."""
 
 
 class _Reader:

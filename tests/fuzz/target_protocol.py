@@ -9,6 +9,7 @@ from rosproto.protocol import handshake, http, xmlrpc
 from rosproto.protocol.connection_header import decode_header, encode_header
 from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.wire_limits import Limits
+from tests.support.frames import feed
 
 LIMITS = Limits(header_bytes=4096, xml_body_bytes=1 << 14, http_head_bytes=1024)
 
@@ -35,9 +36,8 @@ def _frames(pieces: list[bytes]) -> list[bytes | str]:
     decoder = FrameDecoder(LIMITS.header_bytes)
     out: list[bytes | str] = []
     for piece in pieces:
-        decoder.receive(piece)
         try:
-            out += decoder.frames()
+            out += feed(decoder, piece)
         except RemoteProtocolError as error:
             return [*out, str(error)]
     return [*out, str(decoder.missing)]

@@ -15,6 +15,7 @@ from rosproto.protocol import http, xmlrpc
 from rosproto.protocol.connection_header import decode_header, encode_header
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.wire_limits import Limits
+from tests.support.frames import feed
 
 
 # what header fields can hold: any text and, as surrogate escapes, any bytes
@@ -77,10 +78,9 @@ def test_any_header_bytes_give_fields_or_a_refusal(data: bytes) -> None:
 def test_frames(payloads: list[bytes], rest: bytes, data: st.DataObject) -> None:
     decoder, frames = FrameDecoder(100), []
     for piece in data.draw(cut(b"".join(map(frame, payloads)) + rest)):
-        decoder.receive(piece)
-        frames += decoder.frames()
+        frames += feed(decoder, piece)
     assert frames == payloads
-    assert decoder.left_over() == rest
+    assert decoder.buffered == len(rest)
 
 
 def same(one: object, other: object) -> bool:

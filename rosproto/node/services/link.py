@@ -173,10 +173,8 @@ class ServiceLink:
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
         """The ok byte and the frame after it."""
         answers, ok = self._answers, None
-        count = self._sock.recv_into(answers.space())
-        if (body := answers.whole(count, after=1)) is not None:
-            return answers.buffer[0] != 0, body
         while True:
+            count = self._sock.recv_into(answers.space())
             if not count:
                 raise self._lost(None)
             answers.received(count)
@@ -184,7 +182,6 @@ class ServiceLink:
             if ok is not None and (body := answers.next_frame()) is not None:
                 break
             self._limit_waits(deadline)
-            count = self._sock.recv_into(answers.space())
         if answers.buffered:
             raise RemoteProtocolError(
                 f"service {self._service}: {self.peer} sent {answers.buffered} bytes more than one answer"

@@ -174,8 +174,6 @@ class ServiceSession:
                 continue  # idle, not stalled
             if not count:
                 return None
-            if (request := requests.whole(count)) is not None:
-                return request
             requests.received(count)
 
     def _begin(self) -> bool:

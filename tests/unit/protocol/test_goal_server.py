@@ -7,7 +7,8 @@ import itertools
 import pytest
 
 from rosproto.errors import LocalProtocolError
-from rosproto.protocol.goal_server import CANCELED_BY_TIME, GoalList, GoalStatus, next_status
+from rosproto.protocol.goal_server import CANCELED_BY_TIME, GoalList, next_status
+from rosproto.protocol.goal_status import GoalStatus
 
 G = GoalStatus
 COMMANDS = ["accept", "reject", "request_cancel", "cancel", "succeed", "abort"]
