@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 from rosproto.coercion import as_float
 from rosproto.sentence import say
@@ -17,6 +17,15 @@ from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_tas
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+
+class StepOptions(TypedDict, total=False):
+    """The options of `move`, `rotate`, `strafe` and `move_diagonal`; for their meaning see `steps`."""
+
+    avoid: bool
+    timeout: float | None
+    check: bool
+    replace: bool
 
 
 class MotionVerbs:
@@ -247,20 +256,14 @@ class MotionVerbs:
         distance: float,
         *,
         speed: float = 0.0,
-        avoid: bool = True,
-        timeout: float | None = None,
-        check: bool = True,
-        replace: bool = False,
+        **options: Unpack[StepOptions],
     ) -> StepHandle:
         """Drive straight by `distance` (`/cmd_vel_control`). Returns at once.
 
         Args:
             distance: m along x of base_link, forward positive; at most 10 m.
             speed: m/s; 0 takes the chassis's 0.2 m/s.
-            avoid: False switches the obstacle avoidance of this move off.
-            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
-            check: False sends it even when the known state speaks against moving.
-            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
@@ -268,9 +271,7 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        return self.steps(
-            [Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
-        )
+        return self.steps(Step.straight(distance, speed), **options)
 
     def rotate(
         self,
@@ -279,10 +280,7 @@ class MotionVerbs:
         degrees: bool = False,
         speed: float = 0.0,
         several_turns: bool = False,
-        avoid: bool = True,
-        timeout: float | None = None,
-        check: bool = True,
-        replace: bool = False,
+        **options: Unpack[StepOptions],
     ) -> StepHandle:
         """Turn in place by `angle`, counter-clockwise positive (`/cmd_vel_control`). Returns at once.
 
@@ -291,10 +289,7 @@ class MotionVerbs:
             degrees: Whether `angle` is in degrees.
             speed: rad/s (always); 0 takes the chassis's 0.1 rad/s.
             several_turns: Required for more than one turn, because `rotate(90)` is usually meant in degrees.
-            avoid: False switches the obstacle avoidance of this move off.
-            timeout: Default of the handle's `wait()`, s; None derives it from angle and speed.
-            check: False sends it even when the known state speaks against moving.
-            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
 
         Raises:
             ValueError: Not finite, too far, or more than a turn without `several_turns`.
@@ -303,24 +298,14 @@ class MotionVerbs:
             RosTimeout: The action server is not there.
         """
         radians = math.radians(as_float(angle)) if degrees else angle
-        return self.steps(
-            [Step.turn(radians, speed)],
-            avoid=avoid,
-            timeout=timeout,
-            several_turns=several_turns,
-            check=check,
-            replace=replace,
-        )
+        return self.steps(Step.turn(radians, speed), several_turns=several_turns, **options)
 
     def strafe(
         self,
         distance: float,
         *,
         speed: float = 0.0,
-        avoid: bool = True,
-        timeout: float | None = None,
-        check: bool = True,
-        replace: bool = False,
+        **options: Unpack[StepOptions],
     ) -> StepHandle:
         """Move sideways by `distance` (`/cmd_vel_control`); only omnidirectional bases can, others fail the
         goal. Returns at once.
@@ -328,10 +313,7 @@ class MotionVerbs:
         Args:
             distance: m along y of base_link, left positive; at most 10 m.
             speed: m/s; 0 takes the chassis's 0.2 m/s.
-            avoid: False switches the obstacle avoidance of this move off.
-            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
-            check: False sends it even when the known state speaks against moving.
-            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
@@ -339,9 +321,7 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        return self.steps(
-            [Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
-        )
+        return self.steps(Step.lateral(distance, speed), **options)
 
     def move_diagonal(
         self,
@@ -350,10 +330,7 @@ class MotionVerbs:
         *,
         degrees: bool = False,
         speed: float = 0.0,
-        avoid: bool = True,
-        timeout: float | None = None,
-        check: bool = True,
-        replace: bool = False,
+        **options: Unpack[StepOptions],
     ) -> StepHandle:
         """Move in a direction without turning (`/cmd_vel_control`); only omnidirectional bases can,
         others fail the goal. Returns at once.
@@ -363,10 +340,7 @@ class MotionVerbs:
             angle: Direction in rad (or degrees), left of forward positive.
             degrees: Whether `angle` is in degrees.
             speed: m/s; 0 takes the chassis's 0.2 m/s.
-            avoid: False switches the obstacle avoidance of this move off.
-            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
-            check: False sends it even when the known state speaks against moving.
-            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
@@ -375,13 +349,7 @@ class MotionVerbs:
             RosTimeout: The action server is not there.
         """
         radians = math.radians(as_float(angle)) if degrees else angle
-        return self.steps(
-            [Step.diagonal(distance, radians, speed)],
-            avoid=avoid,
-            timeout=timeout,
-            check=check,
-            replace=replace,
-        )
+        return self.steps(Step.diagonal(distance, radians, speed), **options)
 
     def steps(
         self,
