@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from typing import NamedTuple
 
 import rosproto
@@ -46,7 +46,6 @@ def survey(
     timeout: float = 30.0,
     parallel: int = 8,
     kinds: Collection[str] = ("topic", "service"),
-    progress: Callable[[SurveyAnswer], object] | None = None,
 ) -> list[SurveyAnswer]:
     """Ask every topic that somebody publishes and every service, each once.
 
@@ -57,7 +56,6 @@ def survey(
         timeout: Seconds for the whole survey; the answers of the rest have an `error`.
         parallel: Most questions at a time.
         kinds: What to ask: "topic", "service", or both.
-        progress: Called with each answer, in a thread of this function.
 
     Returns:
         Topics, then services, by name.
@@ -81,10 +79,8 @@ def survey(
                 kind, name, peers = questions.get_nowait()
             except queue.Empty:
                 return
-            answer = (_ask_topic if kind == "topic" else _ask_service)(node, name, peers, deadline)
-            answers.append(answer)
-            if progress is not None:
-                progress(answer)
+            ask = _ask_topic if kind == "topic" else _ask_service
+            answers.append(ask(node, name, peers, deadline))
 
     workers = [
         threading.Thread(target=work, name=f"woosh:survey {i}", daemon=True) for i in range(max(1, parallel))

@@ -34,11 +34,6 @@ class State(Enum):
     ENDED = "ended"
 
     @property
-    def told(self) -> bool:
-        """Whether its outcome has been reported."""
-        return self not in (State.RUNNING, State.ASKED)
-
-    @property
     def may_go_on(self) -> bool:
         """Whether the outcome was reported although the robot may still be moving."""
         return self in (State.LOST, State.NOT_KNOWN)
@@ -79,11 +74,6 @@ def _read(table: str) -> dict[tuple[State, Event], State]:
 
 
 _CELLS = _read(_TABLE)
-
-
-def next_state(state: State, event: Event) -> State:
-    """The state after an event."""
-    return _CELLS[state, event]
 
 
 def state_after(events: Iterable[Event]) -> State:

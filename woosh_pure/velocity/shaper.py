@@ -85,15 +85,6 @@ class Shaper:
             )
         self._command = (velocity, now + valid_for)
 
-    @property
-    def wanted(self) -> Velocity:
-        """The last command."""
-        return self._command[0]
-
-    def lapsed(self, now: float) -> bool:
-        """True when the last command is no longer valid."""
-        return now > self._command[1]
-
     def seconds_to_next(self, now: float, period: float) -> float:
         """Seconds until the next velocity is due: one `period`, or less if the command lapses before."""
         left = self._command[1] - now
