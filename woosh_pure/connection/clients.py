@@ -71,7 +71,7 @@ class Clients:
         Raises:
             RosTimeout: No node of the chassis subscribes.
         """
-        self.require_connection(self.publisher(topic, type_), topic)
+        self.publisher(topic, type_).wait_for_connection(timeout=self._connection.timeout)
 
     def send(self, topic: str, message: Any, timeout: float | None = None) -> None:
         """Publish once, after the chassis has connected.
@@ -80,22 +80,12 @@ class Clients:
             RosTimeout: No node of the chassis subscribes.
         """
         publisher = self.publisher(topic, type(message))
-        self.require_connection(publisher, topic, timeout)
+        publisher.wait_for_connection(timeout=self._connection.timeout if timeout is None else timeout)
         require_message(topic, publisher, message)
         if (scope := current()) is not None:
             scope.require_wanted(topic)
         publisher.publish(message)
         publisher.flush(self._connection.timeout)
-
-    def require_connection(
-        self, publisher: rosproto.Publisher, topic: str, timeout: float | None = None
-    ) -> None:
-        """Wait until the publisher has a subscriber.
-
-        Raises:
-            RosTimeout: It has none in time.
-        """
-        publisher.wait_for_connection(timeout=self._connection.timeout if timeout is None else timeout)
 
     def service(self, name: str) -> Any:
         """The client of a service of the interface."""

@@ -22,7 +22,7 @@ from rosproto.transport import parse_uri
 from rosproto.watchdog import is_watchdog_name
 from woosh_pure.interface.table import ROBOT_NODES, topics
 
-_ASK = 1.0  # seconds for one node to answer
+_MASTER, _ASK = 2.0, 1.0  # seconds for the master, and for one node, to answer
 _WHOLE_TOPIC = -1  # in place of a connection's number, which is never negative
 
 
@@ -73,7 +73,7 @@ class OtherDriver:
         return text
 
 
-def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDriver, ...]:
+def other_drivers(node: rosproto.Node) -> tuple[OtherDriver, ...]:
     """Return other nodes that can send velocities.
 
     The robot's own nodes (`interface.ROBOT_NODES`) are left out, and so are the watchdogs of programs
@@ -82,12 +82,11 @@ def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDrive
 
     Args:
         node: The calling node.
-        timeout: Seconds for the master.
 
     Raises:
         ConnectionLost, RosTimeout, MasterError: The master did not answer.
     """
-    state = node.master.get_system_state(timeout=timeout)
+    state = node.master.get_system_state(timeout=_MASTER)
     found: dict[str, list[str]] = {}
     for row in topics("write"):
         for name in state.publishers.get(row.name, ()) if row.bypasses_protection else ():

@@ -75,9 +75,8 @@ class Feed(Generic[T]):
         row: The row of the interface table.
     """
 
-    def __init__(self, row: Row, node: Callable[[], Node], *, history: int | None = None) -> None:
-        if history is None:
-            history = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
+    def __init__(self, row: Row, node: Callable[[], Node]) -> None:
+        history = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
         self.row = row
         self._node = node
         # Reentrant, like every lock that `close` takes: a Ctrl-C at its end leaves it held by the thread that

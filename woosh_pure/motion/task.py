@@ -161,8 +161,9 @@ class TaskHandle(GoalHandle[RobotStatus]):
         """End the wait the task is in (task state 5)."""
         self._command(TaskCommand.INTERRUPT_WAIT)
 
-    def _command(self, command: TaskCommand, timeout: float = _REPLY_SECONDS) -> None:
-        self._require_yes(self._components.clients.exec_task(command, self.task_id, timeout=timeout), command)
+    def _command(self, command: TaskCommand) -> None:
+        reply = self._components.clients.exec_task(command, self.task_id, timeout=_REPLY_SECONDS)
+        self._require_yes(reply, command)
 
     def _require_yes(self, reply: Any, command: TaskCommand) -> None:
         if not reply.success:

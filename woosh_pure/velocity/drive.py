@@ -96,7 +96,7 @@ class Drive:
             self._held.append(self.topic)
             undo.callback(self._release)
             self._require_alone()
-            components.clients.require_connection(publisher, self.topic)
+            publisher.wait_for_connection(timeout=components.connection.timeout)
             if self._feedback_timeout is not None:
                 components.feeds.require_heard("velocity", 3.0)
             components.watchdog_client.drive(self.topic)
