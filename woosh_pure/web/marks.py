@@ -7,9 +7,10 @@ task only if the mark is declared as one of the chassis's map.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -19,7 +20,6 @@ from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.snapshot import pose_part
 
 MOST_MARKS = 1000
-R = TypeVar("R")
 _logger = get_logger("woosh_pure.web")
 
 
@@ -83,15 +83,12 @@ class MarkList:
                 failed.
         """
         mark = _checked(mark)
-
-        def act(marks: dict[str, UserMark]) -> UserMark:
+        with self._changing() as marks:
             _require_free(marks, mark.name)
             if len(marks) >= MOST_MARKS:
                 raise Problem(409, say("there are {most} marks already", most=MOST_MARKS), "too-many-marks")
             marks[mark.name] = mark
-            return mark
-
-        return self._change(act)
+        return mark
 
     def change(self, name: str, changes: dict[str, Any]) -> UserMark:
         """Change a mark: its name, pose, note ...
@@ -99,17 +96,13 @@ class MarkList:
         Raises:
             Problem: There is no such mark, another has the new name, or saving failed.
         """
-
-        def act(marks: dict[str, UserMark]) -> UserMark:
-            old = _require(marks, name)
-            new = _checked(replace(old, **changes))
+        with self._changing() as marks:
+            new = _checked(replace(_require(marks, name), **changes))
             if new.name != name:
                 _require_free(marks, new.name)
             del marks[name]
             marks[new.name] = new
-            return new
-
-        return self._change(act)
+        return new
 
     def remove(self, name: str) -> None:
         """Remove a mark from the list.
@@ -117,7 +110,8 @@ class MarkList:
         Raises:
             Problem: There is no such mark, or saving failed.
         """
-        self._change(lambda marks: marks.pop(_require(marks, name).name))
+        with self._changing() as marks:
+            del marks[_require(marks, name).name]
 
     def _now(self) -> dict[str, UserMark]:
         if self._file is None:
@@ -128,18 +122,19 @@ class MarkList:
             raise _not_kept("read", error) from error
         return {mark.name: mark for mark in self._file}
 
-    def _change(self, act: Callable[[dict[str, UserMark]], R]) -> R:
+    @contextmanager
+    def _changing(self) -> Iterator[dict[str, UserMark]]:
+        """A copy of the marks to change; it is kept unless an error is raised."""
         with self._lock:
             marks = dict(self._now())
-            done = act(marks)
+            yield marks
             if self._file is None:
                 self._marks = marks
-                return done
+                return
             try:
                 self._file.keep(marks.values())
             except OSError as error:
                 raise _not_kept("written", error) from error
-            return done
 
 
 def _checked(mark: UserMark) -> UserMark:

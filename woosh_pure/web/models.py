@@ -14,22 +14,16 @@ from woosh_pure.geometry import FARTHEST
 from woosh_pure.motion.steps import MAX_DISTANCE, MAX_SPEED, MAX_TURN_RATE
 
 
-def _number(unit: str, low: float, high: float, more: str = "") -> Any:
-    """A number from `low` to `high`."""
-    unit_too: dict[str, Any] = {"x-unit": unit}
-    return Field(ge=low, le=high, allow_inf_nan=False, description=unit + more, json_schema_extra=unit_too)
-
-
-def _seconds(most: float, more: str = "") -> Any:
-    """A time above 0 s, up to `most`."""
-    unit_too: dict[str, Any] = {"x-unit": "s"}
-    return Field(gt=0.0, le=most, allow_inf_nan=False, description="s" + more, json_schema_extra=unit_too)
+def _number(unit: str, more: str = "", **limits: Any) -> Any:
+    """A number with a unit, within pydantic's limits (`ge`, `gt`, `le`)."""
+    extra: dict[str, Any] = {"x-unit": unit}
+    return Field(**limits, allow_inf_nan=False, description=unit + more, json_schema_extra=extra)
 
 
 OURS = "; 0 is the chassis's own"
-Metres = Annotated[float, _number("m", -FARTHEST, FARTHEST)]
-Radians = Annotated[float, _number("rad", -math.tau, math.tau, ", counter-clockwise")]
-Seconds = Annotated[float, _seconds(86400.0, "; without it the library's own")]
+Metres = Annotated[float, _number("m", ge=-FARTHEST, le=FARTHEST)]
+Radians = Annotated[float, _number("rad", ", counter-clockwise", ge=-math.tau, le=math.tau)]
+Seconds = Annotated[float, _number("s", "; without it the library's own", gt=0.0, le=86400.0)]
 MarkName = Annotated[
     str,
     Field(min_length=1, max_length=200, description="as on the chassis's own map", examples=["A1"]),
@@ -130,8 +124,8 @@ class MoveGoal(MotionRequest):
     """Drive straight ahead, or back if negative. Obstacle avoidance stays on."""
 
     kind: Literal["move"]
-    distance: Annotated[float, _number("m", -MAX_DISTANCE, MAX_DISTANCE)]
-    speed: Annotated[float, _number("m/s", 0.0, MAX_SPEED, OURS)] = 0.0
+    distance: Annotated[float, _number("m", ge=-MAX_DISTANCE, le=MAX_DISTANCE)]
+    speed: Annotated[float, _number("m/s", OURS, ge=0.0, le=MAX_SPEED)] = 0.0
 
 
 class RotateGoal(MotionRequest):
@@ -139,7 +133,7 @@ class RotateGoal(MotionRequest):
 
     kind: Literal["rotate"]
     angle: Radians
-    speed: Annotated[float, _number("rad/s", 0.0, MAX_TURN_RATE, OURS)] = 0.0
+    speed: Annotated[float, _number("rad/s", OURS, ge=0.0, le=MAX_TURN_RATE)] = 0.0
 
 
 GoalRequest = Annotated[
@@ -198,7 +192,7 @@ class StopRequest(Request):
 class LeaseRequest(Request):
     """How long the lease is wanted for, and whether it is taken from a program that was asked before."""
 
-    seconds: Annotated[float, _seconds(3600.0)] = 60.0
+    seconds: Annotated[float, _number("s", gt=0.0, le=3600.0)] = 60.0
     take_over: Annotated[bool, Field(description="only from a program, and only after having asked")] = False
 
 
@@ -211,7 +205,7 @@ class GrantRequest(Request):
 class RecordingRequest(Request):
     """How long to record, and whether with pictures."""
 
-    seconds: Annotated[float, _seconds(3600.0)] | None = None
+    seconds: Annotated[float, _number("s", gt=0.0, le=3600.0)] | None = None
     camera: Annotated[bool, Field(description="also images and point clouds: much data")] = False
 
 
