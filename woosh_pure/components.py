@@ -58,7 +58,8 @@ class Components:
         self.in_block = False
         self.clients = Clients(self.connection)
         self.feeds = Feeds(self.connection)
-        self._watchdog, self._own_watchdog = _watchdog(watchdog), watchdog is True
+        self._own_watchdog = watchdog is True
+        self._watchdog = Watchdog() if watchdog is True else watchdog or None
         self.watchdog_client = WatchdogClient(self.connection, self._watchdog, leave=leave_running)
         self.velocity = VelocityTopics(self.connection, self._heard_since, unused=self.watchdog_client.over)
         if self._watchdog is not None:
@@ -109,9 +110,3 @@ class Components:
         self.connection.close()
         if self._own_watchdog and self._watchdog is not None:
             self._watchdog.close()
-
-
-def _watchdog(given: bool | Watchdog) -> Watchdog | None:
-    if isinstance(given, Watchdog):
-        return given
-    return Watchdog() if given else None

@@ -21,8 +21,6 @@ from woosh_pure.lease import ChassisLease
 from woosh_pure.motion import goal_handle as threaded
 from woosh_pure.velocity.drive import Drive
 
-__all__ = ["Chassis", "view"]
-
 # -- from a verb of the threaded `Chassis` to the awaited one: same name, same arguments, same types ---------
 #
 # Type checkers (by a ParamSpec), `help` and `inspect.signature` see the signature of the threaded verb, so it

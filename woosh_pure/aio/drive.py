@@ -16,8 +16,6 @@ from woosh_pure.geometry import Velocity
 from woosh_pure.velocity import drive as velocity
 from woosh_pure.velocity.shaper import DriveLimits
 
-__all__ = ["Drive", "VelocityBlock"]
-
 P = ParamSpec("P")
 _SLICE, _VALID = 0.1, 0.3  # seconds, as the threaded `hold` has them
 

@@ -20,9 +20,6 @@ from woosh_pure.feed.feed import Feed as Threaded
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.interface.schema import Row
 
-__all__ = ["Feed", "Readings"]
-
-
 T = TypeVar("T")
 logger = get_logger("woosh_pure.aio")
 _LOOK_AGAIN = 0.2  # seconds; the end of a feed has no callback

@@ -20,8 +20,6 @@ from woosh_pure.motion.steps import Step
 from woosh_pure.outcome import Outcome
 from woosh_pure.values.state import RobotStatus
 
-__all__ = ["ActionHandle", "Goal", "GoalHandle", "NavigationHandle", "StepHandle", "TaskHandle"]
-
 P = TypeVar("P")
 logger = get_logger("woosh_pure.aio")
 _LOOK_AGAIN = 0.1  # seconds; the end of a goal comes without a call

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-__all__ = ["LISTED", "ListedName"]
-
 
 class ListedName(NamedTuple):
     """One name.

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "GridMap", "grid_from_message", "grid_message"]
 
 FREE = 0
 OCCUPIED = 100

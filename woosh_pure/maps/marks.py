@@ -16,8 +16,6 @@ from rosproto.files import read_text, replace_file, write_file
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 
-__all__ = ["MarkFile", "UserMark"]
-
 
 @dataclass(frozen=True, slots=True)
 class UserMark:

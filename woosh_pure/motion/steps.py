@@ -11,16 +11,6 @@ from rosproto.sentence import both, say
 from woosh_pure.enums import StepMode
 from woosh_pure.geometry import Velocity
 
-__all__ = [
-    "MAX_ANGLE",
-    "MAX_DISTANCE",
-    "MAX_SPEED",
-    "MAX_TURN_RATE",
-    "Step",
-    "check_steps",
-    "locate_step",
-]
-
 MAX_DISTANCE = 10.0
 """Longest straight, lateral or diagonal step, m (vendor's page)."""
 MAX_ANGLE = 62.8318

@@ -24,20 +24,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "Battery",
-    "Bms",
-    "Image",
-    "Imu",
-    "Information",
-    "LaserScan",
-    "Odometry",
-    "Parameters",
-    "PointCloud",
-    "PoseEstimate",
-    "RobotStatus",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class RobotStatus:

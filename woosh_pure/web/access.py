@@ -118,7 +118,7 @@ class AccessRules:
             raise ValueError("the token has letters that no header can carry; take ASCII letters and digits")
         self._token = None if token is None else token.encode("utf-8", "surrogateescape")
         self._key = b"" if token is None else _key_of(token)
-        self._origins = frozenset(_origin(origin) for origin in origins)
+        self._origins = frozenset(map(_require_origin, origins))
         named = (urlsplit(origin).hostname or "" for origin in self._origins)
         self._hosts = frozenset(filter(None, (*named, *(host_of(host) for host in hosts), "localhost")))
         self._moves: BoundedCache[str, TokenBucket] = BoundedCache(MOST_BUCKETS)
@@ -158,9 +158,9 @@ class AccessRules:
             if site in (None, "same-origin", "none"):
                 return None
         else:
-            asked = _origin(origin, strict=False)
+            asked = _origin(origin)
             secure = scheme in ("https", "wss")
-            own = _origin(f"{'https' if secure else 'http'}://{host or ''}", strict=False)
+            own = _origin(f"{'https' if secure else 'http'}://{host or ''}")
             if asked and (asked in self._origins or asked == own):
                 return None
         return Problem(
@@ -231,22 +231,25 @@ def _bucket(buckets: BoundedCache[str, TokenBucket], who: str, rate: float, burs
 _PORTS = {"http": ":80", "https": ":443"}
 
 
-def _origin(origin: str, *, strict: bool = True) -> str:
+def _origin(origin: str) -> str:
     """Return an origin as browsers write it, scheme and authority in lower case; "" if invalid."""
     try:
         parts = urlsplit(origin.strip())
-        good = parts.scheme in _PORTS and parts.hostname and parts.path in ("", "/")
-        good = bool(good and not parts.query and not parts.fragment and parts.port != 0)
+        good = parts.scheme in _PORTS and parts.hostname and parts.path in ("", "/") and parts.port != 0
     except ValueError:
-        good = False
-    if not good:
-        if strict:
-            raise ValueError(
-                say("{origin!r} is no origin; expected one like https://robot.example:8080", origin=origin)
-            )
+        return ""
+    if not good or parts.query or parts.fragment:
         return ""
     netloc = parts.netloc.lower().rpartition("@")[2].removesuffix(_PORTS[parts.scheme])
     return f"{parts.scheme}://{netloc}"
+
+
+def _require_origin(origin: str) -> str:
+    if not (found := _origin(origin)):
+        raise ValueError(
+            say("{origin!r} is no origin; expected one like https://robot.example:8080", origin=origin)
+        )
+    return found
 
 
 # -- clients: pages with sessions, and programs --------------------------------------------------------------

@@ -14,8 +14,6 @@ from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import problems
 from woosh_pure.web.middleware import needs_token
 
-__all__ = ["TEXT", "describe", "methods_at", "parts_of", "schema_of"]
-
 TEXT = (
     "A Woosh chassis for any language. Units are m, rad, s; poses are in the map. Nothing moves by a GET, "
     "and HEAD works wherever GET does. POST /api/v1/stop is no emergency stop; it stops first and complains "

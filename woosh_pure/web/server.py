@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
 
 
-__all__ = ["Listener", "WebServer"]
-
 PONG_SECONDS = 4.0
 """A WebSocket that does not answer a ping within this time is closed. The time is longer than a short outage
 of a radio link, and shorter than the six seconds after which the page connects again."""

@@ -12,8 +12,6 @@ from typing import Any
 from rosproto.sentence import both, led, say, sentence_of
 from rosproto.text import printable
 
-__all__ = ["refusal"]
-
 Schema = Mapping[str, Any]
 MOST_TOLD, MOST_SHOWN = 10, 60
 

@@ -13,7 +13,6 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 if TYPE_CHECKING:
     from websockets.frames import Frame
 
-__all__ = ["MOST_FRAMES", "LimitedWebSocketProtocol"]
 
 MOST_FRAMES = 4096
 

@@ -95,15 +95,11 @@ def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> Callable[[], Any]
     place = _place(robot, body)
     if place is not None:
         return partial(chassis.go_to, place.x, place.y, place.yaw, **options)
-    if body.kind == "mark":
-        return partial(chassis.go_to_mark, body.mark, **options)
-    if body.kind == "park":
-        return partial(chassis.park, body.mark, **options)
-    if body.kind == "charge":
-        return partial(chassis.charge, body.mark, **options)
+    tasks = {"mark": chassis.go_to_mark, "park": chassis.park, "charge": chassis.charge}
+    if body.kind in tasks:
+        return partial(tasks[body.kind], body.mark, **options)
     if body.kind == "carry":
-        direction = Direction.LOAD if body.direction == "load" else Direction.UNLOAD
-        return partial(chassis.carry, body.mark, direction, **options)
+        return partial(chassis.carry, body.mark, Direction[body.direction.upper()], **options)
     if body.kind == "pose":
         return partial(chassis.go_to, body.x, body.y, body.yaw, **options)
     if body.kind == "move":
@@ -202,15 +198,15 @@ def _cancelled(number: str, request: Request) -> Goal:
 
 
 @goals.post("/goals/{goal}/pause", response_model=models.Goal, responses=_GOAL_PROBLEMS)
-async def pause_goal(goal: str, request: Request) -> dict[str, Any]:
+def pause_goal(goal: str, request: Request) -> dict[str, Any]:
     """Pause the goal."""
-    return await run_in_threadpool(_hold, goal, request, "pause")
+    return _hold(goal, request, "pause")
 
 
 @goals.post("/goals/{goal}/resume", response_model=models.Goal, responses=_GOAL_PROBLEMS)
-async def resume_goal(goal: str, request: Request) -> dict[str, Any]:
+def resume_goal(goal: str, request: Request) -> dict[str, Any]:
     """Resume a paused goal."""
-    return await run_in_threadpool(_hold, goal, request, "resume")
+    return _hold(goal, request, "resume")
 
 
 def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:

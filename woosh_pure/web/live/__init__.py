@@ -2,6 +2,4 @@
 
 from __future__ import annotations
 
-from woosh_pure.web.live.deadman import DeadManSwitch, Verdict
-
-__all__ = ["DeadManSwitch", "Verdict"]
+__all__: list[str] = []

@@ -38,21 +38,15 @@ class Workers:
     def __init__(self, name: str, most: int) -> None:
         self._name, self._most = name, most
         self._threads: ThreadPoolExecutor | None = None
-        self._jobs: set[asyncio.Future[Any]] = set()
 
     def run(self, job: Callable[..., R], *arguments: Any) -> asyncio.Future[R]:
         """Start a job, which runs whether or not it is awaited. Call this in the event loop."""
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self._most, thread_name_prefix=f"woosh:web {self._name}")
         future = asyncio.get_running_loop().run_in_executor(self._threads, job, *arguments)
-        self._jobs.add(future)
-        future.add_done_callback(self._forget)
+        # Retrieved here, so that asyncio does not log it if nothing awaits the job.
+        future.add_done_callback(lambda done: done.cancelled() or done.exception())
         return future
-
-    def _forget(self, job: asyncio.Future[Any]) -> None:
-        self._jobs.discard(job)
-        if not job.cancelled():
-            job.exception()  # retrieved here, so that asyncio does not log it if nothing awaits the job
 
     def close(self) -> None:
         """Accept no more jobs. Running jobs end in a bounded time."""
