@@ -3,8 +3,8 @@
 Two kinds of names are served:
 
 * packages in `modules/` (rospy, actionlib, tf ...), loaded from there under their ROS name;
-* message packages that `definitions.library()` has definitions of: `<package>`, `<package>.msg`,
-  `<package>.srv` and `<package>.msg._Type`, modules without files (see `message_modules`).
+* message packages that `library()` has definitions of: `<package>`, `<package>.msg`,
+  `<package>.srv` and `<package>.msg._Type`, modules without files (see `messages`).
 
 Python's own import loads the user's message packages with generated code (a catkin workspace, a folder beside
 the program), which then use our genpy. Message packages of a ROS installation, detected by the rospy beside
@@ -17,33 +17,54 @@ import importlib.machinery
 import os
 import sys
 from collections.abc import Sequence
+from functools import cache
 from types import ModuleType
 
-from rosproto.rospy.absent import NOT_OVER_THIS, absence, is_imported
-from rosproto.rospy.definitions import library
+from rosproto.msg import DefinitionLibrary, bundled
 
+MSG_PATH = "ROSPROTO_MSG_PATH"
+"""Environment: folders with definitions, joined as PATH is; children of a program find them there."""
 # No base class from importlib.abc: importing that takes 20 ms, and Python asks only for the methods.
 KINDS = ("msg", "srv")
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 """The stand-ins for ROS's modules: a folder, also inside a zip."""
 SUBMODULES = "_submodules"
 """In `modules/`: other modules of message packages."""
+NOT_OVER_THIS = frozenset({"roslaunch", "rosmaster"})
+"""Modules of a ROS installation that use parts of ROS modules that ours do not have."""
 SPARE = frozenset({"PyKDL", "rospkg"})
 """Served only when they are not installed: the real ones have more functions and need no ROS."""
 
 
+@cache
+def library() -> DefinitionLibrary:
+    """The definitions of this process: the folders of `--msg-path`, then the bundled ones.
+
+    The environment is read on the first call.
+    """
+    folders = [folder for folder in os.environ.get(MSG_PATH, "").split(os.pathsep) if folder]
+    return bundled().fork(folders) if folders else bundled()
+
+
 def serve() -> None:
-    """Put the finder at the front; a second call does nothing."""
+    """Put the finders in place; a second call does nothing."""
     if not any(isinstance(finder, RosFinder) for finder in sys.meta_path):
         sys.meta_path.insert(0, RosFinder())
         sys.meta_path.append(FallbackFinder())
-        if "multiprocessing.spawn" in sys.modules:
-            _serve_children(sys.modules["multiprocessing.spawn"])
+        _serve_children()
 
 
 def stand_ins() -> frozenset[str]:
     """Names of the modules and packages of ROS that are provided, without the message packages."""
-    return _names_in(MODULES)
+    try:
+        entries = os.scandir(MODULES)
+    except (NotADirectoryError, FileNotFoundError):  # inside a zip; the second on Windows
+        import pkgutil
+
+        names = {module.name for module in pkgutil.iter_modules([MODULES])}
+    else:
+        names = {e.name.removesuffix(".py") for e in entries if e.is_dir() or e.name.endswith(".py")}
+    return frozenset(name for name in names if not name.startswith(("_", ".")))
 
 
 class RosFinder:
@@ -53,7 +74,6 @@ class RosFinder:
         self._modules = stand_ins() - SPARE
         # Read once: every import of the process calls find_spec, the library's own imports too.
         self._packages = frozenset(library().packages())
-        self._ours: dict[str, bool] = {}
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -64,14 +84,12 @@ class RosFinder:
             ModuleNotFoundError: An import asks for a part of a ROS installation that does not work with this
                 layer; it says what to use instead.
         """
-        if fullname == "multiprocessing.spawn":
-            return self._patched(fullname, path)
         package, _, rest = fullname.partition(".")
         if not rest:
             if package in self._modules:
                 return _spec_of_module(package)
-            if package in NOT_OVER_THIS and _came_with_ros(package) and is_imported():
-                raise ModuleNotFoundError(absence(package), name=package)
+            if package in NOT_OVER_THIS and _came_with_ros(package) and _is_imported():
+                raise ModuleNotFoundError(_absence(package), name=package)
             return self._message_spec(fullname) if self._is_ours(package) else None
         kind, _, base = rest.partition(".")
         of_rospy = package in self._modules
@@ -85,7 +103,7 @@ class RosFinder:
 
     @staticmethod
     def _message_spec(name: str) -> importlib.machinery.ModuleSpec:
-        from rosproto.rospy.message_modules import MessageModuleLoader
+        from rosproto.rospy.messages import MessageModuleLoader
 
         return importlib.machinery.ModuleSpec(
             name,
@@ -95,34 +113,7 @@ class RosFinder:
         )
 
     def _is_ours(self, package: str) -> bool:
-        if package not in self._packages:
-            return False
-        known = self._ours.get(package)
-        if known is None:
-            known = self._ours[package] = not _has_generated_code(package)
-        return known
-
-    @staticmethod
-    def _patched(name: str, path: Sequence[str] | None) -> importlib.machinery.ModuleSpec | None:
-        """The real multiprocessing.spawn, changed so that child processes get the finder too."""
-        spec = importlib.machinery.PathFinder.find_spec(name, path)
-        if spec is not None and spec.loader is not None:
-            spec.loader = _PatchedLoader(spec.loader)  # type: ignore[assignment]
-        return spec
-
-
-class _PatchedLoader:
-    """Wraps the loader of one module and adds to it. The wrapped one is unchanged: a zip has one for all."""
-
-    def __init__(self, loader: object) -> None:
-        self._loader = loader
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._loader, name)
-
-    def exec_module(self, module: ModuleType) -> None:
-        self._loader.exec_module(module)  # type: ignore[attr-defined]
-        _serve_children(module)
+        return package in self._packages and not _has_generated_code(package)
 
 
 class FallbackFinder:
@@ -138,23 +129,10 @@ class FallbackFinder:
         """
         if fullname.partition(".")[0] in SPARE:
             return _spec_of_module(fullname)
-        text = absence(fullname)
-        if text is not None and is_imported():
+        text = _absence(fullname)
+        if text is not None and _is_imported():
             raise ModuleNotFoundError(text, name=fullname)
         return None
-
-
-def _names_in(folder: str) -> frozenset[str]:
-    """Names of all modules and packages in a folder but those with an underscore."""
-    try:
-        entries = os.scandir(folder)
-    except (NotADirectoryError, FileNotFoundError):  # inside a zip; the second on Windows
-        import pkgutil
-
-        names = {module.name for module in pkgutil.iter_modules([folder])}
-    else:
-        names = {e.name.removesuffix(".py") for e in entries if e.is_dir() or e.name.endswith(".py")}
-    return frozenset(name for name in names if not name.startswith(("_", ".")))
 
 
 def _spec_of_module(name: str, *folders: str) -> importlib.machinery.ModuleSpec | None:
@@ -170,6 +148,7 @@ def _has_definitions(package: str, kind: str) -> bool:
     return bool(known.messages(package) if kind == "msg" else known.services(package))
 
 
+@cache
 def _has_generated_code(package: str) -> bool:
     """True when the user has generated code of that package on sys.path."""
     entry = _entry_with(*(os.path.join(package, kind) for kind in KINDS))
@@ -195,15 +174,72 @@ def _is_of_ros(folder: str) -> bool:
     return os.path.isfile(os.path.join(folder, "rospy", "__init__.py"))
 
 
-def _serve_children(spawn: ModuleType) -> None:
+def _serve_children() -> None:
     """Processes that multiprocessing starts anew (Windows, macOS) import this layer first."""
+    from multiprocessing import spawn
+
     command_line = spawn.get_command_line
 
     def with_layer(**kwargs: object) -> list[str]:
-        line: list[str] = command_line(**kwargs)
+        line = command_line(**kwargs)
         if "-c" in line:
             at = line.index("-c") + 1
             line[at] = "import rosproto.rospy.install; " + line[at]
         return line
 
-    spawn.get_command_line = with_layer  # type: ignore[attr-defined]
+    spawn.get_command_line = with_layer
+
+
+# -- modules of ROS that cannot be provided: why, and what to use instead ------------------------------------
+
+_BRING = "it is pure Python; put its folder %s on PYTHONPATH"
+_CPP = "it is a front end to C++ code of a ROS installation; "
+_GUI = "it is one of ROS's windows; use matplotlib or a web page, or run that part on a computer with ROS"
+_REMOTE = _CPP + "run that part on a computer with ROS and talk to it by topics, services and actions"
+
+_ABSENT = {
+    "camera_info_manager": _BRING % "src/camera_info_manager (of camera_info_manager_py)",
+    "catkin": "nothing is built here: run the program's file itself",
+    "interactive_markers": _BRING % "src/interactive_markers",
+    "moveit_commander": _REMOTE,
+    "nodelet": "nodelets are C++; run the node's stand-alone executable on a computer with ROS",
+    "pcl": _CPP + "sensor_msgs.point_cloud2 gives the points; numpy or open3d work on them",
+    "python_qt_binding": _GUI,
+    "qt_gui": _GUI,
+    "rclpy": "that is ROS 2; this layer speaks ROS 1 (import rospy)",
+    "resource_retriever": "read the file by open(); rospkg.RosPack().get_path() gives a package's folder",
+    "ros_numpy": _BRING % "src/ros_numpy",
+    "roslaunch": (
+        "launch files and the processes they start are not served: start the programs one by one "
+        "(rosproto run FILE), or from Python by subprocess; `rosproto param load` loads YAML files"
+    ),
+    "rosmaster": "the master is rosproto's: rosproto.Master(), or the command `rosproto master`",
+    "rosout": "rosproto.Node and `rosproto log echo` read /rosout",
+    "rqt_gui": _GUI,
+    "rqt_gui_py": _GUI,
+    "rviz": _GUI,
+    "smach": _BRING % "src/smach (of executive_smach)",
+    "smach_ros": _BRING % "src/smach_ros (of executive_smach)",
+    "tf2_kdl": "tf2_geometry_msgs moves messages between frames, tf_conversions.posemath makes PyKDL frames",
+    "urdf_parser_py": "it is pure Python: pip install urdf-parser-py",
+}
+_DEFINITIONS = (
+    "it is no package of this computer, and its definitions are not bundled. Give the folder that holds "
+    "%s/msg/*.msg (rosproto run --msg-path FOLDER, or ROSPROTO_MSG_PATH), or put its generated code on "
+    "PYTHONPATH"
+)
+_WITH_DEFINITIONS = frozenset({"beginner_tutorials", "roscpp_tutorials", "rospy_tutorials", "turtlesim"})
+
+
+def _absence(name: str) -> str | None:
+    """Return the error text for a ROS module that was not found; None for other modules."""
+    why = _ABSENT.get(name)
+    if why is None and (name.endswith(("_msgs", "_srvs", "_interfaces")) or name in _WITH_DEFINITIONS):
+        why = _DEFINITIONS % name
+    return None if why is None else f"No module named {name!r}: {why}"
+
+
+def _is_imported() -> bool:
+    """True when the calling finder was called by an import, not by importlib.util.find_spec."""
+    frame = sys._getframe(2).f_back  # the finder's caller: importlib's _find_spec
+    return frame is not None and frame.f_code.co_name == "_find_and_load_unlocked"

@@ -17,7 +17,7 @@ from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, NoReturn
 
-from rosproto.rospy.definitions import MSG_PATH
+from rosproto.rospy.finder import MSG_PATH
 
 if TYPE_CHECKING:
     import argparse
@@ -86,12 +86,9 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
         _show_library_log(arguments.verbose)
     try:
         return run(arguments)
-    except RosError as error:
+    except (RosError, ValueError, OSError) as error:  # run_program prints the program's own errors
         print(f"{prog}: {error}", file=sys.stderr)
-        return 1
-    except (ValueError, OSError) as error:  # in the options; run_program prints the program's own errors
-        print(f"{prog}: {error}", file=sys.stderr)
-        return 2
+        return 1 if isinstance(error, RosError) else 2  # 2: the options are wrong
 
 
 def run(arguments: argparse.Namespace) -> int:

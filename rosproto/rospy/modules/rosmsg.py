@@ -1,7 +1,7 @@
 """rosmsg as far as programs import it: texts of definitions."""
 
 from rosproto.errors import DefinitionError
-from rosproto.rospy.definitions import library
+from rosproto.rospy.finder import library
 
 
 class ROSMsgException(Exception):

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.machinery
 import os
 import subprocess
 import sys
 import textwrap
-import zipfile
-import zipimport
 from pathlib import Path
 
 import pytest
@@ -217,22 +214,6 @@ def test_processes_that_are_started_anew_have_the_layer_too(tmp_path: Path) -> N
             print(child.exitcode)
     """
     assert output(code, tmp_path) == "True\n0\n"
-
-
-def test_a_loader_of_many_modules_is_left_alone(tmp_path: Path) -> None:
-    """A library in a zip, as in an embeddable Python for Windows, has one loader for all modules."""
-    from rosproto.rospy.finder import RosFinder
-
-    archive = tmp_path / "library.zip"
-    with zipfile.ZipFile(archive, "w") as file:
-        file.writestr("one.py", "")
-        file.writestr("other.py", "")
-    one = RosFinder._patched("one", [str(archive)])
-    other = importlib.machinery.PathFinder.find_spec("other", [str(archive)])
-    assert one is not None
-    assert other is not None
-    assert other.loader.is_package("other") is one.loader.is_package("one") is False
-    assert other.loader.exec_module.__func__ is zipimport.zipimporter.exec_module
 
 
 def test_killed_by_a_tool(tmp_path: Path) -> None:

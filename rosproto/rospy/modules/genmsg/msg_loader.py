@@ -4,7 +4,7 @@ import os
 
 from rosproto.errors import DefinitionError
 from rosproto.msg import parse_message
-from rosproto.rospy.definitions import library
+from rosproto.rospy.finder import library
 
 from .base import EXT_MSG, EXT_SRV, InvalidMsgSpec
 from .msgs import (

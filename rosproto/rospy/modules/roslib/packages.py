@@ -77,6 +77,6 @@ def package_around(name):
 
 def definitions_folder(package):
     """The folder of a message package's definitions, None when there is none."""
-    from rosproto.rospy.definitions import library
+    from rosproto.rospy.finder import library
 
     return library().folder(package)
