@@ -47,7 +47,13 @@ def _refuse(error: RosError, params: tuple[object, ...]) -> NoReturn:
 
         raise Fault(error.code, error.text) from None
     if isinstance(error, LocalProtocolError):
-        _refuse_argument(error, params)
+        from xmlrpc.client import dumps
+
+        try:
+            dumps(params)  # type: ignore[arg-type]  # the error of xmlrpc.client for what cannot be sent
+        except (TypeError, OverflowError) as refused:
+            raise refused from None
+        raise TypeError(str(error)) from None
     if isinstance(error, (ConnectionLost, RosTimeout)):
         cause: BaseException | None = error
         while cause is not None:
@@ -55,18 +61,6 @@ def _refuse(error: RosError, params: tuple[object, ...]) -> NoReturn:
                 raise cause from None
             cause = cause.__cause__ or cause.__context__
     raise error
-
-
-def _refuse_argument(error: LocalProtocolError, params: tuple[object, ...]) -> NoReturn:
-    """Raise the error that xmlrpc.client raises for an argument that cannot be sent."""
-    for value in _leaves(params):
-        if value is None:
-            raise TypeError("cannot marshal None unless allow_none is enabled") from None
-        if isinstance(value, int) and not -(2**31) <= value < 2**31:
-            raise OverflowError("int exceeds XML-RPC limits") from None
-        if not isinstance(value, (bool, int, float, str, bytes, bytearray)):
-            raise TypeError(f"cannot marshal {type(value)} objects") from None
-    raise TypeError(str(error)) from None
 
 
 def _with_binaries(value: object) -> object:
@@ -80,13 +74,3 @@ def _with_binaries(value: object) -> object:
 
         return Binary(value)
     return value
-
-
-def _leaves(value: object) -> list[object]:
-    if isinstance(value, dict):
-        if not all(isinstance(key, str) for key in value):
-            raise TypeError("dictionary key must be string")
-        return [leaf for item in value.values() for leaf in _leaves(item)]
-    if isinstance(value, (list, tuple)):
-        return [leaf for item in value for leaf in _leaves(item)]
-    return [value]
