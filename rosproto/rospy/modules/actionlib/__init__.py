@@ -15,20 +15,3 @@ from .exceptions import ActionException
 from .server_goal_handle import ServerGoalHandle
 from .simple_action_client import SimpleActionClient, SimpleGoalState
 from .simple_action_server import SimpleActionServer
-
-__all__ = [
-    "ActionClient",
-    "ActionException",
-    "ActionServer",
-    "ClientGoalHandle",
-    "CommState",
-    "GoalID",
-    "GoalStatus",
-    "GoalStatusArray",
-    "ServerGoalHandle",
-    "SimpleActionClient",
-    "SimpleActionServer",
-    "SimpleGoalState",
-    "TerminalState",
-    "get_name_of_constant",
-]

@@ -3,8 +3,6 @@
 from . import message, names, packages
 from .launcher import load_manifest
 
-__all__ = ["is_interactive", "load_manifest", "message", "names", "packages", "set_interactive"]
-
 _is_interactive = False
 
 

@@ -1,17 +1,5 @@
 """rospy's exceptions."""
 
-__all__ = [
-    "ROSException",
-    "ROSInitException",
-    "ROSInternalException",
-    "ROSInterruptException",
-    "ROSSerializationException",
-    "ROSTimeMovedBackwardsException",
-    "TransportException",
-    "TransportInitError",
-    "TransportTerminated",
-]
-
 
 class ROSException(Exception):
     """Base of the exceptions that programs see."""

@@ -8,8 +8,6 @@ import sys
 import rosgraph
 import rosunit
 
-__all__ = ["get_master", "is_publisher", "is_subscriber", "rosrun", "run", "unitrun"]
-
 
 def get_master():
     """The master API as an `xmlrpc.client.ServerProxy`."""

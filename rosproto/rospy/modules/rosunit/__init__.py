@@ -10,8 +10,6 @@ import time
 import traceback
 import unittest
 
-__all__ = ["XML_OUTPUT_FLAG", "create_xml_runner", "print_unittest_summary", "unitrun", "xml_results_file"]
-
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
 
 

@@ -4,8 +4,6 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-__all__ = ["TFMessage", "TransformBroadcaster", "TransformStamped"]
-
 
 class TransformBroadcaster:
     """Publishes /tf."""
