@@ -190,7 +190,7 @@ def test_a_file_uses_no_private_name_of_another() -> None:
         "class A:\n    def f(self): self.other._hidden = 1",
         "def f(x): setattr(x, '_hidden', 1)",
         "def f(x): getattr(x, '_hidden', None)",
-        "from rosproto.rospy.modules.tf2_py._core import BufferCore",
+        "from rosproto.rospy.modules.tf._matrices import EPS",
     ],
 )
 def test_the_watch_sees_a_reach(text: str) -> None:

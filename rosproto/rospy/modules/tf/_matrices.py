@@ -1,4 +1,4 @@
-"""(4, 4) matrices: rotation, scaling, reflection, projection, shear; composition and decomposition.
+"""(4, 4) matrices: translation, rotation, scaling, reflection, projection, shear; lengths of vectors.
 
 Source: wiki.ros.org/tf, tf.transformations (names, arguments, results).
 """
@@ -7,8 +7,69 @@ import math
 
 import numpy
 
-from ._tolerance import EPS
-from .transformations import euler_from_matrix, euler_matrix, identity_matrix, unit_vector, vector_norm
+EPS = numpy.finfo(float).eps * 4.0
+"""Tolerance for rounding errors."""
+
+
+def identity_matrix():
+    """(4, 4) identity."""
+    return numpy.identity(4)
+
+
+def translation_matrix(direction):
+    """(4, 4) matrix of a translation."""
+    matrix = numpy.identity(4)
+    matrix[:3, 3] = direction[:3]
+    return matrix
+
+
+def translation_from_matrix(matrix):
+    """The (3,) translation of a matrix."""
+    return numpy.array(matrix)[:3, 3].copy()
+
+
+def concatenate_matrices(*matrices):
+    """Product of (4, 4) matrices."""
+    product = numpy.identity(4)
+    for matrix in matrices:
+        product = numpy.dot(product, matrix)
+    return product
+
+
+def inverse_matrix(matrix):
+    """Inverse of a matrix."""
+    return numpy.linalg.inv(matrix)
+
+
+def is_same_transform(matrix0, matrix1):
+    """True if both matrices describe the same transform."""
+    one, other = (numpy.array(m, dtype=float) / m[3][3] for m in (matrix0, matrix1))
+    return numpy.allclose(one, other)
+
+
+def vector_norm(data, axis=None, out=None):
+    """Length of a vector, or lengths along an axis."""
+    data = numpy.array(data, dtype=numpy.float64)
+    if out is None and data.ndim == 1:
+        return math.sqrt(numpy.dot(data, data))
+    length = numpy.sqrt(numpy.atleast_1d(numpy.sum(data * data, axis=axis)))
+    if out is None:
+        return length
+    out[...] = length
+    return None
+
+
+def unit_vector(data, axis=None, out=None):
+    """Normalise a vector, or vectors along an axis, to length 1."""
+    given = numpy.array(data, dtype=numpy.float64)
+    if out is None and given.ndim == 1:
+        return given / math.sqrt(numpy.dot(given, given))
+    length = numpy.sqrt(numpy.atleast_1d(numpy.sum(given * given, axis)))
+    unit = given / (length if axis is None else numpy.expand_dims(length, axis))
+    if out is None:
+        return unit
+    out[...] = unit
+    return None
 
 
 def _array(values):
@@ -232,74 +293,4 @@ def superimposition_matrix(v0, v1, scaling=False, usesvd=True):
     matrix[:3, :3] = turn
     if scaling:
         matrix[:3, :3] *= math.sqrt(numpy.sum(v1 * v1) / numpy.sum(v0 * v0))
-    there = numpy.identity(4)
-    there[:3, 3] = t1
-    back = numpy.identity(4)
-    back[:3, 3] = -t0
-    return numpy.dot(there, numpy.dot(matrix, back))
-
-
-def compose_matrix(scale=None, shear=None, angles=None, translate=None, perspective=None):
-    """Product of perspective, translation, Euler angles (sxyz), shear and scaling, from left to right."""
-    whole = numpy.identity(4)
-    if perspective is not None:
-        part = numpy.identity(4)
-        part[3, :] = perspective[:4]
-        whole = numpy.dot(whole, part)
-    if translate is not None:
-        part = numpy.identity(4)
-        part[:3, 3] = translate[:3]
-        whole = numpy.dot(whole, part)
-    if angles is not None:
-        whole = numpy.dot(whole, euler_matrix(angles[0], angles[1], angles[2], "sxyz"))
-    if shear is not None:
-        part = numpy.identity(4)
-        part[1, 2], part[0, 2], part[0, 1] = shear[2], shear[1], shear[0]
-        whole = numpy.dot(whole, part)
-    if scale is not None:
-        part = numpy.identity(4)
-        part[0, 0], part[1, 1], part[2, 2] = scale[0], scale[1], scale[2]
-        whole = numpy.dot(whole, part)
-    return whole / whole[3, 3]
-
-
-def decompose_matrix(matrix):
-    """(scale, shear, angles, translation, perspective) of a matrix.
-
-    Raises:
-        ValueError: The matrix cannot be decomposed.
-    """
-    m = numpy.array(matrix, dtype=numpy.float64).T
-    if abs(m[3, 3]) < EPS:
-        raise ValueError("M[3, 3] is zero")
-    m /= m[3, 3]
-    straight = m.copy()
-    straight[:, 3] = 0.0, 0.0, 0.0, 1.0
-    if not numpy.linalg.det(straight):
-        raise ValueError("matrix is singular")
-    perspective = numpy.array((0.0, 0.0, 0.0, 1.0))
-    if any(abs(m[:3, 3]) > EPS):
-        perspective = numpy.dot(m[:, 3], numpy.linalg.inv(straight.T))
-        m[:, 3] = 0.0, 0.0, 0.0, 1.0
-    translation = m[3, :3].copy()
-    rows, scale, shear = m[:3, :3].copy(), numpy.zeros(3), [0.0, 0.0, 0.0]
-    scale[0] = vector_norm(rows[0])
-    rows[0] /= scale[0]
-    shear[0] = numpy.dot(rows[0], rows[1])
-    rows[1] -= rows[0] * shear[0]
-    scale[1] = vector_norm(rows[1])
-    rows[1] /= scale[1]
-    shear[0] /= scale[1]
-    shear[1] = numpy.dot(rows[0], rows[2])
-    rows[2] -= rows[0] * shear[1]
-    shear[2] = numpy.dot(rows[1], rows[2])
-    rows[2] -= rows[1] * shear[2]
-    scale[2] = vector_norm(rows[2])
-    rows[2] /= scale[2]
-    shear[1:] = [part / scale[2] for part in shear[1:]]
-    if numpy.dot(rows[0], numpy.cross(rows[1], rows[2])) < 0:
-        scale, rows = -scale, -rows
-    turn = numpy.identity(4)
-    turn[:3, :3] = rows.T
-    angles = list(euler_from_matrix(turn))
-    return scale, shear, angles, translation, perspective
+    return numpy.dot(translation_matrix(t1), numpy.dot(matrix, translation_matrix(-t0)))

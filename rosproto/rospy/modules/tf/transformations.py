@@ -4,75 +4,17 @@ Euler axes are four letters: "s" for rotations about static axes or "r" about ro
 x, y, z; the default is "sxyz" (roll, pitch, yaw).
 
 Source: the conventions of tf.transformations (wiki.ros.org/tf); mathematics of K. Shoemake, "Euler angle
-conversion", Graphics Gems IV.
+conversion" and "Arcball", Graphics Gems IV.
 """
 
 import math
 
 import numpy
 
-from ._tolerance import EPS as _EPS  # its name in tf
+from ._matrices import *
+from ._matrices import EPS, identity_matrix, translation_matrix, unit_vector, vector_norm
 
-
-def identity_matrix():
-    """(4, 4) identity."""
-    return numpy.identity(4)
-
-
-def translation_matrix(direction):
-    """(4, 4) matrix of a translation."""
-    matrix = numpy.identity(4)
-    matrix[:3, 3] = direction[:3]
-    return matrix
-
-
-def translation_from_matrix(matrix):
-    """The (3,) translation of a matrix."""
-    return numpy.array(matrix)[:3, 3].copy()
-
-
-def concatenate_matrices(*matrices):
-    """Product of (4, 4) matrices."""
-    product = numpy.identity(4)
-    for matrix in matrices:
-        product = numpy.dot(product, matrix)
-    return product
-
-
-def inverse_matrix(matrix):
-    """Inverse of a matrix."""
-    return numpy.linalg.inv(matrix)
-
-
-def is_same_transform(matrix0, matrix1):
-    """True if both matrices describe the same transform."""
-    one, other = (numpy.array(m, dtype=float) / m[3][3] for m in (matrix0, matrix1))
-    return numpy.allclose(one, other)
-
-
-def vector_norm(data, axis=None, out=None):
-    """Length of a vector, or lengths along an axis."""
-    data = numpy.array(data, dtype=numpy.float64)
-    if out is None and data.ndim == 1:
-        return math.sqrt(numpy.dot(data, data))
-    length = numpy.sqrt(numpy.atleast_1d(numpy.sum(data * data, axis=axis)))
-    if out is None:
-        return length
-    out[...] = length
-    return None
-
-
-def unit_vector(data, axis=None, out=None):
-    """Normalise a vector, or vectors along an axis, to length 1."""
-    given = numpy.array(data, dtype=numpy.float64)
-    if out is None and given.ndim == 1:
-        return given / math.sqrt(numpy.dot(given, given))
-    length = numpy.sqrt(numpy.atleast_1d(numpy.sum(given * given, axis)))
-    unit = given / (length if axis is None else numpy.expand_dims(length, axis))
-    if out is None:
-        return unit
-    out[...] = unit
-    return None
+_EPS = EPS  # its name in tf
 
 
 # -- Euler angles -------------------------------------------------------------------------------------------
@@ -149,7 +91,7 @@ def euler_from_matrix(matrix, axes="sxyz"):
     m = numpy.array(matrix, dtype=float)[:3, :3]
     if last == i:
         middle = math.sqrt(m[i, j] * m[i, j] + m[i, k] * m[i, k])
-        if middle > _EPS:
+        if middle > EPS:
             angles = (
                 math.atan2(m[i, j], m[i, k]),
                 math.atan2(middle, m[i, i]),
@@ -159,7 +101,7 @@ def euler_from_matrix(matrix, axes="sxyz"):
             angles = (math.atan2(-m[j, k], m[j, j]), math.atan2(middle, m[i, i]), 0.0)
     else:
         middle = math.sqrt(m[i, i] * m[i, i] + m[j, i] * m[j, i])
-        if middle > _EPS:
+        if middle > EPS:
             angles = (
                 math.atan2(m[k, j], m[k, k]),
                 math.atan2(-m[k, i], middle),
@@ -180,20 +122,17 @@ def euler_from_quaternion(quaternion, axes="sxyz"):
 # -- quaternions --------------------------------------------------------------------------------------------
 
 
-def _multiply(q1, q0):
-    x0, y0, z0, w0 = q0
-    x1, y1, z1, w1 = q1
-    return (
+def quaternion_multiply(quaternion1, quaternion0):
+    """Product of two quaternions: rotation 0, then rotation 1."""
+    x0, y0, z0, w0 = quaternion0
+    x1, y1, z1, w1 = quaternion1
+    product = (
         x1 * w0 + y1 * z0 - z1 * y0 + w1 * x0,
         -x1 * z0 + y1 * w0 + z1 * x0 + w1 * y0,
         x1 * y0 - y1 * x0 + z1 * w0 + w1 * z0,
         -x1 * x0 - y1 * y0 - z1 * z0 + w1 * w0,
     )
-
-
-def quaternion_multiply(quaternion1, quaternion0):
-    """Product of two quaternions: rotation 0, then rotation 1."""
-    return numpy.array(_multiply(quaternion1, quaternion0), dtype=numpy.float64)
+    return numpy.array(product, dtype=numpy.float64)
 
 
 def quaternion_conjugate(quaternion):
@@ -212,7 +151,7 @@ def quaternion_about_axis(angle, axis):
     q = numpy.zeros((4,), dtype=numpy.float64)
     q[:3] = axis[:3]
     length = vector_norm(q)
-    if length > _EPS:
+    if length > EPS:
         q *= math.sin(angle / 2.0) / length
     q[3] = math.cos(angle / 2.0)
     return q
@@ -222,7 +161,7 @@ def quaternion_matrix(quaternion):
     """(4, 4) rotation matrix of a quaternion of any length."""
     q = numpy.array(quaternion[:4], dtype=numpy.float64)
     square = numpy.dot(q, q)
-    if square < _EPS:
+    if square < EPS:
         return numpy.identity(4)
     q *= math.sqrt(2.0 / square)
     p = numpy.outer(q, q)
@@ -256,12 +195,12 @@ def quaternion_slerp(quat0, quat1, fraction, spin=0, shortestpath=True):
     if fraction in (0.0, 1.0):
         return q1 if fraction else q0
     d = float(numpy.dot(q0, q1))
-    if abs(abs(d) - 1.0) < _EPS:
+    if abs(abs(d) - 1.0) < EPS:
         return q0
     if shortestpath and d < 0.0:
         d, q1 = -d, -q1
     angle = math.acos(d) + spin * math.pi
-    if abs(angle) < _EPS:
+    if abs(angle) < EPS:
         return q0
     scale = 1.0 / math.sin(angle)
     return q0 * (math.sin((1.0 - fraction) * angle) * scale) + q1 * (math.sin(fraction * angle) * scale)
@@ -285,26 +224,162 @@ def random_vector(size):
     return numpy.random.random(size)
 
 
-from ._arcball import (  # noqa: E402  (they need what is above)
-    Arcball,
-    arcball_constrain_to_axis,
-    arcball_map_to_sphere,
-    arcball_nearest_axis,
-)
-from ._matrices import (  # noqa: E402
-    clip_matrix,
-    compose_matrix,
-    decompose_matrix,
-    orthogonalization_matrix,
-    projection_from_matrix,
-    projection_matrix,
-    reflection_from_matrix,
-    reflection_matrix,
-    rotation_from_matrix,
-    rotation_matrix,
-    scale_from_matrix,
-    scale_matrix,
-    shear_from_matrix,
-    shear_matrix,
-    superimposition_matrix,
-)
+# -- composition ---------------------------------------------------------------------------------------------
+
+
+def compose_matrix(scale=None, shear=None, angles=None, translate=None, perspective=None):
+    """Product of perspective, translation, Euler angles (sxyz), shear and scaling, from left to right."""
+    whole = identity_matrix()
+    if perspective is not None:
+        whole[3, :] = perspective[:4]
+    if translate is not None:
+        whole = numpy.dot(whole, translation_matrix(translate))
+    if angles is not None:
+        whole = numpy.dot(whole, euler_matrix(angles[0], angles[1], angles[2], "sxyz"))
+    if shear is not None:
+        part = identity_matrix()
+        part[1, 2], part[0, 2], part[0, 1] = shear[2], shear[1], shear[0]
+        whole = numpy.dot(whole, part)
+    if scale is not None:
+        whole = numpy.dot(whole, numpy.diag((scale[0], scale[1], scale[2], 1.0)))
+    return whole / whole[3, 3]
+
+
+def decompose_matrix(matrix):
+    """(scale, shear, angles, translation, perspective) of a matrix.
+
+    Raises:
+        ValueError: The matrix cannot be decomposed.
+    """
+    m = numpy.array(matrix, dtype=numpy.float64).T
+    if abs(m[3, 3]) < EPS:
+        raise ValueError("M[3, 3] is zero")
+    m /= m[3, 3]
+    straight = m.copy()
+    straight[:, 3] = 0.0, 0.0, 0.0, 1.0
+    if not numpy.linalg.det(straight):
+        raise ValueError("matrix is singular")
+    perspective = numpy.array((0.0, 0.0, 0.0, 1.0))
+    if any(abs(m[:3, 3]) > EPS):
+        perspective = numpy.dot(m[:, 3], numpy.linalg.inv(straight.T))
+        m[:, 3] = 0.0, 0.0, 0.0, 1.0
+    translation = m[3, :3].copy()
+    rows, scale, shear = m[:3, :3].copy(), numpy.zeros(3), [0.0, 0.0, 0.0]
+    scale[0] = vector_norm(rows[0])
+    rows[0] /= scale[0]
+    shear[0] = numpy.dot(rows[0], rows[1])
+    rows[1] -= rows[0] * shear[0]
+    scale[1] = vector_norm(rows[1])
+    rows[1] /= scale[1]
+    shear[0] /= scale[1]
+    shear[1] = numpy.dot(rows[0], rows[2])
+    rows[2] -= rows[0] * shear[1]
+    shear[2] = numpy.dot(rows[1], rows[2])
+    rows[2] -= rows[1] * shear[2]
+    scale[2] = vector_norm(rows[2])
+    rows[2] /= scale[2]
+    shear[1:] = [part / scale[2] for part in shear[1:]]
+    if numpy.dot(rows[0], numpy.cross(rows[1], rows[2])) < 0:
+        scale, rows = -scale, -rows
+    turn = numpy.identity(4)
+    turn[:3, :3] = rows.T
+    angles = list(euler_from_matrix(turn))
+    return scale, shear, angles, translation, perspective
+
+
+# -- arcball: rotation by the mouse --------------------------------------------------------------------------
+
+
+def arcball_map_to_sphere(point, center, radius):
+    """Map a point of the window to the unit sphere."""
+    x, y = (point[0] - center[0]) / radius, (center[1] - point[1]) / radius
+    beyond = x * x + y * y
+    if beyond > 1.0:
+        return numpy.array((x, y, 0.0)) / math.sqrt(beyond)
+    return numpy.array((x, y, math.sqrt(1.0 - beyond)))
+
+
+def arcball_constrain_to_axis(point, axis):
+    """The point of the unit sphere nearest to `point` and perpendicular to `axis`."""
+    point, axis = numpy.array(point, dtype=float), numpy.array(axis, dtype=float)
+    flat = point - axis * numpy.dot(axis, point)
+    length = vector_norm(flat)
+    if length > EPS:
+        return (-flat if flat[2] < 0.0 else flat) / length
+    if axis[2] == 1.0:
+        return numpy.array((1.0, 0.0, 0.0))
+    return unit_vector([-axis[1], axis[0], 0.0])
+
+
+def arcball_nearest_axis(point, axes):
+    """The axis whose great circle is nearest to a point."""
+    distances = [numpy.dot(arcball_constrain_to_axis(point, axis), point) for axis in axes]
+    return axes[distances.index(max(distances))] if distances else None
+
+
+class Arcball:
+    """A virtual trackball in a window, rotated by dragging."""
+
+    def __init__(self, initial=None):
+        turn = numpy.array((0.0, 0.0, 0.0, 1.0) if initial is None else initial, dtype=float)
+        if turn.shape == (4, 4):
+            turn = quaternion_from_matrix(turn)
+        elif turn.shape == (4,):
+            turn = turn / vector_norm(turn)
+        else:
+            raise ValueError("initial not a quaternion or matrix.")
+        self._before = self._at_down = self._turn = turn
+        self._center, self._radius = [0.0, 0.0], 1.0
+        self._grip = numpy.array((0.0, 0.0, 1.0))
+        self._axes = self._axis = None
+        self._constrained = False
+
+    def place(self, center, radius):
+        """Set position and radius of the ball in the window."""
+        self._center[:] = center[:2]
+        self._radius = float(radius)
+
+    def setaxes(self, *axes):
+        """Set the rotation axes of the constrained mode."""
+        self._axes = [unit_vector(axis) for axis in axes]
+
+    def setconstrain(self, constrain):
+        """Enable or disable the constrained mode: rotation about the set axes only."""
+        self._constrained = bool(constrain is True or constrain == 1)
+
+    def getconstrain(self):
+        """True in constrained mode."""
+        return self._constrained
+
+    def _on_ball(self, point):
+        found = arcball_map_to_sphere(point, self._center, self._radius)
+        return found if self._axis is None else arcball_constrain_to_axis(found, self._axis)
+
+    def down(self, point):
+        """Start a drag at a point of the window; selects the constraint axis."""
+        self._axis = None
+        grip = self._on_ball(point)
+        if self._constrained and self._axes is not None:
+            self._axis = arcball_nearest_axis(grip, self._axes)
+            grip = self._on_ball(point)
+        self._grip = grip
+        self._at_down = self._before = self._turn
+
+    def drag(self, point):
+        """Rotate the ball for the mouse at a point of the window."""
+        at = self._on_ball(point)
+        self._before = self._turn
+        across = numpy.cross(self._grip, at)
+        if numpy.dot(across, across) < EPS:
+            self._turn = self._at_down
+        else:
+            self._turn = quaternion_multiply((*across, numpy.dot(self._grip, at)), self._at_down)
+
+    def next(self, acceleration=0.0):
+        """Continue the rotation of the last drag."""
+        turn = quaternion_slerp(self._before, self._turn, 2.0 + acceleration, False)
+        self._before, self._turn = self._turn, turn
+
+    def matrix(self):
+        """The (4, 4) rotation matrix."""
+        return quaternion_matrix(self._turn)

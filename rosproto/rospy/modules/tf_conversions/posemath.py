@@ -3,11 +3,8 @@
 import numpy
 import PyKDL
 from geometry_msgs.msg import Point, Pose, Quaternion
-from PyKDL import *  # noqa: F403  (as programs expect)
+from PyKDL import *  # as programs expect
 from PyKDL import Frame, Rotation, Vector
-
-__all__ = ["fromMatrix", "fromMsg", "fromTf", "toMatrix", "toMsg", "toTf"]
-__all__ += PyKDL.__dict__.get("__all__", ())
 
 
 def fromTf(tf):
