@@ -2,9 +2,10 @@
 
 import sys
 
+import numpy
 from sensor_msgs.msg import CompressedImage, Image
 
-from .encodings import DEPTHS, NUMPY, converted, cv_type
+from .boost.cv_bridge_boost import DEPTHS, NUMPY, cvtColor2, getCvType
 
 
 class CvBridgeError(TypeError):
@@ -15,14 +16,12 @@ def _converted(image, present, wanted):
     if wanted == "passthrough":
         return image
     try:
-        return converted(image, present, wanted)
+        return cvtColor2(image, present, wanted)
     except RuntimeError as error:
         raise CvBridgeError(error) from None
 
 
 def _require_array(image):
-    import numpy
-
     if not isinstance(image, (numpy.ndarray, numpy.generic)):
         raise TypeError("Your input type is not a numpy array")
 
@@ -56,7 +55,7 @@ class CvBridge:
     def encoding_to_cvtype2(self, encoding):
         """OpenCV's number of an encoding."""
         try:
-            return cv_type(encoding)
+            return getCvType(encoding)
         except RuntimeError as error:
             raise CvBridgeError(error) from None
 
@@ -70,8 +69,6 @@ class CvBridge:
         Raises:
             CvBridgeError: An encoding is unknown, or the two cannot be converted into each other.
         """
-        import numpy
-
         kind, channels = self.encoding_to_dtype_with_channels(img_msg.encoding)
         kind = numpy.dtype(kind).newbyteorder(">" if img_msg.is_bigendian else "<")
         data = img_msg.data
@@ -114,7 +111,6 @@ class CvBridge:
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg, desired_encoding="passthrough"):
         """An array of a CompressedImage; None when its bytes are no picture."""
         import cv2
-        import numpy
 
         data = cmprs_img_msg.data
         image = cv2.imdecode(numpy.ndarray((1, len(data)), "uint8", data), cv2.IMREAD_UNCHANGED)

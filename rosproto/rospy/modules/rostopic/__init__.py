@@ -1,27 +1,18 @@
-"""rostopic's functions for programs: types, peers, rates and bandwidth of topics."""
+"""rostopic's functions for programs: types, peers, rates and bandwidth of topics, fields of messages."""
 
 import sys
+import threading
+import time
+from collections import defaultdict
 
 import rosgraph
+import rospy
+from genpy.message import get_message_class
 
-from .fields import msgevalgen
-from .measure import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
+from rosproto import rates
 
-__all__ = [
-    "ROSTopicBandwidth",
-    "ROSTopicDelay",
-    "ROSTopicException",
-    "ROSTopicHz",
-    "ROSTopicIOException",
-    "create_publisher",
-    "find_by_type",
-    "get_api",
-    "get_info_text",
-    "get_topic_class",
-    "get_topic_list",
-    "get_topic_type",
-    "msgevalgen",
-]
+MOST = 50000  # messages in the window if no size is given
+_PARTS = ("start", "stop", "step")
 
 
 class ROSTopicException(Exception):
@@ -44,10 +35,6 @@ def get_topic_type(topic, blocking=False):
 
     The function extracts the field from a message; None without a field.
     """
-    import time
-
-    import rospy
-
     found = _typed(topic)
     if blocking and found[0] is None:
         sys.stderr.write("WARNING: topic [%s] does not appear to be published yet\n" % topic)
@@ -71,8 +58,6 @@ def _typed(topic):
 
 def _has_field(type_, path):
     """True if messages of a type have the field (up to the first bracket), or the type is unknown."""
-    from genpy.message import get_message_class
-
     found = get_message_class(type_)
     message = found() if found else None
     for name in path.rstrip("/").partition("[")[0].split("/"):
@@ -86,8 +71,6 @@ def _has_field(type_, path):
 
 def get_topic_class(topic, blocking=False):
     """(class, topic, None) of a topic; Nones if unknown."""
-    from genpy.message import get_message_class
-
     type_, name, function = get_topic_type(topic, blocking)
     if type_ is None:
         return None, None, None
@@ -143,7 +126,6 @@ def get_info_text(topic):
 def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
     """(publisher, class) for a type name; starts the node /rostopic_... if this process has no node."""
     import rospy
-    from genpy.message import get_message_class
 
     try:
         found = get_message_class(topic_type)
@@ -157,3 +139,183 @@ def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
     rospy.init_node("rostopic", anonymous=True, disable_rosout=True, disable_rostime=disable_rostime)
     name = rosgraph.names.script_resolve_name("rostopic", topic_name)
     return rospy.Publisher(name, found, latch=latch, queue_size=100), found
+
+
+# -- fields of messages --------------------------------------------------------------------------------------
+
+
+def msgevalgen(pattern):
+    """Return a function that extracts a part of a message; None for an empty or malformed pattern.
+
+    The function returns None for a missing field or element. Errors are reported on stderr.
+    """
+    steps = []
+    for part in (part for part in pattern.split("/") if part):
+        name, bracket, rest = part.partition("[")
+        if not bracket:
+            steps.append((name, None))
+            continue
+        if not rest.endswith("]"):
+            _tell("missing closing ']' in slice spec '%s'" % part)
+            return None
+        try:
+            steps.append((name, _index(rest[:-1])))
+        except ValueError as error:
+            _tell("field '%s' has invalid slice argument '%s': %s" % (name, rest[:-1], error))
+            return None
+    return (lambda message: _walk(message, steps, pattern)) if steps else None
+
+
+def _walk(value, steps, pattern):
+    for number, (name, index) in enumerate(steps, 1):
+        try:
+            value = getattr(value, name)
+        except AttributeError:
+            _tell("no field named %s in %s" % (name, pattern))
+            return None
+        if index is None:
+            continue
+        try:
+            value = value.__getitem__(index)
+        except IndexError as error:
+            _tell("%s: %s" % (error, pattern))
+            return None
+        if isinstance(value, list):  # of messages: the rest of the pattern applies to each
+            return [_walk(one, steps[number:], pattern) for one in value]
+    return value
+
+
+def _index(text):
+    """The Python index or slice between brackets.
+
+    Raises:
+        ValueError: The text is neither an index nor a slice.
+    """
+    if not text:
+        raise ValueError("empty array index")
+    if ":" not in text:
+        return _integer(text, "array index step")
+    parts = text.split(":")
+    bounds = [
+        _integer(part, "slice " + name) if part else None for part, name in zip(parts, _PARTS)
+    ]  # the first malformed one is reported
+    if len(parts) > len(_PARTS):
+        raise ValueError("too many slice arguments")
+    return slice(*bounds)
+
+
+def _integer(text, what):
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError("non-integer %s '%s'" % (what, text)) from None
+
+
+def _tell(text):
+    print(text, file=sys.stderr)
+
+
+# -- rates --------------------------------------------------------------------------------------------------
+
+
+class ROSTopicHz:
+    """Rate; pass `callback_hz` to Subscribers, with the topic as callback_args for several topics."""
+
+    def __init__(self, window_size, filter_expr=None, use_wtime=False):
+        self.lock = threading.Lock()
+        self.filter_expr = filter_expr
+        self.use_wtime = use_wtime
+        self.window_size = window_size if window_size >= 0 else MOST
+        self._windows = defaultdict(lambda: rates.Window(self.window_size))
+
+    def callback_hz(self, m, topic=None):
+        """Count a message."""
+        if self.filter_expr is not None and not self.filter_expr(m):
+            return
+        with self.lock:
+            _add(self._windows[topic], time.time() if self.use_wtime else rospy.get_rostime().to_sec())
+
+    def get_hz(self, topic=None):
+        """(Hz; min, max, standard deviation of the gaps in s; messages); None without a new message."""
+        with self.lock:
+            found = self._windows[topic].news()
+        return found and (found.rate, found.least, found.most, found.deviation, found.messages)
+
+    def get_times(self, topic=None):
+        """Gaps between messages in seconds."""
+        return list(self._windows[topic].values)
+
+    def get_msg_tn(self, topic=None):
+        """Arrival time of the last message in seconds."""
+        return self._windows[topic].last
+
+    def print_hz(self, topics=(None,)):
+        """Print the rate of each topic."""
+        with self.lock:
+            found = {topic: self._windows[topic].news() for topic in topics}
+        print(rates.hz_text(*found.values()) if len(topics) == 1 else rates.hz_table(found))
+
+
+def _add(window, now, delay=None):
+    """Add a message; a time of 0 means that simulated time restarted."""
+    if now:
+        window.add(now, delay)
+    elif window.values:
+        print("time has reset, resetting counters")
+        window.values.clear()
+
+
+class ROSTopicDelay:
+    """Delay between a message's stamp and its arrival; pass `callback_delay` to a Subscriber."""
+
+    def __init__(self, window_size):
+        self.lock = threading.Lock()
+        self.window_size = window_size if window_size >= 0 else MOST
+        self._window = rates.Window(self.window_size)
+
+    @property
+    def delays(self):
+        """Delays in seconds."""
+        return list(self._window.values)
+
+    def callback_delay(self, msg):
+        """Count a message."""
+        if not msg._has_header:
+            rospy.logerr("msg does not have header")
+            return
+        with self.lock:
+            now = rospy.get_rostime().to_sec()
+            _add(self._window, now, now - msg.header.stamp.to_sec())
+
+    def get_delay(self):
+        """(mean, min, max and standard deviation in s, messages); None without a new message."""
+        with self.lock:
+            found = self._window.news()
+        return found and (found.mean, found.least, found.most, found.deviation, found.messages)
+
+    def print_delay(self):
+        """Print the delay."""
+        with self.lock:
+            if self._window.values:
+                print(rates.delay_text(self._window.news()))
+
+
+class ROSTopicBandwidth(rates.Bandwidth):
+    """Bandwidth; pass `callback` to a Subscriber of AnyMsg."""
+
+    def __init__(self, window_size=100):
+        self.lock = threading.Lock()
+        self.window_size = window_size or 100
+        super().__init__(self.window_size)
+
+    def callback(self, data):
+        """Count a message."""
+        with self.lock:
+            self.add(time.time(), len(data._buff))
+
+    def print_bw(self):
+        """Print the bandwidth."""
+        with self.lock:
+            text = rates.bandwidth_text(self, time.time())
+        if text is not None:
+            print(text)

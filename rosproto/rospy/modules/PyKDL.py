@@ -1,10 +1,213 @@
-"""Frames (poses), and the rotations in them."""
+"""PyKDL's geometry: vectors, rotations, frames, twists, wrenches. Its chains and solvers are C++ only.
+
+Served when the real one is not installed. Source: orocos-kdl 1.5, as measured: results, texts, conventions.
+"""
 
 from math import atan2, cos, pi, sin, sqrt
 
-from ._vectors import EPS, Numbers, Pair, Twist, Vector, Wrench, numbers_of, rotated, text
+__all__ = ["Equal", "Frame", "Rotation", "Twist", "Vector", "Wrench", "addDelta", "diff", "dot"]
 
+EPS = 1e-6
 _TINY = 1e-12
+
+
+def __getattr__(name):
+    if name.startswith("__"):
+        raise AttributeError("module %r has no attribute %r" % (__name__, name))
+    raise ImportError(
+        "PyKDL.%s: without the real PyKDL there are only Vector, Rotation, Frame, Twist, Wrench, dot, diff, "
+        "addDelta and Equal; chains, trees and solvers are C++: install PyKDL "
+        "(conda: python-orocos-kdl, Debian: python3-pykdl)" % name,
+        name=__name__,
+    )
+
+
+def numbers_of(made, args, count):
+    """The numbers of a constructor's arguments: none, an object of the class `made`, or `count` numbers."""
+    if not args:
+        return None
+    if len(args) == 1 and isinstance(args[0], made):
+        return list(args[0]._n)
+    if len(args) != count:
+        raise TypeError("%s() takes %d numbers or a %s; not %r" % (made.__name__, count, made.__name__, args))
+    return [float(a) for a in args]
+
+
+def text(numbers):
+    return ",".join("%12g" % number for number in numbers)
+
+
+class Numbers:
+    """Numbers in a list `_n`: copying, pickling, comparing; not hashable."""
+
+    __hash__ = None
+
+    def __reduce__(self):  # for copies, too
+        return type(self), tuple(self._n)
+
+    def __eq__(self, other):
+        return Equal(self, other) if type(other) is type(self) else NotImplemented
+
+    def __repr__(self):
+        return str(self)
+
+
+class Sum(Numbers):
+    """Numbers that can be added and scaled."""
+
+    def _of(self, numbers):
+        made = type(self)()
+        made._n = list(numbers)
+        return made
+
+    def __add__(self, other):
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._of([a + b for a, b in zip(self._n, other._n)])
+
+    def __sub__(self, other):
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._of([a - b for a, b in zip(self._n, other._n)])
+
+    def __iadd__(self, other):
+        self._n = (self + other)._n
+        return self
+
+    def __isub__(self, other):
+        self._n = (self - other)._n
+        return self
+
+    def __neg__(self):
+        return self._of([-a for a in self._n])
+
+    def __mul__(self, factor):
+        return self._of([a * factor for a in self._n]) if isinstance(factor, (int, float)) else NotImplemented
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor):
+        return self._of([a / divisor for a in self._n])
+
+    def __getitem__(self, index):
+        if not 0 <= index < len(self._n):
+            raise IndexError("%s index out of range" % type(self).__name__)
+        return self._n[index]
+
+    def __setitem__(self, index, value):
+        self[index]
+        self._n[index] = float(value)
+
+    def __str__(self):
+        return "[%s]" % text(self._n)
+
+    def ReverseSign(self):
+        """Negate it in place."""
+        self._n = (-self)._n
+
+    @classmethod
+    def Zero(cls):
+        """All zero."""
+        return cls()
+
+
+def Equal(a, b, eps=EPS):
+    """True when all numbers differ by less than `eps`."""
+    return all(abs(one - other) < eps for one, other in zip(a._n, b._n))
+
+
+def dot(a, b):
+    """The product of two vectors, or of a twist and a wrench."""
+    return sum(one * other for one, other in zip(a._n, b._n))
+
+
+class Vector(Sum):
+    """Three numbers."""
+
+    def __init__(self, *args):
+        self._n = numbers_of(Vector, args, 3) or [0.0, 0.0, 0.0]
+
+    def __mul__(self, other):
+        if isinstance(other, Vector):  # the cross product
+            (a, b, c), (x, y, z) = self._n, other._n
+            return Vector(b * z - c * y, c * x - a * z, a * y - b * x)
+        return super().__mul__(other)
+
+    def _axis(index):
+        def axis(self, value=None):
+            if value is None:
+                return self._n[index]
+            self._n[index] = float(value)
+            return None
+
+        return axis
+
+    x, y, z = _axis(0), _axis(1), _axis(2)
+
+    def Norm(self, eps=EPS):
+        """Its length."""
+        return sqrt(sum(a * a for a in self._n))
+
+    def Normalize(self, eps=EPS):
+        """Scale it to length 1 (a zero vector becomes x); returns the length before."""
+        length = self.Norm()
+        self._n = [1.0, 0.0, 0.0] if length < eps else [a / length for a in self._n]
+        return length
+
+
+class Pair(Sum):
+    """Two vectors."""
+
+    def __init__(self, *args):
+        if len(args) == 1:
+            args = (args[0]._first, args[0]._second)
+        elif len(args) not in (0, 2):
+            raise TypeError("%s() takes two Vectors; not %d values" % (type(self).__name__, len(args)))
+        self._first, self._second = (Vector(vector) for vector in args or (Vector(), Vector()))
+
+    def __reduce__(self):
+        return type(self), (self._first, self._second)
+
+    @property
+    def _n(self):
+        return self._first._n + self._second._n
+
+    @_n.setter
+    def _n(self, numbers):
+        self._first._n, self._second._n = list(numbers[:3]), list(numbers[3:])
+
+    def __setitem__(self, index, value):
+        self[index]
+        (self._first if index < 3 else self._second)[index % 3] = value
+
+    def _named(which):
+        def get(self):
+            return getattr(self, which)
+
+        def put(self, vector):
+            setattr(self, which, Vector(vector))
+
+        return property(get, put)
+
+
+class Twist(Pair):
+    """A linear velocity `vel` and an angular velocity `rot`."""
+
+    vel, rot = Pair._named("_first"), Pair._named("_second")
+
+    def RefPoint(self, v):
+        """The same motion, with `v` as reference point."""
+        return Twist(self.vel + self.rot * v, self.rot)
+
+
+class Wrench(Pair):
+    """A `force` at a point and a `torque`."""
+
+    force, torque = Pair._named("_first"), Pair._named("_second")
+
+    def RefPoint(self, v):
+        """The same load, with `v` as reference point."""
+        return Wrench(self.force, self.torque + self.force * v)
 
 
 class Rotation(Numbers):
@@ -14,9 +217,6 @@ class Rotation(Numbers):
         if len(args) == 3:
             args = [column[row] for row in range(3) for column in args]
         self._n = numbers_of(Rotation, args, 9) or [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-
-    def __reduce__(self):
-        return Rotation, tuple(self._n)
 
     def __str__(self):
         return "[%s]" % ";\n ".join(text(self._n[i : i + 3]) for i in (0, 3, 6))
@@ -39,7 +239,7 @@ class Rotation(Numbers):
         if isinstance(other, Rotation):
             return Rotation(*[self * Vector(*other._n[i::3]) for i in range(3)])
         if isinstance(other, Pair):
-            return rotated(other, self)
+            return type(other)(self * other._first, self * other._second)
         return NotImplemented
 
     def Inverse(self, *args):
@@ -148,11 +348,9 @@ class Rotation(Numbers):
         low, high = min(j, k), max(j, k)  # KDL adds in this order
         s = 2.0 * sqrt(1.0 + n[4 * i] - n[4 * low] - n[4 * high])
         found = [0.0, 0.0, 0.0, (n[3 * k + j] - n[3 * j + k]) / s]
-        found[i], found[j], found[k] = (
-            0.25 * s,
-            (n[3 * i + j] + n[3 * j + i]) / s,
-            (n[3 * i + k] + n[3 * k + i]) / s,
-        )
+        found[i] = 0.25 * s
+        found[j] = (n[3 * i + j] + n[3 * j + i]) / s
+        found[k] = (n[3 * i + k] + n[3 * k + i]) / s
         return tuple(found)
 
     def GetRPY(self):
@@ -187,10 +385,8 @@ class Rotation(Numbers):
     def _half_turn(self, eps):
         """(angle, axis) of a symmetric matrix: no rotation, or half a turn."""
         n = self._n
-        if (
-            all(abs(n[i] + n[j]) < eps for i, j in ((1, 3), (2, 6), (5, 7)))
-            and abs(n[0] + n[4] + n[8] - 3) < eps
-        ):
+        diagonal = all(abs(n[i] + n[j]) < eps for i, j in ((1, 3), (2, 6), (5, 7)))
+        if diagonal and abs(n[0] + n[4] + n[8] - 3) < eps:
             return 0.0, Vector(0, 0, 1)
         i = max(range(3), key=lambda k: n[4 * k])
         own = sqrt(max((n[4 * i] + 1) / 2, 0.0))
@@ -282,3 +478,22 @@ class Frame(Numbers):
     def DH_Craig1989(a, alpha, d, theta):
         """The same in Craig's (modified) convention."""
         return Frame(Rotation.RotX(alpha), Vector(a, 0, 0)) * Frame(Rotation.RotZ(theta), Vector(0, 0, d))
+
+
+def diff(a, b, dt=1.0):
+    """The velocity that takes `a` to `b` in `dt` seconds, in the frame in which both are given."""
+    if isinstance(a, Rotation):
+        return a * (a.Inverse() * b).GetRot() / dt
+    if isinstance(a, Frame):
+        return Twist(diff(a.p, b.p, dt), diff(a.M, b.M, dt))
+    return (b - a) / dt
+
+
+def addDelta(a, da, dt=1.0):
+    """Where `a` is after moving with the velocity `da` for `dt` seconds."""
+    if isinstance(a, Rotation):
+        own = a.Inverse() * da
+        return a * Rotation.Rot(own, own.Norm() * dt)
+    if isinstance(a, Frame):
+        return Frame(addDelta(a.M, da.rot, dt), addDelta(a.p, da.vel, dt))
+    return a + da * dt
