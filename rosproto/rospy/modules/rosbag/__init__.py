@@ -1,6 +1,11 @@
 """rosbag: bag files."""
 
-from . import bag
-from .bag import *  # noqa: F403
-
-__all__ = [name for name in bag.__all__ if not name.startswith("BagMessage")]
+from .bag import (
+    Bag,
+    Compression,
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+)

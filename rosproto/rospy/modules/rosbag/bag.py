@@ -1,4 +1,4 @@
-"""rosbag.Bag over rosproto's reader and writer, with rosbag's tuples and errors."""
+"""rosbag.Bag over rosproto's reader and writer, with rosbag's tuples, errors and summaries."""
 
 import io
 import os
@@ -6,39 +6,75 @@ import re
 import sys
 import time
 from collections import namedtuple
+from contextlib import contextmanager
 
 import genpy
+from genpy.message import encode_message
 from rospy.rostime import Time
 
 from rosproto.bag import BagReader, BagWriter, Connection, reindex
+from rosproto.bag.summary import facts, text, yaml, yaml_value
+from rosproto.errors import BagError
 
-from ._errors import (
-    ROSBagEncryptException,
-    ROSBagEncryptNotSupportedException,
-    ROSBagException,
-    ROSBagFormatException,
-    ROSBagUnindexedException,
-    rosbag_errors,
-)
-from ._info import BagInfo, Compression
 
-__all__ = [
-    "Bag",
-    "BagMessage",
-    "BagMessageWithConnectionHeader",
-    "Compression",
-    "ROSBagEncryptException",
-    "ROSBagEncryptNotSupportedException",
-    "ROSBagException",
-    "ROSBagFormatException",
-    "ROSBagUnindexedException",
-]
+class ROSBagException(Exception):
+    """A bag cannot be used."""
+
+    def __init__(self, value=None):
+        self.value = value
+        self.args = (value,)
+
+    def __str__(self):
+        return self.value
+
+
+class ROSBagFormatException(ROSBagException):
+    """It is not a bag, or it is damaged."""
+
+
+class ROSBagUnindexedException(ROSBagException):
+    """It has no table of contents."""
+
+    def __init__(self, *args):
+        super().__init__("Unindexed bag")
+
+
+class ROSBagEncryptNotSupportedException(ROSBagException):
+    """It is encrypted, and this layer cannot decrypt it."""
+
+
+class ROSBagEncryptException(ROSBagException):
+    """Encrypting or decrypting failed."""
+
+
+@contextmanager
+def rosbag_errors():
+    """Raise rosbag's errors for rosproto's, or the operating system's own error if there is one."""
+    try:
+        yield
+    except BagError as error:
+        if isinstance(error.__cause__, OSError):
+            raise error.__cause__ from None
+        if error.reason.startswith("the bag is encrypted"):
+            raise ROSBagEncryptNotSupportedException(str(error)) from error
+        raise ROSBagFormatException(str(error)) from error
+
+
+class Compression:
+    """Compression methods of chunks."""
+
+    NONE = "none"
+    BZ2 = "bz2"
+    LZ4 = "lz4"
 
 
 BagMessage = namedtuple("BagMessage", "topic message timestamp")
 BagMessageWithConnectionHeader = namedtuple(
     "BagMessageWithConnectionHeader", "topic message timestamp connection_header"
 )
+_TopicTuple = namedtuple("TopicTuple", "msg_type message_count connections frequency")
+_TypesAndTopicsTuple = namedtuple("TypesAndTopicsTuple", "msg_types topics")
+_CompressionTuple = namedtuple("CompressionTuple", "compression uncompressed compressed")
 _ALLOWED = (Compression.NONE, Compression.BZ2, Compression.LZ4)
 
 
@@ -52,11 +88,7 @@ def _check_threshold(threshold):
         raise ValueError("chunk_threshold must be greater than or equal to zero")
 
 
-def _chunk_bytes(threshold):
-    return max(1, threshold)
-
-
-class Bag(BagInfo):
+class Bag:
     """A bag file, opened for reading ("r"), writing ("w") or appending ("a")."""
 
     def __init__(
@@ -88,7 +120,8 @@ class Bag(BagInfo):
         self._classes = {}
         self._closed = False
         self._version = 200
-        if mode == "w" or (mode == "a" and self._is_new()):
+        # An existing empty file is refused, as by rosbag.
+        if mode == "w" or (mode == "a" and self._filename is not None and not os.path.exists(self._filename)):
             self._writer = self._writing()
             return
         self._version = self._read_version()
@@ -96,13 +129,13 @@ class Bag(BagInfo):
             raise ROSBagException("bag version %d is unsupported for appending" % self._version)
         if self._version > 299:
             raise ROSBagException("unknown bag version %d" % self._version)
-        self._reader = self._opened(allow_unindexed)
+        with rosbag_errors():
+            self._reader = BagReader(self._file)
+        if not allow_unindexed and not self._reader.indexed:
+            self._reader.close()
+            raise ROSBagUnindexedException
         if mode == "a" and self._reader.indexed:
             self._append()
-
-    def _is_new(self):
-        """True when there is no file to append to; an existing empty file is refused, as by rosbag."""
-        return self._filename is not None and not os.path.exists(self._filename)
 
     def _read_version(self):
         """Hundred times the version in the first line.
@@ -124,23 +157,13 @@ class Bag(BagInfo):
 
     def _writing(self, append=False):
         with rosbag_errors():
-            return BagWriter(
-                self._file, self._compression, _chunk_bytes(self._chunk_threshold), append=append
-            )
+            return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
 
     def _append(self):
         """Continue after the reader's last chunk."""
         self._connections = {one.topic: one for one in self._reader.connections.values()}
         self._reader.close()
         self._writer = self._writing(append=True)
-
-    def _opened(self, allow_unindexed=True):
-        with rosbag_errors():
-            reader = BagReader(self._file)
-        if not allow_unindexed and not reader.indexed:
-            reader.close()
-            raise ROSBagUnindexedException
-        return reader
 
     def __iter__(self):
         return self.read_messages()
@@ -211,7 +234,7 @@ class Bag(BagInfo):
         self._require_open()
         if self._writer is not None:
             with rosbag_errors():
-                self._writer.set_chunks(compression, _chunk_bytes(threshold))
+                self._writer.set_chunks(compression, max(1, threshold))
         self._compression, self._chunk_threshold = compression, threshold
 
     def _require_open(self):
@@ -268,14 +291,10 @@ class Bag(BagInfo):
                     value = cls().deserialize(message.data)
                 stamp = Time(stamp.secs, stamp.nsecs)
                 if with_header:
-                    header = self._header(message.connection)
+                    header = {key: value.encode() for key, value in message.connection.header.items()}
                     yield BagMessageWithConnectionHeader(topic, value, stamp, header)
                 else:
                     yield BagMessage(topic, value, stamp)
-
-    @staticmethod
-    def _header(connection):
-        return {key: value.encode() for key, value in connection.header.items()}
 
     def _class(self, connection):
         """The class made from the bag's own definition."""
@@ -287,6 +306,90 @@ class Bag(BagInfo):
             made = generate_dynamic(connection.type, connection.definition)
             found = self._classes[key] = made[connection.type]
         return found
+
+    # -- facts ----------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def _reader_of_facts(self):
+        """Return a reader of the bag, which is opened again if it is closed."""
+        with rosbag_errors():
+            if self._closed and self._filename is not None:
+                with BagReader(self._filename) as reader:
+                    yield reader
+            else:
+                yield self._readable()
+
+    def get_message_count(self, topic_filters=None):
+        """Return the number of messages."""
+        if topic_filters is None:
+            with self._reader_of_facts() as reader:
+                return reader.message_count
+        info = self.get_type_and_topic_info(topic_filters)
+        return sum(topic.message_count for topic in info.topics.values())
+
+    def get_start_time(self):
+        """Seconds of the first message."""
+        return self._stamp("start_time")
+
+    def get_end_time(self):
+        """Seconds of the last message."""
+        return self._stamp("end_time")
+
+    def _stamp(self, which):
+        with self._reader_of_facts() as reader:
+            stamp = getattr(reader, which)
+        if stamp is None:
+            raise ROSBagException("Bag contains no message")
+        return genpy.Time(stamp.secs, stamp.nsecs).to_sec()
+
+    def get_type_and_topic_info(self, topic_filters=None):
+        """(types and their md5sums, topics with type, message count, connections, median frequency)."""
+        if topic_filters is not None and not isinstance(topic_filters, list):
+            topic_filters = [topic_filters]
+        with self._reader_of_facts() as reader:
+            kinds = sorted(reader.connections.values(), key=lambda one: one.type)
+            wanted = set(reader.topics if topic_filters is None else topic_filters) & set(reader.topics)
+            topics = {}
+            for topic in sorted(wanted):
+                known, rate = reader.topics[topic], self._frequency(reader.times(topic))
+                connections, count = known.connections, known.message_count
+                topics[topic] = _TopicTuple(connections[0].type, count, len(connections), rate)
+        return _TypesAndTopicsTuple({one.type: one.md5sum for one in kinds}, topics)
+
+    @staticmethod
+    def _frequency(times):
+        """One over the median period, computed from float seconds, as by rosbag."""
+        import numpy
+
+        stamps = times // 10**9 + times % 10**9 / 1e9
+        period = float(numpy.median(numpy.diff(stamps))) if len(times) > 1 else 0.0
+        return 1.0 / period if period > 0.0 else None
+
+    def get_compression_info(self):
+        """The compression that most chunks have, and their sizes."""
+        with self._reader_of_facts() as reader:
+            found = reader.compression()
+        if not found:
+            return _CompressionTuple(Compression.NONE, 0, 0)
+        main = max(found, key=lambda name: found[name].chunks)
+        every = found.values()
+        return _CompressionTuple(main, sum(c.plain_bytes for c in every), sum(c.stored_bytes for c in every))
+
+    def __str__(self):
+        with rosbag_errors():
+            return text(facts(self._readable(), freq=True))
+
+    def _get_yaml_info(self, key=None):
+        """Return the output of `rosbag info -y`, or one of its values; programs use this private method."""
+        with rosbag_errors():
+            found = facts(self._readable(), freq=True)
+        if key is None:
+            return yaml(found)
+        try:
+            return yaml_value(found, key)
+        except KeyError:
+            print('Error getting key "%s"' % key, file=sys.stderr)
+            return None
 
     # -- writing --------------------------------------------------------------------------------------------
 
@@ -310,9 +413,7 @@ class Bag(BagInfo):
         else:
             cls = msg.__class__
             type_, md5sum = cls._type, cls._md5sum
-            buffer = io.BytesIO()
-            msg.serialize(buffer)
-            data = buffer.getvalue()
+            data = encode_message(msg)
         connection = self._connections.get(topic)
         if connection is None:
             connection = self._connections[topic] = self._connection(
