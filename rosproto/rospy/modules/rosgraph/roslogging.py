@@ -4,8 +4,7 @@ import logging
 import os
 import sys
 import time
-
-from rosproto.files import replace_file
+from logging.handlers import RotatingFileHandler
 
 _NAMES = {
     "DEBUG": ("DEBUG", "\033[32m"),
@@ -77,41 +76,21 @@ def _with_formats(text, begin, more):
     return text
 
 
-class _LazyFile(logging.Handler):
-    """The node's log file, opened with the first record. If opening fails, records are dropped.
-
-    Not `logging.handlers.RotatingFileHandler`: importing that takes longer than the rest of init_node.
-    """
+class _LogFile(RotatingFileHandler):
+    """The node's log file, opened with the first record. When it cannot be written, records are dropped."""
 
     def __init__(self, path):
-        super().__init__()
-        self.baseFilename = path
-        self._file = None
-        self._broken = False
-        self._line = logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s")
+        super().__init__(path, "a", MOST_BYTES, 1, encoding="utf-8", delay=True, errors="backslashreplace")
+        self.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))
 
-    def emit(self, record):
-        """Write one record."""
-        if self._broken:
+    def handleError(self, record):
+        """Say once that it cannot be written."""
+        error = sys.exc_info()[1]
+        if not isinstance(error, OSError):
+            super().handleError(record)
             return
-        try:
-            if self._file is None:
-                os.makedirs(os.path.dirname(self.baseFilename), exist_ok=True)
-                self._file = open(  # noqa: SIM115  kept open
-                    self.baseFilename, "a", encoding="utf-8", errors="backslashreplace"
-                )
-            self._file.write(self._line.format(record) + "\n")
-            self._file.flush()
-            if self._file.tell() > MOST_BYTES:
-                self._rotate()
-        except OSError as error:
-            self._broken = True
-            sys.stderr.write("WARNING: cannot write the log file [%s]: %s\n" % (self.baseFilename, error))
-
-    def _rotate(self):
-        self._file.close()
-        self._file = None
-        replace_file(self.baseFilename, self.baseFilename + ".1")
+        self.setLevel(logging.CRITICAL + 1)
+        sys.stderr.write("WARNING: cannot write the log file [%s]: %s\n" % (self.baseFilename, error))
 
 
 def configure_logging(logname, level=logging.INFO, filename=None, env=None):
@@ -161,13 +140,13 @@ def _configure_from(config, logname, path):
 
 
 def _configure_as_usual(path):
-    root = logging.getLogger()
-    for handler in list(root.handlers):
-        root.removeHandler(handler)
-    root.setLevel(logging.INFO)
-    root.addHandler(_LazyFile(path))
-    rosout = logging.getLogger("rosout")
-    for handler in list(rosout.handlers):
-        rosout.removeHandler(handler)
-    rosout.setLevel(logging.INFO)
-    rosout.addHandler(RosStreamHandler())
+    try:
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+    except OSError:
+        pass  # the file says why it cannot be written
+    for name, handler in ((None, _LogFile(path)), ("rosout", RosStreamHandler())):
+        logger = logging.getLogger(name)
+        for old in list(logger.handlers):
+            logger.removeHandler(old)
+        logger.setLevel(logging.INFO)
+        logger.addHandler(handler)
