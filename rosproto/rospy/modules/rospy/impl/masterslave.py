@@ -1,6 +1,6 @@
 """rospy.impl.masterslave: the names that programs import from it."""
 
-from . import _unserved
+from ._unserved import unserved
 
-ROSHandler = _unserved.class_of("rospy.impl.masterslave.ROSHandler")
-apivalidate = _unserved.function("rospy.impl.masterslave.apivalidate")
+ROSHandler = unserved("rospy.impl.masterslave.ROSHandler")
+apivalidate = unserved("rospy.impl.masterslave.apivalidate")

@@ -3,11 +3,11 @@
 import threading
 import traceback
 
-from . import _unserved
+from ._unserved import unserved
 
-RegManager = _unserved.class_of("rospy.impl.registration.RegManager")
-set_topic_manager = _unserved.function("rospy.impl.registration.set_topic_manager")
-set_service_manager = _unserved.function("rospy.impl.registration.set_service_manager")
+RegManager = unserved("rospy.impl.registration.RegManager")
+set_topic_manager = unserved("rospy.impl.registration.set_topic_manager")
+set_service_manager = unserved("rospy.impl.registration.set_service_manager")
 
 
 class Registration:
