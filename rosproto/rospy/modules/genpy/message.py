@@ -17,27 +17,17 @@ from rosproto.codec.message import MessageMeta
 from rosproto.codec.value_style import value_style_named
 from rosproto.errors import CodecError
 
-from ._encoding import encode_message, sendable
-from ._fields import DeserializationError, MessageException, SerializationError, check_type, fill_message_args
 from ._text import strify_message
+from ._values import (
+    DeserializationError,
+    MessageException,
+    SerializationError,
+    check_type,
+    encode_message,
+    fill_message_args,
+    sendable,
+)
 from .rostime import Duration, Time, TVal
-
-__all__ = [
-    "FLAVOUR",
-    "NUMPY_FLAVOUR",
-    "DeserializationError",
-    "Message",
-    "MessageException",
-    "RosMessage",
-    "SerializationError",
-    "check_type",
-    "fill_message_args",
-    "get_message_class",
-    "get_printable_message_args",
-    "get_service_class",
-    "strify_message",
-    "struct_I",
-]
 
 struct_I = struct.Struct("<I")
 
@@ -83,7 +73,7 @@ class _EitherFamily(type):
         return type.__subclasscheck__(cls, other) or (cls is Message and issubclass(other, CodecMessage))
 
 
-def _assign(self, slots, args, kwds, default=None):
+def _assign(self, slots, args, kwds):
     """Assign values by position or by name, as genpy's constructors do; None keeps the default."""
     if args and kwds:
         raise TypeError("Message constructor may only use args OR keywords, not both")
@@ -251,12 +241,6 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
         """As `deserialize`, with numpy arrays."""
         return numpy_class(type(self))().deserialize(str)
 
-    __eq__ = _Checked.__eq__
-    __hash__ = None
-    __str__ = _Checked.__str__
-    __repr__ = _Checked.__repr__
-    __getstate__ = _Checked.__getstate__
-
     def __setstate__(self, state):
         _Checked.__setstate__(self, state)
         self._connection_header = None
@@ -264,26 +248,20 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
     __reduce__ = object.__reduce__  # pickled by the name of the class, as genpy's are
 
 
-FLAVOUR = ValueStyle(
-    "rospy",
-    views=False,
-    base=RosMessage,
-    time=Time,
-    duration=Duration,
-    module="{package}.{kind}",
-    text_errors="rosmsg",
-)
-NUMPY_FLAVOUR = ValueStyle(
-    "rospy-numpy",
-    views=True,
-    base=RosMessage,
-    time=Time,
-    duration=Duration,
-    module="{package}.{kind}",
-    text_errors="rosmsg",
-)
-value_style_named(FLAVOUR)
-value_style_named(NUMPY_FLAVOUR)
+def _style(name, views):
+    style = ValueStyle(
+        name,
+        views=views,
+        base=RosMessage,
+        time=Time,
+        duration=Duration,
+        module="{package}.{kind}",
+        text_errors="rosmsg",
+    )
+    return value_style_named(style)  # pickles name it
+
+
+FLAVOUR, NUMPY_FLAVOUR = _style("rospy", views=False), _style("rospy-numpy", views=True)
 
 
 def numpy_class(cls):

@@ -6,8 +6,6 @@ from rosproto.time import Duration as _Duration
 from rosproto.time import Time as _Time
 from rosproto.time import TVal
 
-__all__ = ["Duration", "TVal", "Time"]
-
 
 def _set(self, secs, nsecs):
     if not isinstance(secs, Integral):

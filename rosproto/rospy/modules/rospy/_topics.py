@@ -11,11 +11,11 @@ import time
 import traceback
 
 import genpy
+from genpy.message import encode_message
 
-from rosproto.codec import encoder
 from rosproto.errors import CodecError, LocalProtocolError, RosError, RosTimeout
 from rosproto.node.events import is_interrupt
-from rosproto.rospy.messages import is_ours, node_class
+from rosproto.rospy.messages import node_class
 
 from . import core
 from .exceptions import ROSException
@@ -184,7 +184,7 @@ class PublisherImpl(TopicImpl):
 
     def _publish_to(self, caller_id, message):
         self._stamp(message)
-        self.handle.publish_to(caller_id, self._bytes(message))
+        self.handle.publish_to(caller_id, encode_message(message))
 
     def publish(self, message):
         """Send a message to all subscribers."""
@@ -219,12 +219,9 @@ class PublisherImpl(TopicImpl):
 
     def _send(self, message):
         try:
-            if isinstance(message, AnyMsg):
-                self.handle.publish(self._bytes(message))
-            else:
-                self.handle.publish(message)
+            self.handle.publish(encode_message(message) if isinstance(message, AnyMsg) else message)
         except CodecError:
-            self.handle.publish(self._bytes(message))  # encoded by genpy's rules, or its error raised
+            self.handle.publish(encode_message(message))  # encoded by genpy's rules, or its error raised
         except LocalProtocolError:
             if not core.is_shutdown():
                 raise ROSException("publish() to a closed topic") from None
@@ -241,18 +238,6 @@ class PublisherImpl(TopicImpl):
                 pass
             except RosError:
                 return
-
-    @staticmethod
-    def _bytes(message):
-        if isinstance(message, AnyMsg):
-            if message._buff is None:
-                raise ROSException("AnyMsg is not initialized")
-            return bytes(message._buff)
-        if is_ours(type(message)):
-            from genpy.message import encode_message
-
-            return encode_message(message)
-        return encoder(node_class(type(message)))(message)
 
 
 def _queue_limit(queue_size):

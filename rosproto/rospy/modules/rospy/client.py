@@ -18,33 +18,6 @@ from .msproxy import MasterProxy
 from .rostime import Duration
 from .topics import Subscriber
 
-__all__ = [
-    "DEBUG",
-    "ERROR",
-    "FATAL",
-    "INFO",
-    "WARN",
-    "delete_param",
-    "get_master",
-    "get_param",
-    "get_param_cached",
-    "get_param_names",
-    "get_published_topics",
-    "has_param",
-    "init_node",
-    "load_command_line_node_params",
-    "logdebug",
-    "logerr",
-    "loginfo",
-    "logwarn",
-    "myargv",
-    "on_shutdown",
-    "search_param",
-    "set_param",
-    "spin",
-    "wait_for_message",
-]
-
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
 
@@ -247,11 +220,7 @@ def wait_for_message(topic, topic_type, timeout=None):
 # -- parameters ---------------------------------------------------------------------------------------------
 
 
-class _Unspecified:
-    pass
-
-
-_unspecified = _Unspecified()
+_unspecified = object()
 
 
 def get_param(param_name, default=_unspecified):
@@ -288,14 +257,7 @@ def get_param_names():
 
 def set_param(param_name, param_value):
     """Set a parameter; a dict replaces the namespace."""
-    if not rosgraph.names.is_legal_name(param_name):
-        import warnings
-
-        warnings.warn(
-            "'%s' is not a legal ROS graph resource name. This may cause problems with other ROS tools"
-            % param_name,
-            stacklevel=2,
-        )
+    names.warn_if_illegal(param_name, stacklevel=2)
     get_master()[param_name] = param_value
 
 

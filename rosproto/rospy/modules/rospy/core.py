@@ -6,53 +6,17 @@ import os
 import signal
 import sys
 import threading
-import time
 import traceback
 
 from rosgraph import roslogging
 
-from ._logging import *  # noqa: F403
-from ._logging import function_of, logdebug, logerr, logerror, logfatal, loginfo, logout, logwarn
-from .exceptions import *  # noqa: F403  programs name the exceptions by this module too
+from rosproto.rospy.master import call
+
+from .exceptions import *  # programs name the exceptions by this module too
 from .exceptions import ROSException
 from .impl.validators import ParameterInvalid
-from .names import *  # noqa: F403
+from .names import *
 from .names import get_caller_id, get_mappings, get_name, get_namespace, resolve_name
-
-__all__ = [
-    "MASTER_NAME",
-    "ROSRPC",
-    "add_client_shutdown_hook",
-    "add_preshutdown_hook",
-    "add_shutdown_hook",
-    "configure_logging",
-    "get_caller_id",
-    "get_name",
-    "get_namespace",
-    "get_node_uri",
-    "get_ros_root",
-    "is_initialized",
-    "is_shutdown",
-    "is_shutdown_requested",
-    "logdebug",
-    "logerr",
-    "logerror",
-    "logfatal",
-    "loginfo",
-    "logout",
-    "logwarn",
-    "parse_rosrpc_uri",
-    "register_signals",
-    "resolve_name",
-    "rospydebug",
-    "rospyerr",
-    "rospyinfo",
-    "rospywarn",
-    "set_initialized",
-    "set_node_uri",
-    "signal_shutdown",
-    "xmlrpcapi",
-]
 
 MASTER_NAME = "master"
 ROSRPC = "rosrpc://"
@@ -72,6 +36,123 @@ def parse_rosrpc_uri(uri):
 
 
 # -- log ----------------------------------------------------------------------------------------------------
+
+_FRAMES = 3  # from the logger's method up to the program: _log, the function, its caller
+_last_times = {}
+_last_texts = {}
+_said = set()
+_caller = threading.local()
+
+
+def _log(level, msg, args, kwargs, period=None, identical=False, once=False):
+    logger = logging.getLogger("rosout")
+    name = kwargs.pop("logger_name", None)
+    if name:
+        logger = logger.getChild(name)
+    if once or identical or period is not None:
+        frame = sys._getframe(2)
+        caller = (frame.f_code.co_filename, frame.f_lineno, frame.f_lasti)
+        if not _is_due(caller, msg, period, identical, once):
+            return
+    kwargs.setdefault("stacklevel", _FRAMES)
+    _caller.frame = sys._getframe(2)
+    try:
+        logger.log(level, msg, *args, **kwargs)
+    finally:
+        _caller.frame = None
+
+
+def function_of(record):
+    """Name of the function that logged, with its class's when it is a method, as rospy gives it."""
+    frame = getattr(_caller, "frame", None)
+    if frame is None or frame.f_code.co_name != record.funcName or "self" not in frame.f_locals:
+        return record.funcName
+    return "%s.%s" % (type(frame.f_locals["self"]).__name__, record.funcName)
+
+
+def _is_due(caller, msg, period, identical, once):
+    if once:
+        new = caller not in _said
+        _said.add(caller)
+        return new
+    due = _period_is_over(caller, period)
+    if not identical:
+        return due
+    new = _last_texts.get(caller) != msg
+    _last_texts[caller] = msg
+    return new or due
+
+
+def _period_is_over(caller, period):
+    from .rostime import Duration, Time
+
+    now, last = Time.now(), _last_times.get(caller)
+    if last is None or last > now or now - last > Duration(period):
+        _last_times[caller] = now
+        return True
+    return False
+
+
+def logdebug(msg, *args, **kwargs):
+    """Log at the level DEBUG."""
+    _log(logging.DEBUG, msg, args, kwargs)
+
+
+def loginfo(msg, *args, **kwargs):
+    """Log at the level INFO."""
+    _log(logging.INFO, msg, args, kwargs)
+
+
+def logwarn(msg, *args, **kwargs):
+    """Log at the level WARN."""
+    _log(logging.WARNING, msg, args, kwargs)
+
+
+def logerr(msg, *args, **kwargs):
+    """Log at the level ERROR."""
+    _log(logging.ERROR, msg, args, kwargs)
+
+
+def logfatal(msg, *args, **kwargs):
+    """Log at the level FATAL."""
+    _log(logging.CRITICAL, msg, args, kwargs)
+
+
+logout = loginfo
+logerror = logerr
+
+
+def _variants(name, level):
+    def throttle(period, msg, *args, **kwargs):
+        _log(level, msg, args, kwargs, period=period or None)
+
+    def throttle_identical(period, msg, *args, **kwargs):
+        _log(level, msg, args, kwargs, period=period, identical=True)
+
+    def once(msg, *args, **kwargs):
+        _log(level, msg, args, kwargs, once=True)
+
+    texts = {
+        "throttle": "at most every `period` seconds",
+        "throttle_identical": "unless it is the same text as before, within `period` seconds",
+        "once": "only the first time",
+    }
+    for function in (throttle, throttle_identical, once):
+        kind = function.__name__
+        function.__name__ = function.__qualname__ = "%s_%s" % (name, kind)
+        function.__doc__ = "As `%s`, from one place %s." % (name, texts[kind])
+        globals()[function.__name__] = function
+
+
+for _name, _level in (
+    ("logdebug", logging.DEBUG),
+    ("loginfo", logging.INFO),
+    ("logwarn", logging.WARNING),
+    ("logerr", logging.ERROR),
+    ("logfatal", logging.CRITICAL),
+):
+    _variants(_name, _level)
+
 
 _internal = logging.getLogger("rospy.internal")
 rospydebug = _internal.debug
@@ -119,20 +200,6 @@ def get_ros_root(required=False, env=None):
     return root
 
 
-class Remote:
-    """The API of a master or node: has any method, and returns the raw reply."""
-
-    def __init__(self, uri):
-        self._uri = uri
-
-    def __getattr__(self, method):
-        if method.startswith("__"):
-            raise AttributeError(method)
-        from rosproto.rospy.master import call
-
-        return lambda *args: call(self._uri, method, *args)
-
-
 _proxies = {}
 
 
@@ -154,11 +221,9 @@ def _proxy(uri):
     """A ServerProxy that calls through our client: usable from any thread, and with a time-out."""
     from xmlrpc.client import ServerProxy
 
-    remote = Remote(uri)
-
     class Proxy(ServerProxy):
         def _ServerProxy__request(self, methodname, params):  # all calls go through this
-            return getattr(remote, methodname)(*params)
+            return call(uri, methodname, *params)
 
     Proxy.__name__ = Proxy.__qualname__ = "ServerProxy"
     return Proxy(uri)
@@ -314,7 +379,3 @@ def register_signals():
         numbers.append(signal.SIGBREAK)
     for number in numbers:
         _signalChain[number] = signal.signal(number, _ros_signal)
-
-
-def _wallsleep(seconds):
-    time.sleep(seconds)

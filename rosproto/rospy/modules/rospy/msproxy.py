@@ -2,6 +2,8 @@
 
 import threading
 
+from rosproto.rospy.master import call
+
 from . import core, names
 from .exceptions import ROSException
 
@@ -30,7 +32,6 @@ class MasterProxy:
 
     def __init__(self, uri):
         self._uri = uri
-        self._remote = core.Remote(uri)
         self._cached = {}
         self._lock = threading.Lock()
 
@@ -56,7 +57,7 @@ class MasterProxy:
 
     def _call(self, method, *args):
         with core.uninterrupted:
-            return getattr(self._remote, method)(names.get_caller_id(), *args)
+            return call(self._uri, method, names.get_caller_id(), *args)
 
     def __getitem__(self, key):
         code, _, value = self._call("getParam", names.resolve_name(key))

@@ -9,6 +9,7 @@ from rosgraph.names import (
     PRIV_NAME,
     REMAP,
     SEP,
+    canonicalize_name,
     get_ros_namespace,
     is_global,
     is_legal_name,
@@ -21,36 +22,6 @@ from rosgraph.names import (
 
 from .exceptions import ROSException, ROSInitException
 
-__all__ = [
-    "ANYTYPE",
-    "GLOBALNS",
-    "PRIV_NAME",
-    "REMAP",
-    "SEP",
-    "SERVICE_ANYTYPE",
-    "TOPIC_ANYTYPE",
-    "canonicalize_name",
-    "get_caller_id",
-    "get_mappings",
-    "get_name",
-    "get_namespace",
-    "get_resolved_mappings",
-    "get_ros_namespace",
-    "initialize_mappings",
-    "is_global",
-    "is_legal_name",
-    "is_private",
-    "isstring",
-    "load_mappings",
-    "namespace",
-    "ns_join",
-    "reload_mappings",
-    "remap_name",
-    "resolve_name",
-    "resolve_name_without_node_name",
-    "scoped_name",
-]
-
 TOPIC_ANYTYPE = ANYTYPE
 SERVICE_ANYTYPE = ANYTYPE
 
@@ -58,8 +29,6 @@ _mappings = load_mappings(sys.argv)
 _resolved_mappings = {}
 _caller_namespace = get_ros_namespace()
 _caller_id = _caller_namespace + "unnamed"
-
-canonicalize_name = rosgraph.names.canonicalize_name
 
 
 def reload_mappings(argv):
@@ -156,3 +125,15 @@ def scoped_name(caller_id, name):
     if not is_global(caller_id):
         raise ROSException("caller_id must be global")
     return canonicalize_name(name)[len(namespace(caller_id)) :]
+
+
+def warn_if_illegal(name, stacklevel):
+    """Warn of a name that is not legal; `stacklevel` as the caller would give it to warnings.warn."""
+    if not is_legal_name(name):
+        import warnings
+
+        warnings.warn(
+            "'%s' is not a legal ROS graph resource name. This may cause problems with other ROS tools"
+            % name,
+            stacklevel=stacklevel + 1,
+        )

@@ -36,11 +36,6 @@ class Time(genpy.Time):
         """Current ROS time."""
         return get_rostime()
 
-    @classmethod
-    def from_seconds(cls, float_secs):
-        """Old name of `from_sec`."""
-        return cls.from_sec(float_secs)
-
 
 Duration.__slots__ = Time.__slots__ = []  # they add no slots to genpy's
 

@@ -1,5 +1,6 @@
 """rospy.impl.init: the node behind the module."""
 
+import logging
 import os
 import threading
 import time
@@ -8,10 +9,15 @@ import rosgraph
 from rosgraph.roslogging import RosStreamHandler
 
 from rosproto.errors import RosError
+from rosproto.node.options import host_names
+from rosproto.rospy.host import ProgramNode
+from rosproto.transport.own_address import host_from_environment
 
-from .. import core, names
-
-__all__ = ["RosStreamHandler", "node", "start_node"]
+from .. import core, names, topics
+from ..exceptions import ROSInitException
+from ..rostime import wallsleep
+from ..service import ServiceException
+from .tcpros_service import Service, attach
 
 node = None
 _DEBUGGED = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
@@ -24,10 +30,6 @@ def start_node(resolved_name, port=0, tcpros_port=0):
         ROSInitException: It was shut down meanwhile.
     """
     global node
-    from rosproto.node.options import host_names
-    from rosproto.rospy.host import ProgramNode
-    from rosproto.transport.own_address import host_from_environment
-
     names.set_caller_id(resolved_name)
     uri = rosgraph.get_master_uri()
     opened = None
@@ -48,34 +50,20 @@ def start_node(resolved_name, port=0, tcpros_port=0):
             if not told:
                 _tell(uri)
                 told = True
-            _pause(0.2)
+            wallsleep(0.2)
     if opened is None:
-        from ..exceptions import ROSInitException
-
         raise ROSInitException("Failed to initialize time. Please check logs for additional details")
     node = opened
     core.set_node_uri(node.uri)
     core.add_shutdown_hook(_close)
-    from ..topics import manager
-
-    manager.attach(node)
-    from .tcpros_service import attach
-
+    topics.manager.attach(node)
     attach(node)
     return node
 
 
-def _pause(seconds):
-    from ..rostime import wallsleep
-
-    wallsleep(seconds)
-
-
 def _tell(uri):
-    from ..topics import manager
-
     text = "master may not be running yet. Will keep trying."
-    if manager.get_topics():
+    if topics.manager.get_topics():
         core.logerr("Unable to immediately register with master node [%s]: %s" % (uri, text))
     else:
         print("Unable to register with master node [%s]: %s" % (uri, text))
@@ -108,9 +96,6 @@ def serve_loggers():
 
 def _serve_loggers():
     time.sleep(0.1)
-    from ..service import ServiceException
-    from .tcpros_service import Service
-
     try:
         from roscpp.srv import GetLoggers, SetLoggerLevel
 
@@ -122,8 +107,6 @@ def _serve_loggers():
 
 
 def _get_loggers(request):
-    import logging
-
     from roscpp.msg import Logger
     from roscpp.srv import GetLoggersResponse
 
@@ -135,8 +118,6 @@ def _get_loggers(request):
 
 
 def _set_logger_level(request):
-    import logging
-
     from roscpp.srv import SetLoggerLevelResponse
 
     levels = {name: level for level, name in _DEBUGGED.items()}

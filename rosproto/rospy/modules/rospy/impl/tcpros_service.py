@@ -9,17 +9,24 @@ import traceback
 
 import genpy
 import rosgraph
-import rosgraph.names
+from genpy.message import encode_message, sendable
 
 from rosproto.errors import ConnectionLost, MasterError, Md5sumMismatch, RosError, RosTimeout, ServiceError
 from rosproto.names import is_usable_name
-from rosproto.rospy.host import refusal
+from rosproto.node.options import host_names
+from rosproto.node.services.client import ServiceClient
+from rosproto.protocol.handshake import service_client_header
+from rosproto.rospy.host import Caller, refusal
 from rosproto.rospy.messages import Encoded, is_ours, node_service
+from rosproto.transport.connecting import connect
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.robot_host_names import HostNames
+from rosproto.transport.tcpros_io import write_header
 
 from .. import core, names
 from ..exceptions import ROSException, ROSInterruptException
 from ..msg import args_kwds_to_message
-from ..rostime import Duration
+from ..rostime import Duration, wallsleep
 from ..service import ServiceException, manager
 from .registration import Registration, get_registration_listeners
 
@@ -90,13 +97,6 @@ def wait_for_service(service, timeout=None):
 
 def _contact(master, resolved, timeout):
     """URI of a provider that answers, None when there is none."""
-    from rosproto.node.options import host_names
-    from rosproto.protocol.handshake import service_client_header
-    from rosproto.transport.connecting import connect
-    from rosproto.transport.deadline import Deadline
-    from rosproto.transport.robot_host_names import HostNames
-    from rosproto.transport.tcpros_io import write_header
-
     try:
         uri = master.lookupService(resolved)
     except rosgraph.MasterException:
@@ -113,18 +113,12 @@ def _contact(master, resolved, timeout):
     return uri
 
 
-__all__ = ["Service", "ServiceProxy", "wait_for_service"]
-
 logger = logging.getLogger("rospy.service")
 DEFAULT_BUFF_SIZE = 65536
 
 _node = None
 _lock = threading.RLock()
 _caller = None
-
-
-def _not_listed(client):
-    """Do nothing: before there is a node, there is no list of clients to update."""
 
 
 def attach(node):
@@ -141,8 +135,6 @@ def _caller_now():
     global _caller
     if _node is not None:
         return _node
-    from rosproto.rospy.host import Caller
-
     uri = rosgraph.get_master_uri()
     with _lock:
         if _caller is None or _caller.master_given != uri:
@@ -160,8 +152,6 @@ def _for_node(message):
     Raises:
         genpy.SerializationError: A value does not fit its field.
     """
-    from genpy.message import encode_message, sendable
-
     if is_ours(type(message)):
         return sendable(message)
     return Encoded(message._type, encode_message(message))
@@ -242,10 +232,8 @@ class ServiceProxy(_Service):
             if caller is _node:
                 client = caller.service_client(self.resolved_name, service, persistent=self.persistent)
             else:
-                from rosproto.node.services.client import ServiceClient
-
                 client = ServiceClient(
-                    caller, self.resolved_name, service, persistent=self.persistent, on_close=_not_listed
+                    caller, self.resolved_name, service, persistent=self.persistent, on_close=lambda _: None
                 )
             client.add_headers({str(key): str(value) for key, value in self._headers.items()})
             self._client, self._client_of = client, caller
@@ -311,14 +299,7 @@ class Service(_Service):
         super().__init__(name, service_class)
         if not name or not isinstance(name, str):
             raise ValueError("service name is not a non-empty string")
-        if not rosgraph.names.is_legal_name(name):
-            import warnings
-
-            warnings.warn(
-                "'%s' is not a legal ROS graph resource name. This may cause problems with other ROS tools"
-                % name,
-                stacklevel=2,
-            )
+        names.warn_if_illegal(name, stacklevel=2)
         self.handler = handler
         self.done = False
         self._server = None
@@ -377,8 +358,6 @@ class Service(_Service):
 
     def spin(self):
         """Wait until the service or the node is shut down."""
-        from ..rostime import wallsleep
-
         try:
             while not core.is_shutdown() and not self.done:
                 wallsleep(0.1)

@@ -1,11 +1,18 @@
-"""Values of fields: which one does not fit (check_type), and a message from values written as YAML on a
-command line.
+"""Values of fields: which one does not fit (check_type), encoding them, and a message from values written as
+YAML on a command line.
 
 The errors have genpy's texts; tracebacks name them as part of genpy.message.
 """
 
-from rosproto.codec import Message as CodecMessage
+import copy
+import struct
+from io import BytesIO
 
+from rosproto.codec import Message as CodecMessage
+from rosproto.codec import encode
+from rosproto.errors import CodecError
+
+from .base import SIMPLE_TYPES
 from .rostime import Duration, Time, TVal
 
 
@@ -27,18 +34,7 @@ for _error in (MessageException, DeserializationError, SerializationError):
 
 _SIGNED = {"byte": 8, "int8": 8, "int16": 16, "int32": 32, "int64": 64}
 _UNSIGNED = {"char": 8, "uint8": 8, "uint16": 16, "uint32": 32, "uint64": 64}
-_NUMPY_NUMBERS = {
-    "float32",
-    "float64",
-    "int8",
-    "int16",
-    "int32",
-    "int64",
-    "uint8",
-    "uint16",
-    "uint32",
-    "uint64",
-}
+_NUMPY_NUMBERS = set(SIMPLE_TYPES) - {"bool", "byte", "char"}
 _HEADERS = ("Header", "std_msgs/Header", "roslib/Header")
 
 
@@ -113,6 +109,119 @@ def _check_message(name, expected, value):
         raise SerializationError("field %s must be of type %s instead of %s" % (name, expected, value._type))
     for inner, type_ in zip(value.__slots__, value._get_types()):
         check_type("%s.%s" % (name, inner), type_, getattr(value, inner))
+
+
+# -- encoding, with genpy's errors for messages that cannot be encoded ---------------------------------------
+
+_REFUSED = (CodecError, TypeError, ValueError, AttributeError)
+_BYTES = ("uint8", "char")
+_WALKED = {"string": (str, dict)}
+
+
+def encode_message(message):
+    """Bytes of a message of either family.
+
+    Raises:
+        SerializationError: A value does not fit its field.
+    """
+    if not isinstance(message, CodecMessage):
+        buffer = BytesIO()
+        message.serialize(buffer)
+        return buffer.getvalue()
+    try:
+        return encode(message)
+    except _REFUSED:
+        return encode(sendable(message))
+
+
+def sendable(message):
+    """A message that our codec can encode: itself, or a copy in which some values became tuples.
+
+    Raises:
+        SerializationError: A value does not fit its field.
+    """
+    try:
+        encode(message)
+    except _REFUSED as error:
+        walked = _with_walked_fields(message)
+        if walked is None:
+            refuse(message, error)
+        return sendable(walked)
+    return message
+
+
+def refuse(message, error):
+    """Raise what genpy raises for a message that cannot be encoded."""
+    _touch(message)
+    if "out of range for float32" in str(error):  # genpy does not check the range there, struct does
+        message._check_types()
+        raise OverflowError("float too large to pack with f format")
+    message._check_types(struct.error(error))
+    raise SerializationError(str(error))
+
+
+def _touch(value):
+    """Read every field as genpy's code does: a value that is no message or no text is an AttributeError."""
+    for name, type_ in zip(value.__slots__, value._slot_types):
+        inner = getattr(value, name)
+        base = type_.partition("[")[0]
+        for one in _items(inner) if type_.endswith("]") else [inner]:
+            if base == "string":
+                if hasattr(one, "__len__"):
+                    _ = one.encode
+            elif base in ("time", "duration"):
+                _ = one.secs
+            elif _is_message(base):
+                _touch_message(one, base)
+
+
+def _touch_message(value, type_):
+    from rosproto.rospy import messages
+
+    for name in messages.message(type_).__slots__:
+        getattr(value, name)
+    if hasattr(value, "_slot_types"):
+        _touch(value)
+
+
+def _items(value):
+    return value if isinstance(value, (list, tuple)) else ()
+
+
+def _is_message(base):
+    return "/" in base or base == "Header"
+
+
+# -- values that genpy only iterates over -------------------------------------------------------------------
+
+
+def _with_walked_fields(message):
+    """A copy that can be encoded, of a message that gives bytes for numbers or a text for a list of texts.
+
+    genpy iterates over any value that has a length: bytes give numbers, a text gives its letters.
+    None for a message that has no such field.
+    """
+    if not any(True for _ in _walked_fields(message)):
+        return None
+    copied = copy.deepcopy(message)
+    for owner, name in list(_walked_fields(copied)):
+        setattr(owner, name, tuple(getattr(owner, name)))
+    return copied
+
+
+def _walked_fields(message):
+    for name, type_ in zip(message.__slots__, message._slot_types):
+        value = getattr(message, name)
+        base, is_array, _ = type_.partition("[")
+        if _is_message(base):
+            for one in _items(value) if is_array else (value,):
+                if isinstance(one, CodecMessage):
+                    yield from _walked_fields(one)
+        elif is_array and base not in _BYTES and isinstance(value, _WALKED.get(base, (bytes, bytearray))):
+            yield message, name
+
+
+# -- messages from values written as YAML --------------------------------------------------------------------
 
 
 def fill_message_args(msg, msg_args, keys={}):  # noqa: B006  genpy's signature
