@@ -5,6 +5,8 @@ import time
 
 import rosgraph
 
+from rosproto.rospy.master import call
+
 
 class ROSNodeException(Exception):
     """A node cannot be used."""
@@ -109,14 +111,8 @@ def get_api_uri(master, caller_id, skip_cache=False):
         raise ROSNodeIOException("Unable to communicate with master!") from None
 
 
-def _api(name):
-    return rosgraph.Master("/rosnode").lookupNode(rosgraph.names.script_resolve_name("/rosnode", name))
-
-
 def rosnode_ping(node_name, max_count=None, verbose=False, skip_cache=False):
     """True when the node answers. Makes `max_count` tries; without it, goes on as long as it answers."""
-    from rosproto.rospy.master import call
-
     uri = get_api_uri(rosgraph.Master("/rosnode"), node_name)
     if not uri:
         print("cannot ping [%s]: unknown node" % node_name, file=sys.stderr)
@@ -181,12 +177,11 @@ def cleanup_master_whitelist(master, whitelist):
 
 def kill_nodes(node_names):
     """Ask nodes to shut down; returns (those that will, those that were not reached)."""
-    from rosproto.rospy.master import call
-
     done, failed = [], []
     for name in node_names:
         try:
-            call(_api(name), "shutdown", "/rosnode", "user request")
+            node = rosgraph.names.script_resolve_name("/rosnode", name)
+            call(rosgraph.Master("/rosnode").lookupNode(node), "shutdown", "/rosnode", "user request")
             done.append(name)
         except (OSError, rosgraph.MasterException):
             failed.append(name)

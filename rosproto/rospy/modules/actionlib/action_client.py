@@ -59,14 +59,6 @@ class TerminalState:
 
 
 GoalStatus.to_string = CommState.to_string = TerminalState.to_string = classmethod(get_name_of_constant)
-_ENDS = {
-    GoalStatus.RECALLED,
-    GoalStatus.REJECTED,
-    GoalStatus.PREEMPTED,
-    GoalStatus.ABORTED,
-    GoalStatus.SUCCEEDED,
-    GoalStatus.LOST,
-}
 
 
 class ClientGoalHandle:
@@ -117,7 +109,7 @@ class ClientGoalHandle:
                     "Asking for the terminal state when we're in [%s]", CommState.to_string(machine.state)
                 )
             status = machine.latest_goal_status.status
-            if status in _ENDS:
+            if status in vars(TerminalState).values():
                 return status
             rospy.logerr("Asking for a terminal state, but the goal status is %d", status)
             return GoalStatus.LOST

@@ -134,7 +134,7 @@ class SimpleActionClient:
             return
         state, simple = gh.get_comm_state(), self.simple_state
         if state in (CommState.ACTIVE, CommState.PREEMPTING) and simple == SimpleGoalState.PENDING:
-            self._set_simple_state(SimpleGoalState.ACTIVE)
+            self.simple_state = SimpleGoalState.ACTIVE
             if self.active_cb:
                 self.active_cb()
         elif state == CommState.DONE:
@@ -162,7 +162,7 @@ class SimpleActionClient:
         if self.done_cb:
             self.done_cb(gh.get_goal_status(), gh.get_result())
         with self.done_condition:
-            self._set_simple_state(SimpleGoalState.DONE)
+            self.simple_state = SimpleGoalState.DONE
             self.done_condition.notify_all()
 
     def _handle_feedback(self, gh, feedback):
@@ -176,6 +176,3 @@ class SimpleActionClient:
             return
         if self.feedback_cb:
             self.feedback_cb(feedback)
-
-    def _set_simple_state(self, state):
-        self.simple_state = state

@@ -6,14 +6,10 @@ import traceback
 import rospy
 from actionlib_msgs.msg import GoalStatus
 
-from .action_server import ActionServer
+from .action_server import ActionServer, nop_cb
 from .server_goal_handle import ServerGoalHandle
 
 _BUMPED = "This goal was canceled because another goal was received by the simple action server"
-
-
-def nop_cb(goal_handle):
-    """Does nothing."""
 
 
 class SimpleActionServer:

@@ -148,43 +148,29 @@ class Client:
 
     # -- callbacks ------------------------------------------------------------------------------------------
 
-    @property
-    def config_callback(self):
-        """Called with every new configuration, and with the current one when the callback is set."""
+    def get_config_callback(self):
+        """What is called with every new configuration."""
         return self._config_callback
 
-    @config_callback.setter
-    def config_callback(self, value):
+    def set_config_callback(self, value):
+        """Set it; it is called with the current configuration now."""
         self._config_callback = value
         if value is not None:
             value(self.config)
 
-    @property
-    def description_callback(self):
-        """Called with every new description, and with the current one when the callback is set."""
+    config_callback = property(get_config_callback, set_config_callback)
+
+    def get_description_callback(self):
+        """What is called with every new description."""
         return self._description_callback
 
-    @description_callback.setter
-    def description_callback(self, value):
+    def set_description_callback(self, value):
+        """Set it; it is called with the current description now."""
         self._description_callback = value
         if value is not None:
             value(self.param_description)
 
-    def get_config_callback(self):
-        """The property as a method."""
-        return self.config_callback
-
-    def set_config_callback(self, value):
-        """The property as a method."""
-        self.config_callback = value
-
-    def get_description_callback(self):
-        """The property as a method."""
-        return self.description_callback
-
-    def set_description_callback(self, value):
-        """The property as a method."""
-        self.description_callback = value
+    description_callback = property(get_description_callback, set_description_callback)
 
     def _updates_msg(self, msg):
         if self.group_description is None:

@@ -3,6 +3,8 @@
 Source: wiki.ros.org/ROS/Master_API.
 """
 
+from rosproto.rospy.master import call
+
 from .names import make_caller_id
 from .rosenv import get_master_uri
 
@@ -70,8 +72,6 @@ class Master:
         self.master_uri = master_uri
 
     def _call(self, method, *args):
-        from rosproto.rospy.master import call
-
         code, text, value = call(self.master_uri, method, self.caller_id, *args)
         if code == 1:
             return value

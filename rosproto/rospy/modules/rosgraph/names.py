@@ -4,7 +4,8 @@ import os
 import re
 import sys
 
-from rosproto.names import canonicalize
+from rosproto.names import anonymous_name, canonicalize
+from rosproto.names import join as ns_join
 
 from .rosenv import ROS_NAMESPACE
 
@@ -68,15 +69,6 @@ def namespace(name):
     return name[: name.rfind(SEP) + 1] or SEP
 
 
-def ns_join(ns, name):
-    """The name in a namespace, unless it is global or private."""
-    if is_private(name) or is_global(name):
-        return name
-    if not ns or ns == PRIV_NAME or ns.endswith(SEP):
-        return ns + name
-    return ns + SEP + name
-
-
 def load_mappings(argv):
     """`name:=other` of a command line; `_parameter:=value` is left out."""
     mappings = {}
@@ -136,10 +128,3 @@ def script_resolve_name(script_name, name):
     if is_private(name):
         return ns_join(make_caller_id(script_name), name[1:])
     return get_ros_namespace() + name
-
-
-def anonymous_name(id):
-    """A unique name."""
-    from rosproto.names import anonymous_name
-
-    return anonymous_name(id)

@@ -28,76 +28,63 @@ def Stamped(obj, stamp, frame_id):
     return obj
 
 
-class _Table:
-    """Functions by type, shared by all objects of a class."""
+def _found(functions, key):
+    """The function of a type.
 
-    def __init__(self, problem):
-        self._functions = {}
-        self._problem = problem
-
-    def add(self, key, function):
-        """Register the function of a type."""
-        self._functions[key] = function
-
-    def get(self, key):
-        """The function of a type.
-
-        Raises:
-            TypeException: The type has no function.
-        """
-        if key not in self._functions:
-            raise TypeException(self._problem % str(key))
-        return self._functions[key]
+    Raises:
+        TypeException: The type has no function.
+    """
+    if key not in functions:
+        raise TypeException("Type %s if not loaded or supported" % str(key))
+    return functions[key]
 
 
 class TransformRegistration:
-    """Transform functions by type: `function(data, transform) -> data`."""
+    """Transform functions by type, of all objects: `function(data, transform) -> data`."""
 
-    _table = _Table("Type %s if not loaded or supported")
+    _functions = {}
 
     def print_me(self):
         """Print the table."""
-        print(self._table._functions)
+        print(self._functions)
 
     def add(self, key, callback):
         """Register the function of a type."""
-        self._table.add(key, callback)
+        self._functions[key] = callback
 
     def get(self, key):
         """The function of a type."""
-        return self._table.get(key)
+        return _found(self._functions, key)
 
 
 class ConvertRegistration:
-    """Conversion functions: to a message, from a message, or directly."""
+    """Conversion functions, of all objects: to a message, from a message, or directly."""
 
-    _to = _Table("Type %s if not loaded or supported")
-    _from = _Table("Type %s if not loaded or supported")
-    _straight = _Table("Type %s if not loaded or supported")
+    _to, _from, _straight = {}, {}, {}
 
     def add_to_msg(self, key, callback):
         """Register a function that converts a type to a message."""
-        self._to.add(key, callback)
+        self._to[key] = callback
 
     def add_from_msg(self, key, callback):
         """Register a function that converts a message to a type."""
-        self._from.add(key, callback)
+        self._from[key] = callback
 
     def add_convert(self, key, callback):
         """Register a direct function for a pair of types."""
-        self._straight.add(key, callback)
+        self._straight[key] = callback
 
     def get_to_msg(self, key):
         """The function that converts a type to a message."""
-        return self._to.get(key)
+        return _found(self._to, key)
 
     def get_from_msg(self, key):
         """The function that converts a message to a type."""
-        return self._from.get(key)
+        return _found(self._from, key)
 
     def get_convert(self, key):
         """The direct function of a pair of types."""
-        return self._straight.get(key)
+        return _found(self._straight, key)
 
 
 def convert(a, b_type):
