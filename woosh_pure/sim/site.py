@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rosproto.sentence import say
+from rosproto.sentence import Sentence, say
 from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.maps.gridmap import OCCUPIED, GridMap
 from woosh_pure.maps.marks import MarkFile
@@ -167,6 +167,11 @@ def _is_free(grid: GridMap, pose: Pose2D) -> bool:
     return not grid.is_occupied(pose.x, pose.y)  # also outside the map
 
 
-def _extent(grid: GridMap) -> str:
-    wide, high = grid.width * grid.resolution, grid.height * grid.resolution
-    return f"{wide:g} m by {high:g} m from its corner at x {grid.origin.x:g}, y {grid.origin.y:g}"
+def _extent(grid: GridMap) -> Sentence:
+    return say(
+        "{wide:g} m by {high:g} m from its corner at x {x:g}, y {y:g}",
+        wide=grid.width * grid.resolution,
+        high=grid.height * grid.resolution,
+        x=grid.origin.x,
+        y=grid.origin.y,
+    )

@@ -240,14 +240,12 @@ def _check_tls(cert: str | Path, key: str | Path | None) -> None:
     try:
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert, key, password="")
     except ssl.SSLError as error:
-        wrong = f"{cert} and {key}: they are" if key else f"{cert}: it is"
-        raise ValueError(
-            say(
-                "{wrong} no PEM certificate with its unencrypted key ({error})",
-                wrong=wrong,
-                error=error.reason or "not PEM",
-            )
-        ) from error
+        wrong = (
+            "{cert} and {key}: they are no PEM certificate with its unencrypted key ({error})"
+            if key
+            else "{cert}: it is no PEM certificate with its unencrypted key ({error})"
+        )
+        raise ValueError(say(wrong, cert=cert, key=key, error=error.reason or say("not PEM"))) from error
 
 
 def _run_alone(main: Coroutine[Any, Any, None]) -> None:
