@@ -12,10 +12,7 @@ Being cancelled again changes nothing. A loop that is closed over a task counts 
 from __future__ import annotations
 
 import asyncio
-import functools
-import inspect
 from collections.abc import Awaitable, Callable, Coroutine, Generator
-from operator import attrgetter
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
@@ -93,28 +90,3 @@ class AwaitableProperty(Awaitable[T], Generic[T]):
 
     def __await__(self) -> Generator[Any, None, T]:
         return self._ask().__await__()
-
-
-# -- members of an awaited class, made from those of the threaded one, so that they are written only once ----
-
-
-def like(method: Callable[..., Any], made: T, returns: str = "") -> T:
-    """Copy name, documentation and signature of a threaded method to the awaited one; `returns` replaces its
-    return type."""
-    functools.update_wrapper(made, method)  # type: ignore[arg-type]  # a function, of whatever type
-    signature = inspect.signature(method)
-    if returns:
-        signature = signature.replace(return_annotation=returns)
-    vars(made)["__signature__"] = signature
-    vars(made).pop("__wrapped__")
-    return made
-
-
-def same(path: str, of: Any) -> Any:
-    """A property with the value at `path`, such as "feed.topic", which does not wait.
-
-    Args:
-        path: Attributes, from the awaited object to that of the threaded one.
-        of: The property of the threaded class, whose words this one has; or the words.
-    """
-    return property(attrgetter(path), doc=of if isinstance(of, str) else of.__doc__)

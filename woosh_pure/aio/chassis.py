@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import logging
 from collections.abc import Callable, Coroutine, Generator
 from types import TracebackType
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 from rosproto import aio as ros
 from rosproto.logs import get_logger
 from woosh_pure import values
-from woosh_pure.aio.calls import AwaitableProperty, ThreadCalls, like, same
+from woosh_pure.aio.calls import AwaitableProperty, ThreadCalls
 from woosh_pure.aio.drive import VelocityBlock
 from woosh_pure.aio.feed import Readings
 from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
@@ -31,26 +33,56 @@ R = TypeVar("R")
 H = TypeVar("H", bound=GoalHandle[Any])
 
 
-def verb(
-    method: Callable[Concatenate[Any, P], R], *, stops: bool = False
-) -> Callable[Concatenate[Chassis, P], Coroutine[Any, Any, R]]:
-    """An awaited verb. Cancelling it drops everything not yet sent; one that `stops` always completes, and a
-    cancelled task waits for it.
-    """
+class AwaitedChassis(Protocol):
+    """The part of the asyncio `Chassis` that its verbs use."""
 
-    async def call(self: Chassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        run = self._calls.finish if stops else self._calls.call
-        return await run(lambda: method(self.chassis, *args, **kwargs))
+    @property
+    def chassis(self) -> object: ...
+
+    @property
+    def _calls(self) -> ThreadCalls: ...
+
+
+def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
+    """Copy name, documentation and signature of a threaded verb to the awaited one; `returns` replaces its
+    return type."""
+    functools.update_wrapper(made, method)  # type: ignore[arg-type]  # a function, of whatever type
+    signature = inspect.signature(method)
+    if returns:
+        signature = signature.replace(return_annotation=returns)
+    vars(made)["__signature__"] = signature
+    vars(made).pop("__wrapped__")
+    return made
+
+
+def verb(
+    method: Callable[Concatenate[Any, P], R],
+) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
+    """An awaited verb. Cancelling it drops everything not yet sent."""
+
+    async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return await self._calls.call(lambda: method(self.chassis, *args, **kwargs))
+
+    return like(method, call)
+
+
+def stopping(
+    method: Callable[Concatenate[Any, P], R],
+) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
+    """A stopping verb: it always completes, and a cancelled task waits for it."""
+
+    async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return await self._calls.finish(lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, call)
 
 
 def goal(
     method: Callable[Concatenate[Any, P], threaded.GoalHandle[Any]], handle: type[H]
-) -> Callable[Concatenate[Chassis, P], Goal[H]]:
+) -> Callable[Concatenate[AwaitedChassis, P], Goal[H]]:
     """A verb that starts a goal: see `Goal`."""
 
-    def begin(self: Chassis, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
+    def begin(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
         def send() -> threaded.GoalHandle[Any]:
             return method(self.chassis, *args, **kwargs)
 
@@ -61,10 +93,10 @@ def goal(
 
 def block(
     method: Callable[Concatenate[Any, P], Drive],
-) -> Callable[Concatenate[Chassis, P], VelocityBlock]:
+) -> Callable[Concatenate[AwaitedChassis, P], VelocityBlock]:
     """The verb that opens a velocity block."""
 
-    def begin(self: Chassis, /, *args: P.args, **kwargs: P.kwargs) -> VelocityBlock:
+    def begin(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> VelocityBlock:
         return VelocityBlock(self._calls, lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, begin, "VelocityBlock")
@@ -179,10 +211,29 @@ class Chassis(Readings):
 
     # -- state
 
-    master_uri: str = same("chassis.master_uri", "Where its master is.")
-    moved: bool = same("chassis.moved", Threaded.moved)
-    lease: ChassisLease = same("chassis.lease", Threaded.lease)
-    under_way: bool = same("chassis.under_way", Threaded.under_way)
+    @property
+    def master_uri(self) -> str:
+        """Where its master is."""
+        return self.chassis.master_uri
+
+    @property
+    def moved(self) -> bool:
+        """True when a verb of this object has started a motion, whether it is over or not."""
+        return self.chassis.moved
+
+    @property
+    def lease(self) -> ChassisLease:
+        """Who commands this robot now, among those who use this object: the page, the REST API, your
+        program.
+
+        Its methods do not wait.
+        """
+        return self.chassis.lease
+
+    @property
+    def under_way(self) -> bool:
+        """True while something that this object has started may move the robot."""
+        return self.chassis.under_way
 
     @property
     def node(self) -> AwaitableProperty[ros.Node]:
@@ -233,7 +284,7 @@ class Chassis(Readings):
     steps = goal(Threaded.steps, StepHandle)
     action = goal(Threaded.action, ActionHandle)
     velocity = block(Threaded.velocity)
-    stop = verb(Threaded.stop, stops=True)
+    stop = stopping(Threaded.stop)
 
     # -- everything else
 

@@ -6,27 +6,16 @@ import asyncio
 import math
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Concatenate, ParamSpec
 
 from rosproto.coercion import as_float
 from rosproto.sentence import say
 from rosproto.transport import Deadline
-from woosh_pure.aio.calls import ThreadCalls, like, same
+from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.geometry import Velocity
 from woosh_pure.velocity import drive as velocity
 from woosh_pure.velocity.shaper import DriveLimits
 
-P = ParamSpec("P")
 _SLICE, _VALID = 0.1, 0.3  # seconds, as the threaded `hold` has them
-
-
-def _at_once(method: Callable[Concatenate[Any, P], None]) -> Callable[Concatenate[Drive, P], None]:
-    """The same method as that of the threaded drive, which does not wait."""
-
-    def call(self: Drive, /, *args: P.args, **kwargs: P.kwargs) -> None:
-        method(self.drive, *args, **kwargs)
-
-    return like(method, call)
 
 
 class Drive:
@@ -44,14 +33,62 @@ class Drive:
     def __repr__(self) -> str:
         return f"<aio {repr(self.drive)[1:]}"
 
-    limits: DriveLimits = same("drive.limits", "What `set` accepts.")
-    topic: str = same("drive.topic", "Where the velocity goes.")
-    active: bool = same("drive.active", velocity.Drive.active)
-    finished: bool = same("drive.finished", velocity.Drive.finished)
-    sending: Velocity = same("drive.sending", velocity.Drive.sending)
-    others: tuple[str, ...] = same("drive.others", velocity.Drive.others)
-    set = _at_once(velocity.Drive.set)
-    halt = _at_once(velocity.Drive.halt)
+    @property
+    def limits(self) -> DriveLimits:
+        """What `set` accepts."""
+        return self.drive.limits
+
+    @property
+    def topic(self) -> str:
+        """Where the velocity goes."""
+        return self.drive.topic
+
+    @property
+    def active(self) -> bool:
+        """False when the drive is over, for whatever reason."""
+        return self.drive.active
+
+    @property
+    def finished(self) -> bool:
+        """True when it is over and its zeros have been sent."""
+        return self.drive.finished
+
+    @property
+    def sending(self) -> Velocity:
+        """The velocity sent last."""
+        return self.drive.sending
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """Nodes that can send velocities, too, as last seen: looked for every 2 s, each newcomer is logged
+        as a warning, and one that is seen to send ends the drive.
+        """
+        return self.drive.others
+
+    def set(
+        self,
+        vx: float,
+        wz: float = 0.0,
+        *,
+        vy: float = 0.0,
+        valid_for: float = 0.5,
+        since: float | None = None,
+    ) -> None:
+        """Command a body velocity that lapses by itself. Does not wait.
+
+        Args:
+            vx: Forward speed, m/s, in base_link (REP 103: x forward).
+            wz: Yaw rate, rad/s, counter-clockwise positive.
+            vy: Speed to the left, m/s; only an omnidirectional base has it.
+            valid_for: Seconds until a zero velocity follows, at most 5.
+            since: When the command was made, by `time.monotonic()`, if it was on its way for a while;
+                `valid_for` counts from then. None means now.
+
+        Raises:
+            ValueError: A value is not finite or exceeds `limits`. The robot goes on with the last command.
+            ConnectionLost, MotionRefused: The drive is over, and why.
+        """
+        self.drive.set(vx, wz, vy=vy, valid_for=valid_for, since=since)
 
     async def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
         """Keep a velocity for `seconds`, then zero; raises at once when the drive is over (see `set`).
@@ -81,6 +118,10 @@ class Drive:
                 self.set(0.0, 0.0)
             raise
         self.set(0.0, 0.0)
+
+    def halt(self, why: str) -> None:
+        """End the drive; zero follows at once, and it never resumes. Does not wait."""
+        self.drive.halt(why)
 
 
 class VelocityBlock:

@@ -11,7 +11,7 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline
 from woosh_pure import readings, values
-from woosh_pure.aio.calls import ThreadCalls, same
+from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.faults import StatusCode
 from woosh_pure.feed import feed
@@ -44,8 +44,15 @@ class Feed(Generic[T]):
     def __repr__(self) -> str:
         return f"<aio {repr(self.feed)[1:]}"
 
-    row: Row = same("feed.row", "The row of the interface table.")
-    topic: str = same("feed.topic", Threaded.topic)
+    @property
+    def row(self) -> Row:
+        """The row of the interface table."""
+        return self.feed.row
+
+    @property
+    def topic(self) -> str:
+        """Name of the topic."""
+        return self.feed.topic
 
     async def open(self) -> Feed[T]:
         """Subscribe now, and wait for the links as `wait_connected` does; returns this feed."""
@@ -62,13 +69,10 @@ class Feed(Generic[T]):
 
     # -- what was heard, without waiting
 
-    known: Reading[T] | None = same("feed.known", Threaded.known)
-    count: int = same("feed.count", Threaded.count)
-    sources: frozenset[str] = same("feed.sources", Threaded.sources)
-    errors: list[Exception] = same("feed.errors", Threaded.errors)
-    unreachable: str = same("feed.unreachable", Threaded.unreachable)
-    outdated: bool = same("feed.outdated", Threaded.outdated)
-    closed: bool = same("feed.closed", Threaded.closed)
+    @property
+    def known(self) -> Reading[T] | None:
+        """As `reading`, but neither subscribes nor waits; also None when this feed was never used."""
+        return self.feed.known
 
     @property
     def reading(self) -> Reading[T] | None:
@@ -101,6 +105,11 @@ class Feed(Generic[T]):
         return self.reading is not None
 
     @property
+    def count(self) -> int:
+        """Values received so far."""
+        return self.feed.count
+
+    @property
     def history(self) -> tuple[Reading[T], ...]:
         """The last readings, oldest first: 100 of them, or 3 for pictures and point clouds."""
         return self.feed.known_history if self.reading is not None else ()
@@ -109,6 +118,33 @@ class Feed(Generic[T]):
     def publishers(self) -> int:
         """Publishers connected now."""
         return self.feed.publishers if self.feed.opened else 0
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """Addresses ("host:port") of the publishers connected now; a new address means a new process."""
+        return self.feed.sources
+
+    @property
+    def errors(self) -> list[Exception]:
+        """The last few errors on its links: refused by a publisher, connection lost ..."""
+        return self.feed.errors
+
+    @property
+    def unreachable(self) -> str:
+        """Why none of its publishers is connected although the master lists some; "" otherwise."""
+        return self.feed.unreachable
+
+    @property
+    def outdated(self) -> bool:
+        """True when the last value of a topic sent only on change may be out of date: its link has broken
+        since, so a change may have been missed.
+        """
+        return self.feed.outdated
+
+    @property
+    def closed(self) -> bool:
+        """True when nothing will come any more: the Chassis is closed, or its node is."""
+        return self.feed.closed
 
     # -- waiting
 
@@ -212,11 +248,6 @@ class _Values(Generic[T]):
 # -- the feeds of the awaited `Chassis`: those of `woosh_pure.readings`, one by one, with their types --------
 
 
-def _awaited(of: Any) -> Any:
-    """The feed that a property of the threaded readings gives, awaited."""
-    return property(lambda self: self._feed(of.fget(self.chassis)), doc=of.__doc__)
-
-
 class Readings:
     """The part of the awaited `Chassis` that only listens; see there."""
 
@@ -237,21 +268,92 @@ class Readings:
     def _feed(self, feed: Threaded[T]) -> Feed[T]:
         return Feed(feed, self._calls)
 
-    status: Feed[values.RobotStatus] = _awaited(readings.Readings.status)
-    pose: Feed[Pose2D] = _awaited(readings.Readings.pose)
-    odometer: Feed[float] = _awaited(readings.Readings.odometer)
-    battery: Feed[values.Battery] = _awaited(readings.Readings.battery)
-    localization: Feed[values.PoseEstimate] = _awaited(readings.Readings.localization)
-    information: Feed[values.Information] = _awaited(readings.Readings.information)
-    bms: Feed[values.Bms] = _awaited(readings.Readings.bms)
-    parameters: Feed[values.Parameters] = _awaited(readings.Readings.parameters)
-    measured_velocity: Feed[Velocity] = _awaited(readings.Readings.measured_velocity)
-    status_code: Feed[StatusCode] = _awaited(readings.Readings.status_code)
-    scan: Feed[values.LaserScan] = _awaited(readings.Readings.scan)
-    imu: Feed[values.Imu] = _awaited(readings.Readings.imu)
-    odometry_raw: Feed[values.Odometry] = _awaited(readings.Readings.odometry_raw)
-    odometry: Feed[values.Odometry] = _awaited(readings.Readings.odometry)
-    camera: Feed[values.Image] = _awaited(readings.Readings.camera)
-    depth: Feed[values.Image] = _awaited(readings.Readings.depth)
-    points: Feed[values.PointCloud] = _awaited(readings.Readings.points)
-    obstacle_points: Feed[values.PointCloud] = _awaited(readings.Readings.obstacle_points)
+    @property
+    def status(self) -> Feed[values.RobotStatus]:
+        """`/robot_status`, published on change only."""
+        return self._feed(self.chassis.status)
+
+    @property
+    def pose(self) -> Feed[Pose2D]:
+        """`/movebase_pose2d`: map_T_base, m and rad."""
+        return self._feed(self.chassis.pose)
+
+    @property
+    def odometer(self) -> Feed[float]:
+        """`/odometer`: metres travelled."""
+        return self._feed(self.chassis.odometer)
+
+    @property
+    def battery(self) -> Feed[values.Battery]:
+        """`/battery`: charge in %, voltage, current, temperatures, capacities; V, A, °C, Ah."""
+        return self._feed(self.chassis.battery)
+
+    @property
+    def localization(self) -> Feed[values.PoseEstimate]:
+        """`/amcl_pose`: the pose found by the localisation, with its covariance; m and rad in the map."""
+        return self._feed(self.chassis.localization)
+
+    @property
+    def information(self) -> Feed[values.Information]:
+        """`/information`: versions of the controller, type of the base, parameters."""
+        return self._feed(self.chassis.information)
+
+    @property
+    def bms(self) -> Feed[values.Bms]:
+        """`/driver_base/bms`: what the battery management system measures; V, A, °C, Ah."""
+        return self._feed(self.chassis.bms)
+
+    @property
+    def parameters(self) -> Feed[values.Parameters]:
+        """`/driver_base/parameter`: wheel geometry, reduction ratios, speed limits; m, m/s, rad/s."""
+        return self._feed(self.chassis.parameters)
+
+    @property
+    def measured_velocity(self) -> Feed[Velocity]:
+        """`/odom_twist`: how the base actually moves, m/s and rad/s."""
+        return self._feed(self.chassis.measured_velocity)
+
+    @property
+    def status_code(self) -> Feed[StatusCode]:
+        """`/status_code`, decoded; `faults` is the set that is active."""
+        return self._feed(self.chassis.status_code)
+
+    @property
+    def scan(self) -> Feed[values.LaserScan]:
+        """`/scan`: the fused lidar scan; m and rad in the scan's own frame."""
+        return self._feed(self.chassis.scan)
+
+    @property
+    def imu(self) -> Feed[values.Imu]:
+        """`/imu/data_raw`: raw inertial measurements; rad/s and m/s² in the IMU's frame."""
+        return self._feed(self.chassis.imu)
+
+    @property
+    def odometry_raw(self) -> Feed[values.Odometry]:
+        """`/odom_raw`: from the wheels alone."""
+        return self._feed(self.chassis.odometry_raw)
+
+    @property
+    def odometry(self) -> Feed[values.Odometry]:
+        """`/odom`: from wheels and IMU."""
+        return self._feed(self.chassis.odometry)
+
+    @property
+    def camera(self) -> Feed[values.Image]:
+        """`/camera_1/color/image_raw`: the colour image, as an array of pixels."""
+        return self._feed(self.chassis.camera)
+
+    @property
+    def depth(self) -> Feed[values.Image]:
+        """`/camera_1/depth/image_raw`: the depth image, as an array; m or mm, by its encoding."""
+        return self._feed(self.chassis.depth)
+
+    @property
+    def points(self) -> Feed[values.PointCloud]:
+        """`/camera_1/depth/points`: the depth image as a point cloud; m in the camera's frame."""
+        return self._feed(self.chassis.points)
+
+    @property
+    def obstacle_points(self) -> Feed[values.PointCloud]:
+        """`/camera_1/depth/cloud_without_planes`: points of obstacles, no ground; m, camera frame."""
+        return self._feed(self.chassis.obstacle_points)

@@ -12,7 +12,7 @@ from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from woosh_pure.aio.calls import ThreadCalls, same
+from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.enums import TaskState
 from woosh_pure.motion import action_goal, goal_handle, task
 from woosh_pure.motion.goal_handle import OWN_DEFAULT, DefaultTimeout
@@ -43,17 +43,50 @@ class GoalHandle(Generic[P]):
     def __repr__(self) -> str:
         return f"<aio {repr(self.handle)[1:]}"
 
-    description: str = same("handle.description", "The goal in words.")
-    default_timeout: float | None = same(
-        "handle.default_timeout", "Default time limit of `wait()`, s; None waits for ever."
-    )
-    task_id: int = same("handle.task_id", goal_handle.GoalHandle.task_id)
-    drives: bool = same("handle.drives", goal_handle.GoalHandle.drives)
-    holds_the_base: bool = same("handle.holds_the_base", goal_handle.GoalHandle.holds_the_base)
-    server: str = same("handle.server", goal_handle.GoalHandle.server)
-    outcome: Outcome | None = same("handle.outcome", goal_handle.GoalHandle.outcome)
-    done: bool = same("handle.done", goal_handle.GoalHandle.done)
-    latest_progress: P | None = same("handle.latest_progress", goal_handle.GoalHandle.latest_progress)
+    @property
+    def description(self) -> str:
+        """The goal in words."""
+        return self.handle.description
+
+    @property
+    def default_timeout(self) -> float | None:
+        """Default time limit of `wait()`, s; None waits for ever."""
+        return self.handle.default_timeout
+
+    @property
+    def task_id(self) -> int:
+        """The id of a task; 0 for a goal of another kind."""
+        return self.handle.task_id
+
+    @property
+    def drives(self) -> bool:
+        """True while this goal may move the base."""
+        return self.handle.drives
+
+    @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        return self.handle.holds_the_base
+
+    @property
+    def server(self) -> str:
+        """The action server that has the goal, where a later one replaces it; "" for a task."""
+        return self.handle.server
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """The outcome, None while it runs."""
+        return self.handle.outcome
+
+    @property
+    def done(self) -> bool:
+        """True when it has ended, with any outcome."""
+        return self.handle.done
+
+    @property
+    def latest_progress(self) -> P | None:
+        """The newest progress, None before the first."""
+        return self.handle.latest_progress
 
     async def progress_line(self) -> str:
         """The newest progress in words, "" before the first."""
@@ -149,7 +182,10 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     handle: task.TaskHandle
 
-    state: TaskState = same("handle.state", task.TaskHandle.state)
+    @property
+    def state(self) -> TaskState:
+        """Its last known state."""
+        return self.handle.state
 
     async def pause(self) -> None:
         """Hold it; `resume` goes on.
@@ -173,7 +209,10 @@ class ActionHandle(GoalHandle[Any]):
 
     handle: action_goal.ActionHandle
 
-    result: Any = same("handle.result", action_goal.ActionHandle.result)
+    @property
+    def result(self) -> Any:
+        """The result message, None before the end."""
+        return self.handle.result
 
 
 class NavigationHandle(ActionHandle):
@@ -187,7 +226,10 @@ class StepHandle(ActionHandle):
 
     handle: action_goal.StepHandle
 
-    percent: float = same("handle.percent", action_goal.StepHandle.percent)
+    @property
+    def percent(self) -> float:
+        """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
+        return self.handle.percent
 
     def remaining(self) -> tuple[Step, ...]:
         """The remaining steps, by the last report."""
