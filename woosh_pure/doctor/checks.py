@@ -10,7 +10,7 @@ import socket
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import rosproto
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
@@ -48,6 +48,18 @@ class Finding:
     advice: str = ""
 
 
+def ok(check: str, text: str, **values: Any) -> Finding:
+    return Finding(check, Level.OK, say(text, **values))
+
+
+def warn(check: str, text: str, advice: str = "", **values: Any) -> Finding:
+    return Finding(check, Level.WARNING, say(text, **values), advice)
+
+
+def bad(check: str, text: str, advice: str, **values: Any) -> Finding:
+    return Finding(check, Level.PROBLEM, say(text, **values), advice)
+
+
 _ONE_QUESTION = 2.0  # seconds
 
 
@@ -68,9 +80,7 @@ def check_definitions(node: rosproto.Node, state: rosproto.node.SystemState) -> 
             differing += 1
             yield finding_of(question.name, question.node, question.type, theirs, question.ours)
     if not differing:
-        yield Finding(
-            "definition", Level.OK, say("all message definitions agree ({asked} asked)", asked=asked)
-        )
+        yield ok("definition", "all message definitions agree ({asked} asked)", asked=asked)
 
 
 def finding_of(name: str, node: str, type_name: str, theirs: str, ours: str) -> Finding:
@@ -85,7 +95,7 @@ def finding_of(name: str, node: str, type_name: str, theirs: str, ours: str) -> 
             label=f"{label} ({note})" if note else label,
         )
         advice = "nothing is needed: this revision is known, and values are carried over by field name"
-        return Finding("definition", Level.WARNING, text, advice)
+        return warn("definition", text, advice)
     text = say(
         "{name}: {node} has another {type} (md5sum {theirs}, ours {ours})",
         name=name,
@@ -98,7 +108,7 @@ def finding_of(name: str, node: str, type_name: str, theirs: str, ours: str) -> 
         "this revision is not known; values are carried over by field name where that is possible. Run "
         "`woosh learn`, which keeps the robot's own definitions, and report both md5sums"
     )
-    return Finding("definition", Level.WARNING, text, advice)
+    return warn("definition", text, advice)
 
 
 def _questions(state: rosproto.node.SystemState) -> Iterator[_Question]:
@@ -171,9 +181,9 @@ def check_nodes(
     for host, found in unknown.items():
         yield unresolved(host, found, hosts)
     for (problem, advice), found_nodes in others.items():
-        yield Finding("node", Level.PROBLEM, led(name_list(found_nodes), problem), advice)
+        yield bad("node", led(name_list(found_nodes), problem), advice)
     if not others and not any(any(found.values()) for found in unknown.values()):
-        yield Finding("node", Level.OK, say("{count} nodes of the chassis can be reached", count=len(nodes)))
+        yield ok("node", "{count} nodes of the chassis can be reached", count=len(nodes))
 
 
 _RESTART = "it may have crashed: restart the robot"

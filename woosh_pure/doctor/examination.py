@@ -18,7 +18,16 @@ from rosproto.sentence import both, say
 from rosproto.transport import Deadline, HostNames, hosts_advice, parse_uri
 from rosproto.watchdog import is_watchdog_name
 from woosh_pure import interface
-from woosh_pure.doctor.checks import Finding, Level, chassis_nodes, check_definitions, check_nodes
+from woosh_pure.doctor.checks import (
+    Finding,
+    Level,
+    bad,
+    chassis_nodes,
+    check_definitions,
+    check_nodes,
+    ok,
+    warn,
+)
 from woosh_pure.feed.feed import Feed
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.messages import message_type
@@ -82,14 +91,9 @@ def _name(name: str, hosts: HostNames) -> Generator[Finding, None, str | None]:
             "use the numeric address, 169.254.128.2 on the debug port",
             say("or {advice}", advice=hosts_advice(name, None)),
         )
-        yield Finding(
-            "name",
-            Level.PROBLEM,
-            say("the name {name} does not resolve: {error}", name=name, error=error),
-            advice,
-        )
+        yield bad("name", "the name {name} does not resolve: {error}", advice, name=name, error=error)
         return None
-    yield Finding("name", Level.OK, say("the master is at {address}", address=address))
+    yield ok("name", "the master is at {address}", address=address)
     return address
 
 
@@ -101,35 +105,27 @@ def _own_address(address: str, port: int, given: str | None) -> Finding:
             own = given or str(probe.getsockname()[0])
     except OSError as error:
         advice = "connect the cable or the Wi-Fi; give this computer an address of the robot's network"
-        return Finding(
-            "own_address",
-            Level.PROBLEM,
-            say("no route to {address}: {error}", address=address, error=error),
-            advice,
-        )
+        return bad("own_address", "no route to {address}: {error}", advice, address=address, error=error)
     return check_own_address(address, own)
 
 
 def check_own_address(robot: str, own: str) -> Finding:
     """Check that our address fits the robot's network. Pure."""
     if ipaddress.ip_address(robot) not in _CABLE:
-        return Finding("own_address", Level.OK, say("our address towards it is {own}", own=own))
+        return ok("own_address", "our address towards it is {own}", own=own)
     if not _FIRST <= ipaddress.IPv4Address(own) <= _LAST:
-        return Finding(
+        return bad(
             "own_address",
-            Level.PROBLEM,
-            say(
-                "our address on the cable is {own}, outside of {first} to {last}",
-                own=own,
-                first=_FIRST,
-                last=_LAST,
-            ),
+            "our address on the cable is {own}, outside of {first} to {last}",
             say(
                 "give the wired interface a static address such as {first}, netmask 255.255.255.0",
                 first=_FIRST,
             ),
+            own=own,
+            first=_FIRST,
+            last=_LAST,
         )
-    return Finding("own_address", Level.OK, say("our address on the cable is {own}", own=own))
+    return ok("own_address", "our address on the cable is {own}", own=own)
 
 
 def _reach(address: str, port: int, timeout: float) -> Finding:
@@ -138,11 +134,8 @@ def _reach(address: str, port: int, timeout: float) -> Finding:
         socket.create_connection((address, port), timeout).close()
     except ConnectionRefusedError:
         advice = "is this the right port (11311)? the robot may still be starting: wait a minute"
-        return Finding(
-            "reach",
-            Level.PROBLEM,
-            say("{address} refuses the connection: no master there", address=f"{address}:{port}"),
-            advice,
+        return bad(
+            "reach", "{address} refuses the connection: no master there", advice, address=f"{address}:{port}"
         )
     except OSError as error:
         if isinstance(error, TimeoutError):
@@ -152,10 +145,8 @@ def _reach(address: str, port: int, timeout: float) -> Finding:
         advice = say(
             "ping {address}; check cable, Wi-Fi, address and firewall of this computer", address=address
         )
-        return Finding("reach", Level.PROBLEM, text, advice)
-    return Finding(
-        "reach", Level.OK, say("connected in {time:.0f} ms", time=(time.monotonic() - began) * 1000)
-    )
+        return bad("reach", text, advice)
+    return ok("reach", "connected in {time:.0f} ms", time=(time.monotonic() - began) * 1000)
 
 
 def _master(client: rosproto.MasterClient) -> Finding:
@@ -163,8 +154,8 @@ def _master(client: rosproto.MasterClient) -> Finding:
         client.get_pid()
     except RosError as error:
         advice = "something listens there, but it is no ROS master; check the port"
-        return Finding("master", Level.PROBLEM, say("no ROS master answers: {error}", error=error), advice)
-    return Finding("master", Level.OK, "the ROS master answers")
+        return bad("master", "no ROS master answers: {error}", advice, error=error)
+    return ok("master", "the ROS master answers")
 
 
 def _there(page: int, missing: Sequence[str]) -> str:
@@ -182,15 +173,11 @@ def _rows(state: rosproto.node.SystemState) -> Finding:
             say("no Woosh chassis here, or not all of it: {names} missing", names=core), _there(page, missing)
         )
         advice = "it may be another robot's master, or the chassis's programs have not started: wait a minute"
-        return Finding("interface", Level.PROBLEM, text, advice)
+        return bad("interface", text, advice)
     if missing:
         advice = "this chassis may not have them (cameras, shelf lights), or a node has not started"
-        return Finding(
-            "interface", Level.WARNING, say("not registered: {names}", names=", ".join(missing)), advice
-        )
-    return Finding(
-        "interface", Level.OK, say("all {page} rows of the vendor's page are registered", page=page)
-    )
+        return warn("interface", "not registered: {names}", advice, names=", ".join(missing))
+    return ok("interface", "all {page} rows of the vendor's page are registered", page=page)
 
 
 def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
@@ -214,14 +201,9 @@ def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
                 others.setdefault(node, []).append(name)
     for node, names in sorted(others.items()):
         advice = "end that program, or agree who drives: two clients interrupt each other"
-        yield Finding(
-            "competitor",
-            Level.WARNING,
-            say("{node} also commands {names}", node=node, names=", ".join(names)),
-            advice,
-        )
+        yield warn("competitor", "{node} also commands {names}", advice, node=node, names=", ".join(names))
     if not others:
-        yield Finding("competitor", Level.OK, "nobody else commands the chassis")
+        yield ok("competitor", "nobody else commands the chassis")
 
 
 def _with_a_node(
@@ -237,23 +219,17 @@ def _with_a_node(
             "/woosh_doctor", master_uri=master_uri, host=host, anonymous=True, resolve=resolve
         )
     except RosError as error:
-        yield Finding(
-            "join", Level.PROBLEM, say("we cannot join the graph: {error}", error=error), "see the text"
-        )
+        yield bad("join", "we cannot join the graph: {error}", "see the text", error=error)
         return
     with node:
-        yield Finding("join", Level.OK, say("we joined as {node} at {uri}", node=node.name, uri=node.uri))
+        yield ok("join", "we joined as {node} at {uri}", node=node.name, uri=node.uri)
         yield _connect_back(node, state, timeout)
         yield from _topics(node, state, listen)
 
 
 def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout: float) -> Finding:
     if _HARMLESS not in state.subscribers:
-        return Finding(
-            "back",
-            Level.WARNING,
-            say("nobody listens to {name}: the way back was not tested", name=_HARMLESS),
-        )
+        return warn("back", "nobody listens to {name}: the way back was not tested", name=_HARMLESS)
     publisher = node.publisher(_HARMLESS, message_type(interface.row(_HARMLESS).type))
     try:
         publisher.wait_for_connection(timeout=timeout)
@@ -263,10 +239,10 @@ def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout
             "we reach the chassis, but {caller} does not reach us at {uri}", caller=caller, uri=node.uri
         )
         advice = "let Python be reached from outside in the firewall, or give our right address with --host"
-        return Finding("back", Level.PROBLEM, text, advice)
+        return bad("back", text, advice)
     finally:
         publisher.close()
-    return Finding("back", Level.OK, "the chassis connects back to us")
+    return ok("back", "the chassis connects back to us")
 
 
 def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float) -> Iterator[Finding]:
@@ -281,9 +257,9 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
     if silent:
         advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays so"
         text = say("registered, but silent for {listen:g} s: {names}", listen=listen, names=", ".join(silent))
-        yield Finding("silent", Level.WARNING, text, advice)
+        yield warn("silent", text, advice)
     else:
-        yield Finding("silent", Level.OK, say("{count} topics were heard", count=sum(f.heard for f in feeds)))
+        yield ok("silent", "{count} topics were heard", count=sum(f.heard for f in feeds))
     yield from _clock(feeds)
     for feed in feeds:
         feed.close()
@@ -305,6 +281,6 @@ def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
         text = say("the robot's clock is {time:.2f} s behind ours", time=-offset)
     if abs(offset) > 1.0:
         advice = "ages here use our own clock and are right; set the clocks if you use the stamps"
-        yield Finding("clock", Level.WARNING, text, advice)
+        yield warn("clock", text, advice)
     else:
-        yield Finding("clock", Level.OK, text)
+        yield ok("clock", text)
