@@ -3,8 +3,9 @@
 python -m tools.templates            lists what has no Chinese, ready to be pasted, and rows that nobody says
 python -m tools.templates --check    lists, and fails by, what the owners of a robot see
 
-A sentence is the template of a `say`, or another text with at least three English words that is neither a
-docstring, nor a help text or an example of a parser, nor a line for the log, nor a pattern.
+A sentence is the template of a `say` or of a `line` with values, or another text with at least three English
+words that is neither a docstring, nor a help text or an example of a parser, nor a line for the log, nor a
+pattern.
 """
 
 from __future__ import annotations
@@ -140,7 +141,8 @@ def _in(node: ast.AST) -> Iterator[Said]:
     if name in _LEFT_OUT_CALLS or _is_left_out(node):
         return
     children = list(ast.iter_child_nodes(node))
-    if name in _SAYING and isinstance(node, ast.Call) and node.args:
+    says = name in _SAYING or (name == "line" and isinstance(node, ast.Call) and node.keywords)
+    if says and isinstance(node, ast.Call) and node.args:
         first = node.args[0]
         if isinstance(first, ast.Constant) and isinstance(first.value, str):
             yield Said(node.lineno, first.value, "say")

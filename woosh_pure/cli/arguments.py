@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
-from rosproto.cli import finite as number
+from rosproto.cli import counted, finite, folder_exists, positive, to_float
 from rosproto.files import write_file
 from rosproto.sentence import Sentence, both, say
 from woosh_pure.cli import config
@@ -19,33 +18,6 @@ from woosh_pure.geometry import Pose2D, normalize_angle
 
 if TYPE_CHECKING:
     from woosh_pure.feed.feed import Feed
-
-__all__ = [
-    "POSE",
-    "EachChassis",
-    "add_pose",
-    "add_timeout",
-    "add_wait",
-    "add_watchdog",
-    "corners",
-    "count",
-    "each_chassis",
-    "enum_words",
-    "folder_exists",
-    "mark_missing",
-    "marks_here",
-    "named_host",
-    "natural",
-    "number",
-    "png_file",
-    "port",
-    "pose",
-    "positive",
-    "seconds",
-    "wait_for",
-    "word_of",
-    "write",
-]
 
 T = TypeVar("T")
 POSE = ("X", "Y", "DEGREES")
@@ -118,9 +90,9 @@ def png_file(text: str) -> Path:
 
 def add_pose(parser: ArgumentParser) -> None:
     """Add X Y DEGREES as three arguments: argparse cannot describe one positional of three values."""
-    parser.add_argument("x", type=number, metavar="X", help="m, in the map")
-    parser.add_argument("y", type=number, metavar="Y", help="m, in the map")
-    parser.add_argument("degrees", type=number, metavar="DEGREES", help="heading, counter-clockwise from x")
+    parser.add_argument("x", type=finite, metavar="X", help="m, in the map")
+    parser.add_argument("y", type=finite, metavar="Y", help="m, in the map")
+    parser.add_argument("degrees", type=finite, metavar="DEGREES", help="heading, counter-clockwise from x")
 
 
 def marks_here(args: argparse.Namespace) -> dict[str, Pose2D | None]:
@@ -188,5 +160,5 @@ def word_of(name: str) -> str:
 def write(path: Path, data: bytes, out: Output) -> str:
     """Write a file, report it, and return its name."""
     write_file(path, data)
-    out.line(say("wrote {path} ({size})", path=path, size=counted(len(data), "byte", "bytes")))
+    out.line("wrote {path} ({size})", path=path, size=counted(len(data), "byte", "bytes"))
     return str(path)

@@ -25,6 +25,15 @@ _ENDED_THERE = ("REPLACED", "CANCELLED", "REJECTED")
 """Outcomes that the chassis has reported: no motion of ours continues."""
 
 
+def address_of(
+    args: Namespace, out: Output, stack: ExitStack, sim_speed: float = 1.0
+) -> tuple[str | None, str | None]:
+    """Return the chassis's address and our own, by the common options; with --sim, of one started here."""
+    if args.sim:
+        return simulated(args, out, stack, sim_speed), args.host
+    return chosen(args)
+
+
 def chosen(args: Namespace) -> tuple[str | None, str | None]:
     """Return the chassis's address and our own, by the common options.
 
@@ -80,13 +89,9 @@ def connect(
 ) -> Iterator[Chassis]:
     """Connect to the chassis of the common options; `patient` as for `connect_to`."""
     with ExitStack() as stack:
-        address: str | None
-        if args.sim:
-            address, host = simulated(args, out, stack, sim_speed), args.host
-        elif args.sim_speed is not None:
+        if args.sim_speed is not None and not args.sim:
             raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
-        else:
-            address, host = chosen(args)
+        address, host = address_of(args, out, stack, sim_speed)
         yield stack.enter_context(connect_to(address, host, args, out, watchdog=watchdog, patient=patient))
 
 
@@ -162,7 +167,7 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
     from woosh_pure.sim import SimulatedChassis
 
     sim = stack.enter_context(SimulatedChassis(speed=speed if args.sim_speed is None else args.sim_speed))
-    out.line(say("simulated chassis at {uri}", uri=sim.master_uri))
+    out.line("simulated chassis at {uri}", uri=sim.master_uri)
     return sim.master_uri
 
 

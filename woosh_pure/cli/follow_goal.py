@@ -39,7 +39,7 @@ def follow(
     progress is shown.
     """
     hurry()
-    out.line(say("{what} ...", what=say(describe)))
+    out.line("{what} ...", what=say(describe))
     live = not out.as_json and is_terminal(sys.stdout)
     every = _LIVE if live else _PLAIN
     due, said = time.monotonic() + min(every, 1.0), ""

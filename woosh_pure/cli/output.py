@@ -29,6 +29,7 @@ from rosproto.cli import (
     json_text,
     own,
 )
+from rosproto.sentence import say
 from rosproto.text import padded, printable
 
 REFUSED, NOT_KNOWN = 3, 5
@@ -66,15 +67,17 @@ class Output:
         self._mark = f"\x1b{os.urandom(8).hex()}"
         self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
 
-    def line(self, *cells: str) -> None:
+    def line(self, *cells: str, **values: Any) -> None:
         """Print a line for people and flush; silent with --json.
 
         Control characters and line ends are escaped, except the colours of `colour`.
 
         Args:
             cells: Sentences, or results of `cell` and `colour`; joined by blanks.
+            values: Of the template of a sentence, the only cell; see `rosproto.sentence.say`.
         """
         if not self.as_json:
+            cells = (say(*cells, **values),) if values else cells
             self._write(self._shown(" ".join(map(self.say, cells))))
 
     def say(self, text: str) -> str:

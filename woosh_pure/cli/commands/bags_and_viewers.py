@@ -18,9 +18,8 @@ from rosproto.cli import (
     serving,
     until_interrupted,
 )
-from rosproto.sentence import say
 from woosh_pure.cli import config
-from woosh_pure.cli.connection import chosen, connect, names, simulated
+from woosh_pure.cli.connection import address_of, connect, names
 from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
 from woosh_pure.interface.table import driving_patterns, find
@@ -53,7 +52,7 @@ def run_record(args: Namespace, out: Output) -> int:
     options = recorder_options(args)
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
-        address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
+        address, host = address_of(args, out, stack)
         uri = master_uri_of(address)
         node = stack.enter_context(
             Node("woosh_record", master_uri=uri, host=host, anonymous=True, rosout=False, resolve=names(args))
@@ -82,9 +81,9 @@ def _tell_bags(recorder: Recorder, out: Output) -> int:
     rows = [find(feed) for feed in ALWAYS]
     silent = [row.name for row in rows if not any(name in counts for name in (row.name, *row.aliases))]
     if silent:
-        out.line(say("nothing was heard on {names}; try `woosh doctor`", names=" and ".join(silent)))
+        out.line("nothing was heard on {names}; try `woosh doctor`", names=" and ".join(silent))
     for problem in damage:
-        out.line(say("damaged, messages may be missing: {problem}", problem=problem))
+        out.line("damaged, messages may be missing: {problem}", problem=problem)
     out.result(
         {"files": files, "topics": counts, "dropped": recorder.dropped, "silent": silent, "damage": damage}
     )
@@ -115,12 +114,7 @@ def run_foxglove(args: Namespace, out: Output) -> int:
     if args.layout_only and args.layout is None:
         raise ValueError("--layout-only needs --layout FILE")
     if args.layout is not None:
-        out.line(
-            say(
-                "layout: {path} (in the viewer: Layouts, Import from file)",
-                path=write_layout(args.layout),
-            )
-        )
+        out.line("layout: {path} (in the viewer: Layouts, Import from file)", path=write_layout(args.layout))
     if args.layout_only:
         out.result({"layout": str(args.layout)})
         return 0

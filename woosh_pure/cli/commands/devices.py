@@ -8,20 +8,10 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import counted, hint, whole
+from rosproto.cli import count, counted, folder_exists, hint, positive, whole
 from rosproto.errors import RosTimeout
 from rosproto.sentence import both, say
-from woosh_pure.cli.arguments import (
-    add_wait,
-    count,
-    enum_words,
-    folder_exists,
-    png_file,
-    positive,
-    wait_for,
-    word_of,
-    write,
-)
+from woosh_pure.cli.arguments import add_wait, enum_words, png_file, wait_for, word_of, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import LedState
@@ -55,12 +45,10 @@ def _show_imu(imu: Imu, out: Output) -> None:
     turned = imu.orientation
     yaw = say("none") if turned is None else f"{math.degrees(yaw_from_quaternion(*turned)):.1f}°"
     out.line(
-        say(
-            "rates {rates} rad/s   acceleration {acceleration} m/s²   yaw {yaw}",
-            rates=f"{w[0]:+.3f} {w[1]:+.3f} {w[2]:+.3f}",
-            acceleration=f"{a[0]:+.3f} {a[1]:+.3f} {a[2]:+.3f}",
-            yaw=yaw,
-        )
+        "rates {rates} rad/s   acceleration {acceleration} m/s²   yaw {yaw}",
+        rates=f"{w[0]:+.3f} {w[1]:+.3f} {w[2]:+.3f}",
+        acceleration=f"{a[0]:+.3f} {a[1]:+.3f} {a[2]:+.3f}",
+        yaw=yaw,
     )
 
 
@@ -90,24 +78,20 @@ def run_scan(args: Namespace, out: Output) -> int:
         points = scan_in_base(chassis, scan)
         ways, nearest = free_ways(points, args.width), nearest_of(points)
         out.line(
-            say(
-                "{all} in {frame}, {seeing} see something, {most:g} m at most",
-                all=counted(scan.ranges.size, "ray", "rays"),
-                frame=scan.frame,
-                seeing=len(points),
-                most=scan.range_max,
-            )
+            "{all} in {frame}, {seeing} see something, {most:g} m at most",
+            all=counted(scan.ranges.size, "ray", "rays"),
+            frame=scan.frame,
+            seeing=len(points),
+            most=scan.range_max,
         )
         if nearest is not None:
             out.line(
-                say(
-                    "nearest {metres:.2f} m from the robot's middle, at {degrees:.0f}° ({side})",
-                    metres=nearest[0],
-                    degrees=nearest[1],
-                    side=say(_word(nearest[1])),
-                )
+                "nearest {metres:.2f} m from the robot's middle, at {degrees:.0f}° ({side})",
+                metres=nearest[0],
+                degrees=nearest[1],
+                side=say(_word(nearest[1])),
             )
-        out.line(say("free in a lane of {width:g} m, from the robot's middle:", width=args.width))
+        out.line("free in a lane of {width:g} m, from the robot's middle:", width=args.width)
         for name, distance in ways.items():
             free = "nothing in the way" if math.isinf(distance) else say("{metres:.2f} m", metres=distance)
             out.line(" ", out.cell(name, 8), free)
@@ -277,7 +261,7 @@ def run_cloud(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         cloud = wait_for(chassis.obstacle_points if args.obstacles else chassis.points, args, out)
     points = cloud.points
-    out.line(say("{points} in {frame}", points=counted(len(points), "point", "points"), frame=cloud.frame))
+    out.line("{points} in {frame}", points=counted(len(points), "point", "points"), frame=cloud.frame)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (None, None)
     if low is not None and high is not None:
         for axis, a, b in zip("xyz", low, high, strict=True):
@@ -353,7 +337,7 @@ def run_led(args: Namespace, out: Output) -> int:
             abnormal=args.abnormal,
         )
     shown = "{strip} strip: {state}" if color is None else "{strip} strip: {state}, colour {color:06x}"
-    out.line(say(shown, strip=args.strip, state=args.state, color=color))
+    out.line(shown, strip=args.strip, state=args.state, color=color)
     out.result({"strip": args.strip, "state": args.state, "color": color, "module": args.module})
     return 0
 
@@ -385,6 +369,6 @@ def run_say(args: Namespace, out: Output) -> int:
         raise ValueError("the text is empty; give the words to say")
     with connect(args, out) as chassis, out.working("speaking"):
         chassis.say(text)
-    out.line(say("said: {text}", text=text))
+    out.line("said: {text}", text=text)
     out.result({"said": text})
     return 0

@@ -15,11 +15,11 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rosproto.cli import Keys, hurry, is_terminal, open_keys, own, terminal_size
+from rosproto.cli import Keys, hurry, is_terminal, open_keys, own, positive, terminal_size
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from rosproto.text import cut, padded
-from woosh_pure.cli.arguments import add_watchdog, positive
+from woosh_pure.cli.arguments import add_watchdog
 from woosh_pure.cli.connection import connect, stop_and_tell, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import MotionRefused

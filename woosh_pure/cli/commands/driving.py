@@ -6,11 +6,11 @@ import math
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli import to_float, whole
+from rosproto.cli import finite, natural, positive, to_float, whole
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli import config
-from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, natural, number, pose, positive, word_of
+from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, pose, word_of
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.follow_goal import DriveLine, follow, report
 from woosh_pure.cli.output import Output
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def add_goto(parser: ArgumentParser) -> None:
     parser.add_argument("mark", nargs="?", help="a mark of the chassis's map, or a place of your list")
     parser.add_argument("more", nargs="*", help=SUPPRESS)  # for a helpful error
-    parser.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees")
+    parser.add_argument("--pose", nargs=3, type=finite, metavar=POSE, help="m, m and degrees")
     add_timeout(parser)
 
 
@@ -48,7 +48,7 @@ def run_goto(args: Namespace, out: Output) -> int:
             handle = chassis.go_to(target.x, target.y, target.yaw)  # type: ignore[assignment]
         outcome = follow(handle, out, say("going to {where}", where=where), args.timeout, line)
         here = chassis.pose.latest
-        out.line(say("now at {where}", where=here or say("a pose that was not heard")))
+        out.line("now at {where}", where=here or say("a pose that was not heard"))
         return report(outcome, out, pose=here)
 
 
@@ -60,7 +60,7 @@ def _place(args: Namespace, out: Output) -> Pose2D | None:
     try:
         marks = MarkFile(config.mark_file())
     except (OSError, ValueError) as error:
-        out.line(say("no marks: {error}", error=error))
+        out.line("no marks: {error}", error=error)
         return None
     return marks[mark].pose if mark in marks and not marks[mark].on_chassis else None
 
@@ -103,7 +103,7 @@ def _add_task_kind(parser: ArgumentParser, *, carry: bool) -> None:
     parser.add_argument(
         "--pose",
         nargs=3,
-        type=number,
+        type=finite,
         action="append",
         default=[],
         metavar=POSE,
@@ -166,7 +166,7 @@ def _task_command(chassis: Chassis, args: Namespace, out: Output) -> int:
         reply = service.call(task_exect=int(command), task_id=task_id, timeout=10.0)
     text = say(reply.message or ("done" if reply.success else "no reason given"))
     told = "{verb} task {id}: {answer}" if reply.success else "{verb} task {id}: REFUSED: {answer}"
-    out.line(say(told, verb=args.verb, id=task_id, answer=text))
+    out.line(told, verb=args.verb, id=task_id, answer=text)
     out.result({"ok": bool(reply.success), "task_id": task_id, "message": reply.message})
     return 0 if reply.success else 3
 
@@ -185,9 +185,7 @@ def run_charge(args: Namespace, out: Output) -> int:
         outcome = follow(handle, out, say("going to charge at {mark}", mark=args.mark), args.timeout, line)
         battery = _charging_battery(chassis)
         if battery is not None:
-            out.line(
-                say("battery {percent} %, {charge}", percent=battery.percent, charge=battery.charge_status)
-            )
+            out.line("battery {percent} %, {charge}", percent=battery.percent, charge=battery.charge_status)
         return report(outcome, out, battery=battery)
 
 
@@ -200,7 +198,7 @@ def _charging_battery(chassis: Chassis) -> Battery | None:
 
 
 def add_move(parser: ArgumentParser) -> None:
-    parser.add_argument("metres", type=number, help="at most 10")
+    parser.add_argument("metres", type=finite, help="at most 10")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="M/S", help="default: the chassis's 0.2"
     )
@@ -220,7 +218,7 @@ def run_move(args: Namespace, out: Output) -> int:
 
 
 def add_rotate(parser: ArgumentParser) -> None:
-    parser.add_argument("degrees", type=number, help="at most 3600")
+    parser.add_argument("degrees", type=finite, help="at most 3600")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
     )

@@ -7,9 +7,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli import count, positive
 from rosproto.msg import environment_paths, learned_paths, revisions_folder
-from woosh_pure.cli.arguments import count, positive
-from woosh_pure.cli.connection import chosen, names, reaching, simulated
+from woosh_pure.cli.connection import address_of, names, reaching
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def run_learn(args: Namespace, out: Output) -> int:
 
     folder = args.folder or revisions_folder()
     with ExitStack() as stack:
-        address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
+        address, host = address_of(args, out, stack)
         uri = master_uri_of(address)
         with reaching():
             node = stack.enter_context(

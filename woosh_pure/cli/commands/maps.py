@@ -7,12 +7,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli import finite, seconds
 from rosproto.errors import RosError, RosTimeout
 from rosproto.files import write_file
 from rosproto.sentence import say
 from rosproto.text import padded, width
 from woosh_pure.cli import config
-from woosh_pure.cli.arguments import POSE, add_wait, marks_here, number, pose, seconds, wait_for
+from woosh_pure.cli.arguments import POSE, add_wait, marks_here, pose, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError
@@ -37,7 +38,7 @@ def add_map(parser: ArgumentParser) -> None:
     change.add_argument(
         "--pose",
         nargs=3,
-        type=number,
+        type=finite,
         metavar=POSE,
         help="where the robot is in it: m, m and degrees (0 0 0)",
     )
@@ -61,15 +62,13 @@ def _map_facts(grid: GridMap) -> dict[str, Any]:
 def _say_size(grid: GridMap, out: Output) -> None:
     cells = "{width} x {height} cells of {metres:.3f} m, {across:.1f} m x {along:.1f} m, from {origin}"
     out.line(
-        say(
-            cells,
-            width=grid.width,
-            height=grid.height,
-            metres=grid.resolution,
-            across=grid.width * grid.resolution,
-            along=grid.height * grid.resolution,
-            origin=grid.origin,
-        )
+        cells,
+        width=grid.width,
+        height=grid.height,
+        metres=grid.resolution,
+        across=grid.width * grid.resolution,
+        along=grid.height * grid.resolution,
+        origin=grid.origin,
     )
 
 
@@ -100,7 +99,7 @@ def _save_map(args: Namespace, out: Output) -> int:
             write_file(files[-1], _draw_map(chassis, grid, args.listen, out))
     _say_size(grid, out)
     for file in files:
-        out.line(say("wrote {path}", path=file))
+        out.line("wrote {path}", path=file)
     out.result({**_map_facts(grid), "files": [str(file) for file in files]})
     return 0
 
@@ -117,7 +116,7 @@ def _draw_map(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> by
             scan = scan_in_map(chassis, chassis.scan.wait(listen, new=False), pose)
             path = _path(chassis, listen, out)
     except RosTimeout as error:
-        out.line(say("not in the picture: {error}", error=error))
+        out.line("not in the picture: {error}", error=error)
     return chart_png(grid, out, pose=pose, scan=scan, path=path)
 
 
@@ -129,7 +128,7 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
         try:
             chassis.feed("plan").wait(listen, new=False)
         except RosTimeout as error:
-            out.line(say("the path is not in the picture, although the robot moves: {error}", error=error))
+            out.line("the path is not in the picture, although the robot moves: {error}", error=error)
             return ()
     return known_path(chassis)
 
@@ -152,7 +151,7 @@ def add_marks(parser: ArgumentParser) -> None:
     add = verbs.add_parser("add", help="add or replace a mark")
     add.add_argument("name", help="of a place, or of a mark on the chassis's map (--on-chassis)")
     place = add.add_mutually_exclusive_group()
-    place.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees in the map")
+    place.add_argument("--pose", nargs=3, type=finite, metavar=POSE, help="m, m and degrees in the map")
     place.add_argument("--here", action="store_true", help="where the robot is now (the default)")
     place.add_argument(
         "--no-pose", action="store_true", help="the name alone, of a mark on the chassis's map; asks no robot"
@@ -181,30 +180,23 @@ def run_marks(args: Namespace, out: Output) -> int:
         mark = marks.put(args.name, where, args.note, on_chassis=on_chassis)
         marks.save()
         out.line(
-            say(
-                "{name}: {pose} (in {path})",
-                name=mark.name,
-                pose=mark.pose or say("no pose"),
-                path=marks.path,
-            )
+            "{name}: {pose} (in {path})", name=mark.name, pose=mark.pose or say("no pose"), path=marks.path
         )
         if before is not None and before.pose not in (None, where):
-            out.line(say("before it was {pose}", pose=before.pose))
+            out.line("before it was {pose}", pose=before.pose)
         if before is not None and before.on_chassis and not on_chassis:
             out.line(
-                say(
-                    "`woosh goto {name}` drives to this pose now; for the chassis's mark give --on-chassis",
-                    name=mark.name,
-                )
+                "`woosh goto {name}` drives to this pose now; for the chassis's mark give --on-chassis",
+                name=mark.name,
             )
     elif args.verb == "remove":
         marks.remove(args.mark)
         marks.save()
-        out.line(say("removed {name}", name=args.mark))
+        out.line("removed {name}", name=args.mark)
     else:
         _print_marks(marks, out)
         if not len(marks):
-            out.line(say("no marks in {path}; add one with `woosh marks add NAME`", path=marks.path))
+            out.line("no marks in {path}; add one with `woosh marks add NAME`", path=marks.path)
     out.result(sorted(marks, key=lambda m: m.name))
     return 0
 

@@ -6,7 +6,7 @@ import itertools
 import math
 from argparse import ArgumentParser, Namespace
 
-from rosproto.cli import counted, to_float
+from rosproto.cli import counted, finite, natural, positive, seconds, to_float
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import (
     POSE,
@@ -15,12 +15,8 @@ from woosh_pure.cli.arguments import (
     corners,
     mark_missing,
     marks_here,
-    natural,
-    number,
     png_file,
     pose,
-    positive,
-    seconds,
     wait_for,
     word_of,
     write,
@@ -39,8 +35,8 @@ def add_localization(parser: ArgumentParser) -> None:
     verbs.add_parser("stop", help="stop it")
     tell = verbs.add_parser("pose", help="tell it where the robot stands, after power-up for example")
     add_pose(tell)
-    tell.add_argument("--deviation", type=number, default=0.25, metavar="M", help="1 sigma (0.25)")
-    tell.add_argument("--yaw-deviation", type=number, default=15.0, metavar="DEGREES", help="1 sigma (15)")
+    tell.add_argument("--deviation", type=finite, default=0.25, metavar="M", help="1 sigma (0.25)")
+    tell.add_argument("--yaw-deviation", type=finite, default=15.0, metavar="DEGREES", help="1 sigma (15)")
 
 
 def run_localization(args: Namespace, out: Output) -> int:
@@ -50,7 +46,7 @@ def run_localization(args: Namespace, out: Output) -> int:
             sigma = [math.sqrt(max(0.0, estimate.covariance[i, i])) for i in (0, 1, 5)]
             out.line(str(estimate.pose))
             deviation = "1 sigma: {x:.3f} m, {y:.3f} m, {yaw:.1f}°"
-            out.line(say(deviation, x=sigma[0], y=sigma[1], yaw=math.degrees(sigma[2])))
+            out.line(deviation, x=sigma[0], y=sigma[1], yaw=math.degrees(sigma[2]))
             out.result({"pose": estimate.pose, "deviation": sigma})
         elif args.verb == "pose":
             if not (args.deviation > 0.0 and args.yaw_deviation > 0.0):
@@ -62,27 +58,27 @@ def run_localization(args: Namespace, out: Output) -> int:
                     position_deviation=args.deviation,
                     yaw_deviation=math.radians(args.yaw_deviation),
                 )
-            out.line(say("told: {where}", where=where))
+            out.line("told: {where}", where=where)
             out.result({"told": where})
         else:
             with out.working("asking the localisation"):
                 chassis.start_localization(args.verb == "start")
-            out.line(say("localisation: {verb}", verb=args.verb))
+            out.line("localisation: {verb}", verb=args.verb)
             out.result({"done": args.verb})
     return 0
 
 
 def add_plan(parser: ArgumentParser) -> None:
     parser.add_argument("mark", metavar="X|MARK", help="m, in the map; or a mark whose pose is known here")
-    parser.add_argument("y", nargs="?", type=number, metavar="Y", help="m, in the map")
+    parser.add_argument("y", nargs="?", type=finite, metavar="Y", help="m, in the map")
     parser.add_argument(
-        "degrees", nargs="?", type=number, metavar="DEGREES", help="heading, counter-clockwise from x"
+        "degrees", nargs="?", type=finite, metavar="DEGREES", help="heading, counter-clockwise from x"
     )
     parser.add_argument(
-        "--start", nargs=3, type=number, metavar=POSE, help="from here (default: where the robot is)"
+        "--start", nargs=3, type=finite, metavar=POSE, help="from here (default: where the robot is)"
     )
     parser.add_argument(
-        "--tolerance", type=number, default=0.0, metavar="M", help="how far the end may be moved (0)"
+        "--tolerance", type=finite, default=0.0, metavar="M", help="how far the end may be moved (0)"
     )
     parser.add_argument("-o", "--png", type=png_file, metavar="FILE", help="draw it into the map")
 
@@ -149,14 +145,14 @@ def run_costmap(args: Namespace, out: Output) -> int:
 
 def add_footprint(parser: ArgumentParser) -> None:
     shape = parser.add_mutually_exclusive_group(required=True)
-    shape.add_argument("--rectangle", nargs=2, type=number, metavar=("LENGTH", "WIDTH"), help="m")
-    shape.add_argument("--circle", type=number, metavar="RADIUS", help="m")
+    shape.add_argument("--rectangle", nargs=2, type=finite, metavar=("LENGTH", "WIDTH"), help="m")
+    shape.add_argument("--circle", type=finite, metavar="RADIUS", help="m")
     shape.add_argument(
         "--points",
         metavar="CORNERS",
         help='corners in order, m, in base_link, as one argument: "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3"',
     )
-    parser.add_argument("--padding", type=number, default=0.0, metavar="M", help="added outwards (0)")
+    parser.add_argument("--padding", type=finite, default=0.0, metavar="M", help="added outwards (0)")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--local", action="store_true", help="only for avoiding obstacles nearby")
     which.add_argument("--global", dest="global_", action="store_true", help="only for planning")
@@ -169,13 +165,11 @@ def run_footprint(args: Namespace, out: Output) -> int:
             shape, padding=args.padding, local=not args.global_, global_=not args.local
         )
     out.line(
-        say(
-            "outline of {count} corners: inner radius {inscribed_radius:.3f} m, outer "
-            "{circumscribed_radius:.3f} m",
-            count=len(outline.points),
-            inscribed_radius=outline.inscribed_radius,
-            circumscribed_radius=outline.circumscribed_radius,
-        )
+        "outline of {count} corners: inner radius {inscribed_radius:.3f} m, outer "
+        "{circumscribed_radius:.3f} m",
+        count=len(outline.points),
+        inscribed_radius=outline.inscribed_radius,
+        circumscribed_radius=outline.circumscribed_radius,
     )
     out.result({"points": outline.points, "local": not args.global_, "global": not args.local})
     return 0
@@ -231,6 +225,6 @@ def run_mode(args: Namespace, out: Output) -> int:
             direction=NavDirection[word_of(args.direction)],
             timeout=args.timeout,
         )
-    out.line(say("navigation mode: {mode}", mode=args.mode))
+    out.line("navigation mode: {mode}", mode=args.mode)
     out.result({"mode": args.mode})
     return 0

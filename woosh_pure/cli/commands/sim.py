@@ -9,11 +9,21 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import NotANumber, cannot_listen, host, hurry, to_float, to_int, whole
+from rosproto.cli import (
+    NotANumber,
+    cannot_listen,
+    host,
+    hurry,
+    port,
+    positive,
+    seconds,
+    to_float,
+    to_int,
+    whole,
+)
 from rosproto.errors import ConnectionLost
 from rosproto.sentence import led, say
 from rosproto.transport import Deadline
-from woosh_pure.cli.arguments import port, positive, seconds
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import RobotMode
 from woosh_pure.errors import ChassisError
@@ -131,27 +141,25 @@ def run_sim(args: Namespace, out: Output) -> int:
     )
     with _listening(sim):
         out.line(
-            say(
-                "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it",
-                uri=sim.master_uri,
-                speed=args.speed,
-            )
+            "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it",
+            uri=sim.master_uri,
+            speed=args.speed,
         )
         if args.firmware != "1.1.4":
-            out.line(say("its messages are those of firmware {firmware}", firmware=args.firmware))
-        out.line(say("marks: {names}", names=list(sim.world.site.marks) or say("none")))
-        out.line(say("try:   woosh --master {uri} status", uri=sim.master_uri))
+            out.line("its messages are those of firmware {firmware}", firmware=args.firmware)
+        out.line("marks: {names}", names=list(sim.world.site.marks) or say("none"))
+        out.line("try:   woosh --master {uri} status", uri=sim.master_uri)
         out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks)})
         deadline, began = Deadline(args.seconds), time.monotonic()
         while not deadline.expired:
             while schedule and time.monotonic() - began >= schedule[0][0]:
                 _, text = schedule.pop(0)
-                out.line(say("now: {fault}", fault=text))
+                out.line("now: {fault}", fault=text)
                 inject(sim, text)
             time.sleep(0.05)
         for at, text in schedule:  # on a busy computer, run late faults that were due before the end
             if args.seconds is not None and at <= args.seconds:
-                out.line(say("now: {fault}", fault=text))
+                out.line("now: {fault}", fault=text)
                 inject(sim, text)
     return 0
 

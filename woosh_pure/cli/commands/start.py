@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import rosproto
-from rosproto.cli import add_completion_arguments, answer_completion, unguarded
+from rosproto.cli import add_completion_arguments, answer_completion, seconds, unguarded
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.sentence import both, say, sentence_of
 from rosproto.version import __version__
 from woosh_pure.cli import config
-from woosh_pure.cli.arguments import seconds
-from woosh_pure.cli.connection import chosen, connect, names, simulated
+from woosh_pure.cli.connection import address_of, connect, names
 from woosh_pure.cli.follow_goal import DriveLine, follow
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import LedState
@@ -59,7 +58,7 @@ def run_demo(args: Namespace, out: Output) -> int:
     with connect(args, out, sim_speed=_DEMO_SPEED) as chassis:
         start = chassis.pose.wait()
         battery = say("the battery has {percent} %", percent=chassis.battery.wait().percent)
-        out.line(say("it is at {pose}; {battery}", pose=start, battery=battery))
+        out.line("it is at {pose}; {battery}", pose=start, battery=battery)
 
         line = DriveLine(chassis)
         follow(chassis.move(0.5, speed=0.3), out, "it moves 0.5 m forward", 20.0, line)
@@ -93,10 +92,10 @@ def run_demo(args: Namespace, out: Output) -> int:
     good = abs(way - 0.5) < 0.05 and abs(angle - 90.0) < 5.0 and off < 0.1 and abs(off_angle) < 5.0
     seconds = time.monotonic() - began
     if good:
-        out.line(say("done in {seconds:.0f} s: the software works on this computer", seconds=seconds))
-        out.line(say("next, a simulated robot in your browser: {command}", command="woosh --sim web"))
+        out.line("done in {seconds:.0f} s: the software works on this computer", seconds=seconds)
+        out.line("next, a simulated robot in your browser: {command}", command="woosh --sim web")
     else:
-        out.line(say("FAILED: measured is too far from asked in {seconds:.1f} s", seconds=seconds))
+        out.line("FAILED: measured is too far from asked in {seconds:.1f} s", seconds=seconds)
     out.result(
         {
             "ok": good,
@@ -134,7 +133,7 @@ def _save_profile(address: str, args: Namespace, out: Output) -> int:
     if not args.unchecked:
         _require_master(uri, args, out)
     path = config.save(config.Profile(address, args.host))
-    out.line(say("{uri} is now the default chassis (in {path})", uri=uri, path=path))
+    out.line("{uri} is now the default chassis (in {path})", uri=uri, path=path)
     out.result({"chassis": address, "master_uri": uri, "host": args.host, "file": str(path)})
     return 0
 
@@ -163,7 +162,7 @@ def _show_profile(out: Output) -> int:
         out.line("no chassis is remembered; `woosh connect HOST` does it")
     else:
         shown = "{chassis}, our address {host} (in {path})" if profile.host else "{chassis} (in {path})"
-        out.line(say(shown, chassis=profile.chassis, host=profile.host, path=config.profile_file()))
+        out.line(shown, chassis=profile.chassis, host=profile.host, path=config.profile_file())
     out.result(
         {
             "chassis": profile.chassis if profile else None,
@@ -201,8 +200,7 @@ def run_doctor(args: Namespace, out: Output) -> int:
     if args.report is not None and args.report.exists():
         raise ValueError(say("{path} exists already: give another name", path=args.report))
     with ExitStack() as stack:
-        address: str | None
-        address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
+        address, host = address_of(args, out, stack)
         findings = []
         found = examine(master_uri_of(address), host=host, listen=args.listen, resolve=names(args))
         for finding in found:
@@ -218,7 +216,7 @@ def run_doctor(args: Namespace, out: Output) -> int:
     else:
         out.line("no problem was found")
     if args.report is not None:
-        out.line(say("the report is in {path}: look through it before you send it", path=args.report))
+        out.line("the report is in {path}: look through it before you send it", path=args.report)
     out.result(
         {
             "ok": bad == 0,
@@ -277,14 +275,12 @@ def run_selftest(args: Namespace, out: Output) -> int:
     seconds = time.monotonic() - began
     if failed:
         out.line(
-            say(
-                "this machine is not fine: {names} failed ({seconds:.1f} s)",
-                names=", ".join(failed),
-                seconds=seconds,
-            )
+            "this machine is not fine: {names} failed ({seconds:.1f} s)",
+            names=", ".join(failed),
+            seconds=seconds,
         )
     else:
-        out.line(say("this machine is fine ({seconds:.1f} s)", seconds=seconds))
+        out.line("this machine is fine ({seconds:.1f} s)", seconds=seconds)
     out.result(
         {
             "ok": not failed,

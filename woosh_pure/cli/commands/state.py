@@ -7,10 +7,10 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli import DONE, FAILED, to_int, whole
+from rosproto.cli import DONE, FAILED, finite, seconds, to_int, whole
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_wait, number, seconds, wait_for
+from woosh_pure.cli.arguments import add_wait, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import NOT_KNOWN, READY, Output
 from woosh_pure.enums import RobotState, TaskState
@@ -121,7 +121,7 @@ def run_ready(args: Namespace, out: Output) -> int:
                 _wait_until_ready(chassis, args.wait)
         readiness = readiness_of(chassis)
     answer = readiness.answer.value
-    out.line(say("{head}: {tail}", head=verdict(readiness, out), tail=readiness.sentence()))
+    out.line("{head}: {tail}", head=verdict(readiness, out), tail=readiness.sentence())
     out.result({"ready": as_json(readiness), "answer": answer, "reasons": list(readiness.reasons)})
     return READY[answer]
 
@@ -141,7 +141,7 @@ def _wait_until_ready(chassis: Chassis, longest: float) -> None:
 def add_battery(parser: ArgumentParser) -> None:
     add_wait(parser)
     parser.add_argument(
-        "--below", type=number, metavar="PERCENT", help="exit code 1 when it holds less than this"
+        "--below", type=finite, metavar="PERCENT", help="exit code 1 when it holds less than this"
     )
 
 
@@ -210,13 +210,11 @@ def run_faults(args: Namespace, out: Output) -> int:
         code, task, robot = decode_status_code(args.code), TaskState(args.code), RobotState(args.code)
         if task.known or robot.known:
             out.line(
-                say(
-                    "{number} is no status code (12 digits); "
-                    "in /robot_status it is task_state {task}, robot_state {robot}",
-                    number=args.code,
-                    task=task,
-                    robot=robot,
-                )
+                "{number} is no status code (12 digits); "
+                "in /robot_status it is task_state {task}, robot_state {robot}",
+                number=args.code,
+                task=task,
+                robot=robot,
             )
             out.result([code])
         else:
@@ -226,7 +224,7 @@ def run_faults(args: Namespace, out: Output) -> int:
         wanted = args.find.lower()
         found = [c for c in all_codes() if wanted in f"{c.identifier} {c.english} {c.chinese}".lower()]
         if not found:
-            out.line(say("no code has {text!r} in its name or words", text=args.find))
+            out.line("no code has {text!r} in its name or words", text=args.find)
         _print_faults(found, args, out)
         return 0 if found else 1
     with connect(args, out) as chassis:

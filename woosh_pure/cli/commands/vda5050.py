@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import CommandError, hurry
+from rosproto.cli import CommandError, finite, hurry, positive, seconds
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_watchdog, corners, number, positive, seconds
+from woosh_pure.cli.arguments import add_watchdog, corners
 from woosh_pure.cli.connection import chosen, names, reaching, simulated, watchdog_of
 from woosh_pure.cli.output import Output
 
@@ -31,7 +31,7 @@ def add_vda5050(parser: ArgumentParser) -> None:
     add("--charger", default="", metavar="MARK", help="mark of the charger, for startCharging")
     add(
         "--undock",
-        type=number,
+        type=finite,
         default=0.0,
         metavar="M",
         help="stopCharging drives so far straight (negative: back)",
@@ -105,12 +105,10 @@ def run_vda5050(args: Namespace, out: Output) -> int:
             store = Store(folder, vehicle.manufacturer, vehicle.serial)
             stack.enter_context(Vehicle(chassis, vehicle, config.broker, store))
             out.line(
-                say(
-                    "{vehicle}: {uri} under {broker}; Ctrl-C ends it",
-                    vehicle=vehicle.prefix,
-                    uri=chassis.master_uri,
-                    broker=config.broker.url,
-                )
+                "{vehicle}: {uri} under {broker}; Ctrl-C ends it",
+                vehicle=vehicle.prefix,
+                uri=chassis.master_uri,
+                broker=config.broker.url,
             )
         out.result({"vehicles": [each.prefix for each in config.vehicles], "broker": config.broker.url})
         deadline = Deadline(args.seconds)

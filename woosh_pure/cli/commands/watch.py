@@ -9,10 +9,19 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from rosproto.cli import Keys, enable_escapes, is_terminal, open_keys, own, shows_unicode, terminal_size
+from rosproto.cli import (
+    Keys,
+    enable_escapes,
+    finite,
+    is_terminal,
+    open_keys,
+    own,
+    seconds,
+    shows_unicode,
+    terminal_size,
+)
 from rosproto.sentence import say
 from rosproto.transport import Deadline
-from woosh_pure.cli.arguments import number, seconds
 from woosh_pure.cli.commands.state import as_json
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output, full_screen
@@ -25,7 +34,7 @@ def add_watch(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
     )
-    parser.add_argument("--rate", type=number, metavar="HZ", help="pictures per second (5), lines (1)")
+    parser.add_argument("--rate", type=finite, metavar="HZ", help="pictures per second (5), lines (1)")
     parser.add_argument("--ascii", action="store_true", help="only ASCII characters, for old terminals")
     parser.add_argument("--lines", action="store_true", help="a line each time instead of the whole screen")
     parser.add_argument("--no-map", action="store_true", help="do not fetch the map")

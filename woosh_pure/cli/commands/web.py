@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from rosproto.cli import CommandError, add_token, host, hurry, token_of
+from rosproto.cli import CommandError, add_token, host, hurry, port, token_of
 from rosproto.errors import RosError
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, port
+from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host
 from woosh_pure.cli.connection import connect, connect_to, reaching, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.maps.marks import MarkFile, UserMark
@@ -111,8 +111,8 @@ def run_web(args: Namespace, out: Output) -> int:
         stack.enter_context(server)
         # Print no token, and pass none to a browser, unless it is on our command line.
         page = server.url + (f"#token={args.token}" if args.token else "")
-        out.line(say("the page: {page}", page=page))
-        out.line(say("for programs: {url}api/v1/status, {url}openapi.json", url=server.url))
+        out.line("the page: {page}", page=page)
+        out.line("for programs: {url}api/v1/status, {url}openapi.json", url=server.url)
         if args.allow_driving:
             out.line("a page may drive PAST the obstacle avoidance: a person must watch all the time")
         out.record({"url": server.url, "port": server.port, "robots": list(robots)})
@@ -136,7 +136,7 @@ class _Waiting:
         self._due = 0.0
         for name in self._left:
             self._served[name].unreachable = str(say("it has not answered yet"))
-            out.line(say("{name}: no answer; waiting for it, and serving its page meanwhile", name=name))
+            out.line("{name}: no answer; waiting for it, and serving its page meanwhile", name=name)
 
     def try_again(self) -> None:
         """Try each robot once a second. Blocks while a robot does not answer."""
@@ -151,7 +151,7 @@ class _Waiting:
                 continue
             del self._left[name]
             self._served[name].unreachable = ""
-            self._out.line(say("{name}: connected", name=name))
+            self._out.line("{name}: connected", name=name)
         self._due = time.monotonic() + AGAIN_SECONDS
 
 
@@ -210,7 +210,7 @@ def _marks(args: Namespace, out: Output) -> Iterable[UserMark]:
     try:
         return MarkFile(config.mark_file())
     except (OSError, ValueError) as error:
-        out.line(say("no marks: {error}", error=error))
+        out.line("no marks: {error}", error=error)
         return []
 
 
