@@ -297,7 +297,7 @@ def test_camera_and_values(browser: Browser, robot: Robot) -> None:
 
 def test_the_costmap_is_drawn_where_the_simulator_says(browser: Browser, robot: Robot) -> None:
     """Each sampled place of the hall is coloured when it costs something, and only then; and it can be put away."""
-    from woosh_pure.sim.costmap import Costmap
+    from woosh_pure.sim.planner import Costmap
 
     costs = Costmap(robot.sim.world.site.grid, robot.sim.world.settings.radius).with_obstacles([])
     cells = [(row, column) for row in range(2, 80, 5) for column in range(2, 120, 5)]

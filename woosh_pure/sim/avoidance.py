@@ -46,16 +46,9 @@ class CollisionMap:
         def in_sight(obstacle: Obstacle) -> bool:
             return math.hypot(obstacle[0] - pose.x, obstacle[1] - pose.y) < _SIGHT + obstacle[2]
 
-        self.seen_obstacles = [
-            obstacle
-            for obstacle in self.seen_obstacles
-            if obstacle in self.obstacles or not in_sight(obstacle)
-        ]
-        self.seen_obstacles += [
-            obstacle
-            for obstacle in self.obstacles
-            if in_sight(obstacle) and obstacle not in self.seen_obstacles
-        ]
+        kept = [each for each in self.seen_obstacles if each in self.obstacles or not in_sight(each)]
+        new = [each for each in self.obstacles if in_sight(each) and each not in kept]
+        self.seen_obstacles = kept + new
 
     def touches(self, x: float, y: float, *, more: float = 0.0, known: bool = False) -> bool:
         """Whether the robot would touch something at a place; outside the map is a wall.
@@ -106,38 +99,6 @@ def _disc(reach: int, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.
         offsets[:, None] ** 2 + offsets[None, :] ** 2 <= radius**2
     )
     return result
-
-
-class CollisionCheck(Protocol):
-    """The signature of `CollisionMap.touches`."""
-
-    def __call__(self, x: float, y: float, *, more: float = 0.0, known: bool = False) -> bool:
-        """Whether the robot would touch something at x, y."""
-
-
-def leaves_room_to_stop(body: Body, wanted: Velocity, dt: float, touches: CollisionCheck) -> bool:
-    """Whether the base, after `dt` s of a commanded velocity, can still brake hard without touching a known
-    obstacle.
-
-    A goal may be replaced, cancelled or paused at any speed, and the robot must not hit a known obstacle
-    then. So before each velocity the stop after it is simulated step by step. If that stop would touch
-    something, the robot brakes now, which the check of the step before has shown to be possible. (move_base's
-    local planners discard such velocities, too.)
-    """
-    velocity = body.approached(body.velocity, wanted, dt)
-    size = math.hypot(velocity.vx, velocity.vy)
-    if size == 0.0:
-        return True  # a round robot can turn in place
-    reach = size * size / (2.0 * body.limits.hard_acceleration) + 2.0 * size * dt + 0.1
-    if not touches(body.pose.x, body.pose.y, more=reach, known=True):
-        return True
-    pose = body.pose
-    while velocity.vx or velocity.vy:
-        pose = integrate(pose, velocity, dt)
-        if touches(pose.x, pose.y, known=True):
-            return False
-        velocity = body.approached(velocity, Velocity(), dt, hard=True)
-    return True
 
 
 _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT = 130701000021, 130701000032
@@ -212,8 +173,29 @@ class Avoidance:
         return Velocity(0.0, 0.0, wanted.wz), False
 
     def leaves_room(self, wanted: Velocity, dt: float) -> bool:
-        """Whether the robot can still stop before all obstacles after `dt` s of a velocity."""
-        return leaves_room_to_stop(self._world.body, wanted, dt, self._world.collisions.touches)
+        """Whether the base, after `dt` s of a commanded velocity, can still brake hard without touching a
+        known obstacle.
+
+        A goal may be replaced, cancelled or paused at any speed, and the robot must not hit a known obstacle
+        then. So before each velocity the stop after it is simulated step by step. If that stop would touch
+        something, the robot brakes now, which the check of the step before has shown to be possible.
+        (move_base's local planners discard such velocities, too.)
+        """
+        body, touches = self._world.body, self._world.collisions.touches
+        velocity = body.approached(body.velocity, wanted, dt)
+        size = math.hypot(velocity.vx, velocity.vy)
+        if size == 0.0:
+            return True  # a round robot can turn in place
+        reach = size * size / (2.0 * body.limits.hard_acceleration) + 2.0 * size * dt + 0.1
+        if not touches(body.pose.x, body.pose.y, more=reach, known=True):
+            return True
+        pose = body.pose
+        while velocity.vx or velocity.vy:
+            pose = integrate(pose, velocity, dt)
+            if touches(pose.x, pose.y, known=True):
+                return False
+            velocity = body.approached(velocity, Velocity(), dt, hard=True)
+        return True
 
     def _blocked(self, motion: Motion, dt: float) -> bool:
         if isinstance(motion, StepMotion):

@@ -28,18 +28,17 @@ from woosh_pure.firmware.versions import CURRENT
 from woosh_pure.firmware.versions import firmware as firmware_named
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
-from woosh_pure.sim.costmap import Costmap
 from woosh_pure.sim.graph import Graph
-from woosh_pure.sim.message_builders import FILLERS, RATES, fill_plan, fill_status, fill_transforms, stamp
+from woosh_pure.sim.message_builders import PERIODIC, fill_plan, fill_status, fill_transforms, stamp
 from woosh_pure.sim.motions import PathMotion
 from woosh_pure.sim.navigation_client import NavigationClient
-from woosh_pure.sim.network import Network
-from woosh_pure.sim.ros_handlers import RosHandlers
+from woosh_pure.sim.planner import Costmap
+from woosh_pure.sim.ros_handlers import RosHandlers, Simulation
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site
-from woosh_pure.sim.tasks import StatusRecord
 from woosh_pure.sim.world import World
-from woosh_pure.values.messages import message_type
+from woosh_pure.values.messages import message_type, stamped_pose
+from woosh_pure.values.state import RobotStatus
 
 logger = get_logger("woosh_pure.sim")
 MOST_FILES = 1024
@@ -55,7 +54,7 @@ COSTMAP_EVERY = 1.0
 """Seconds between two costmaps while the topic has subscribers (assumed)."""
 
 
-class SimulatedChassis:
+class SimulatedChassis(Simulation):
     """A simulated chassis. Use it in a `with` block, or call `start` and `close`.
 
     If this process may open fewer than 1024 files (macOS: 256), it raises the limit.
@@ -105,11 +104,8 @@ class SimulatedChassis:
                 say("speed {speed}: expected 0.05 to 100 simulated seconds per second", speed=speed)
             )
         self.firmware = firmware_named(firmware)
-        self.world = World(site, settings)
-        self.lock = threading.Condition()
+        super().__init__(World(site, settings), reply_delay)
         self.speed = speed
-        self.reply_delay = reply_delay
-        self.closing = False
         self._given_uri, self._host, self._port = master_uri, host, port
         self._full, self._latch = full_graph, latch_status
         self._assumed_types = assumed_types
@@ -117,19 +113,13 @@ class SimulatedChassis:
         self._graph: Graph | None = None
         self._thread: threading.Thread | None = None
         self._stop = threading.Event()
-        self._epoch = time.time()
-        self.network = Network()
         self._navigation: NavigationClient | None = None
-        self._due = dict.fromkeys(FILLERS, 0.0)
-        self._status: StatusRecord | None = None
+        self._due = dict.fromkeys((*PERIODIC, "plan", "tf", "costmap", "code"), 0.0)
+        self._status: RobotStatus | None = None
         self._plan: list[Pose2D] = []
-        self._plan_due = 0.0
-        self._tf_due = 0.0
         self._costmap: Costmap | None = None
         self._costmap_of: GridMap | None = None
-        self._costmap_due = 0.0
         self._repeats_code = repeat_status_code
-        self._code_due = 0.0
 
     # -- life ------------------------------------------------------------------------------------------------
 
@@ -153,9 +143,11 @@ class SimulatedChassis:
 
     def _build(self) -> None:
         host = None if self._given_uri else self._host
+        handlers = RosHandlers(self)
+        handlers.topics["/volume/percentSet"] = self._set_volume
         self._graph = Graph(
             self.master_uri,
-            RosHandlers(self),
+            handlers,
             host=host,
             full=self._full,
             latch_status=self._latch,
@@ -217,11 +209,6 @@ class SimulatedChassis:
             raise RuntimeError("the simulated chassis is not started; use `with SimulatedChassis() as sim:`")
         return self._graph
 
-    @property
-    def now(self) -> float:
-        """Simulated time of day, s since 1970; it jumps ahead if the computer was too busy."""
-        return self._epoch + self.world.time
-
     # -- time ------------------------------------------------------------------------------------------------
 
     def _run(self) -> None:
@@ -259,17 +246,17 @@ class SimulatedChassis:
         if self.network.silent:
             return
         now = time.monotonic()
-        for topic, filler in FILLERS.items():
+        for topic, (filler, rate) in PERIODIC.items():
             if now >= self._due[topic]:
-                self._due[topic] = now + 1.0 / RATES[topic]
+                self._due[topic] = now + 1.0 / rate
                 with self.lock:
                     self._send(topic, filler)
         with self.lock:
             self._publish_plan()
-            if self._repeats_code and now >= self._code_due:
+            if self._repeats_code and now >= self._due["code"]:
                 self._publish_code(self.world.last_code)
-            if now >= self._tf_due:
-                self._tf_due = now + 0.1
+            if now >= self._due["tf"]:
+                self._due["tf"] = now + 0.1
                 self._publish_transforms()
         self._publish_costmap(now)
 
@@ -290,7 +277,7 @@ class SimulatedChassis:
                 self._publish_code(code)
 
     def _publish_code(self, code: int) -> None:
-        self._code_due = time.monotonic() + _CODE_EVERY
+        self._due["code"] = time.monotonic() + _CODE_EVERY
         publisher = self.graph.publishers.get((_reporting_node(code), "/status_code")) or self.graph.first(
             "/status_code"
         )
@@ -301,10 +288,10 @@ class SimulatedChassis:
         motion = self.world.motion
         path = [*motion.path] if isinstance(motion, PathMotion) else []
         now = time.monotonic()
-        if path and (path[-1:] != self._plan[-1:] or now >= self._plan_due):
+        if path and (path[-1:] != self._plan[-1:] or now >= self._due["plan"]):
             publisher = self.graph.first("/move_base/global_plan")
             if publisher is not None:
-                self._plan_due = now + PLAN_EVERY
+                self._due["plan"] = now + PLAN_EVERY
                 message = publisher.message_class()
                 fill_plan([self.world.body.pose, *path], message, self.now)
                 _publish(publisher, message)
@@ -313,9 +300,9 @@ class SimulatedChassis:
     def _publish_costmap(self, now: float) -> None:
         """Publish the costmap. It is made without the lock, because a large map takes time."""
         publisher = self.graph.costmap
-        if publisher is None or not publisher.connections or now < self._costmap_due:
+        if publisher is None or not publisher.connections or now < self._due["costmap"]:
             return
-        self._costmap_due = now + COSTMAP_EVERY
+        self._due["costmap"] = now + COSTMAP_EVERY
         with self.lock:
             grid, obstacles, radius = (
                 self.world.map_seen,
@@ -353,9 +340,15 @@ class SimulatedChassis:
             ]
             fill_transforms(message, self.now, *links)
             publisher.publish(message)
-        volume = self.graph.first("/volume/percent")
-        if volume is not None:
-            volume.publish(percent=50)
+        self._publish_volume(50)
+
+    def _set_volume(self, message: Any) -> None:
+        self._publish_volume(min(100, message.percent))
+
+    def _publish_volume(self, percent: int) -> None:
+        publisher = self.graph.first("/volume/percent")
+        if publisher is not None:
+            publisher.publish(percent=percent)
 
     # -- events of the robot ---------------------------------------------------------------------------------
 
@@ -440,8 +433,6 @@ class SimulatedChassis:
 
     def compete(self, x: float, y: float, yaw: float = 0.0) -> None:
         """Send a goal to /move_base from the robot's own /ros_interface, as for its own tasks."""
-        from woosh_pure.values.messages import stamped_pose
-
         client = self.graph.client("/move_base")
         client.wait_for_server(5.0)
         goal = message_type("woosh_msgs/MoveBaseGoal")()

@@ -3,10 +3,11 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import rosproto
 from rosproto.action import action_type
@@ -14,8 +15,9 @@ from rosproto.node import LocalNodes, OwnDefinitionsOnly
 from woosh_pure import interface
 from woosh_pure.firmware.versions import Firmware
 from woosh_pure.interface.schema import Row
-from woosh_pure.sim.costmap import TOPIC as COSTMAP
 from woosh_pure.sim.network import Network, RobotNode
+from woosh_pure.sim.planner import COSTMAP_TOPIC
+from woosh_pure.sim.ros_handlers import RosHandlers
 from woosh_pure.values.messages import message_type
 
 _ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
@@ -35,28 +37,6 @@ _TOPICS_WITHOUT_PUBLISHER = {"/follow/remote_control_request": "woosh_msgs/IOs"}
 _ACTIONS_WITHOUT_SERVER = {"/xarm_base": "woosh_msgs/Arm"}
 
 
-class Handlers(Protocol):
-    """The part of `woosh_pure.sim.ros_handlers.RosHandlers` that the graph uses."""
-
-    @property
-    def services(self) -> Mapping[str, Callable[[Any], dict[str, object]]]:
-        """Service handlers by name: from a request to the fields of its reply."""
-
-    @property
-    def topics(self) -> Mapping[str, Callable[[Any], None]]:
-        """Message handlers by topic."""
-
-    @property
-    def actions(self) -> Mapping[str, Callable[[Any], None]]:
-        """Goal handlers by action name."""
-
-    def accessory(self, action_type: str, goal: Any) -> None:
-        """Handle a goal of any other action server."""
-
-    def delayed(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
-        """Delay an action's handler by the network."""
-
-
 class Graph:
     """Nodes, publishers, subscribers, services and action servers, by name.
 
@@ -71,7 +51,7 @@ class Graph:
     def __init__(
         self,
         master_uri: str,
-        server: Handlers,
+        server: RosHandlers,
         *,
         host: str | None,
         full: bool,
@@ -143,7 +123,7 @@ class Graph:
                 self._add_unconnected_endpoints()
             self.client("/move_base")
             grid = self._firmware.message_class("nav_msgs/OccupancyGrid")
-            self.costmap = self.node("/move_base").publisher(COSTMAP, grid, queue_size=1)
+            self.costmap = self.node("/move_base").publisher(COSTMAP_TOPIC, grid, queue_size=1)
 
     def _add_unconnected_endpoints(self) -> None:
         """Add the endpoints of /ros_interface for parts that this chassis does not have."""
@@ -178,10 +158,8 @@ class Graph:
         providers = row.providers if self._full else row.providers[-1:]
         for index, name in enumerate(providers):
             obey = self._server.topics.get(row.name, _ignore) if index == 0 else _ignore
-            callback = partial(self._receive, row.name, obey)
-            if row.definition_known:
-                callback = revised_listener(self._firmware, row.type, callback)
             type_ = self._class_of(row)
+            callback = partial(self._receive, row, obey)
             self._keep.append(self.node(name).subscriber(row.name, type_, callback=callback, queue_size=10))
         if self._full:
             for name in row.written_by:
@@ -189,41 +167,42 @@ class Graph:
                 for topic in row.aliases or (row.name,):
                     self._keep.append(self.node(name).publisher(topic, self._class_of(row), queue_size=1))
 
-    def _receive(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
-        self._network.carry(lambda: self._handle_message(topic, obey, message))
+    def _receive(self, row: Row, obey: Callable[[Any], object], message: Any) -> None:
+        if row.definition_known:
+            message = self._firmware.convert(message, message_type(row.type))
+        self._network.carry(lambda: self._handle_message(row.name, obey, message))
 
     def _handle_message(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
         self.heard[topic] = message
         obey(message)
 
     def _serve(self, row: Row) -> None:
-        node = self.node(row.providers[0])
-        handler = self._delayed_service(
-            revised_service(self._firmware, row.type, self._server.services[row.name])
-        )
-        self._keep.append(node.service_server(row.name, self._firmware.service_class(row.type), handler))
+        firmware, handler = self._firmware, self._server.services[row.name]
+        theirs = firmware.service_class(row.type)
+        request, response = message_type(f"{row.type}Request"), message_type(f"{row.type}Response")
 
-    def _delayed_service(self, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        """Delay a service's request and reply by the network."""
-
-        def handle(request: Any) -> Any:
+        def handle(message: Any) -> Any:
             self._network.travel()
-            reply = handler(request)
+            answer = handler(firmware.convert(message, request))
             self._network.travel()
-            return reply
+            return firmware.convert(response(**answer), theirs._response_class)
 
-        return handle
+        self._keep.append(self.node(row.providers[0]).service_server(row.name, theirs, handle))
 
     def _act(self, row: Row) -> None:
         handler = self._server.actions.get(row.name) or partial(self._server.accessory, row.type)
         node = self.node(row.providers[0])
         type_ = self._firmware.message_class(f"{row.type}Action")
-        revised = revised_action(self._firmware, row.type, self._server.delayed(handler))
-        self._keep.append(rosproto.ActionServer(node, row.name, type_, revised))
+
+        def handle(goal: Any) -> None:
+            handler(RobotGoal(self._firmware, self._network, row.type, goal))
+
+        self._keep.append(rosproto.ActionServer(node, row.name, type_, handle))
         if self._full:
             self.client(row.name)
             for name in row.listeners:
-                listener = self.node(name).subscriber(f"{row.name}/goal", type_goal(type_), callback=_ignore)
+                goal = action_type(type_).action_goal
+                listener = self.node(name).subscriber(f"{row.name}/goal", goal, callback=_ignore)
                 self._keep.append(listener)
 
     def client(self, name: str) -> rosproto.ActionClient:
@@ -253,59 +232,37 @@ class Graph:
             node.close()
 
 
-def type_goal(action: Any) -> Any:
-    """The class of an action's goal messages on the wire."""
-    return action_type(action).action_goal
-
-
 def _ignore(message: Any) -> None:
     """Callback for topics that have no effect in the simulation."""
 
 
-# -- other firmware versions: conversion from and to their definitions ---------------------------------------
-#
-# Handlers and fillers use the current definitions only. Messages are converted by field name.
+class RobotGoal:
+    """A `ServerGoal` with goal, feedback and result in the current definitions, whatever the firmware.
 
+    The network delays its arrival and its cancel.
+    """
 
-def revised_listener(firmware: Firmware, type_name: str, callback: Callable[[Any], object]) -> Any:
-    """A callback for messages in the firmware's definition."""
-    ours = message_type(type_name)
-    if firmware.message_class(type_name)._md5sum == ours._md5sum:
-        return callback
-    return lambda message: callback(firmware.convert(message, ours))
-
-
-def revised_service(
-    firmware: Firmware, type_name: str, handler: Callable[[Any], Any]
-) -> Callable[[Any], Any]:
-    """A handler for requests in the firmware's definition; the inner one returns a dict of current fields."""
-    theirs = firmware.service_class(type_name)
-    request, response = message_type(f"{type_name}Request"), message_type(f"{type_name}Response")
-
-    def handle(message: Any) -> Any:
-        answer = handler(firmware.convert(message, request))
-        return firmware.convert(response(**answer), theirs._response_class)
-
-    return handle
-
-
-def revised_action(firmware: Firmware, type_name: str, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A handler for goals in the firmware's definition."""
-    return lambda goal: handler(RevisedGoal(firmware, type_name, goal))
-
-
-class RevisedGoal:
-    """A `ServerGoal` whose goal, feedback and result are in the current definitions."""
-
-    def __init__(self, firmware: Firmware, type_name: str, goal: Any) -> None:
-        self._firmware = firmware
-        self._goal = goal
+    def __init__(self, firmware: Firmware, network: Network, type_name: str, goal: Any) -> None:
+        self._firmware, self._network, self._goal = firmware, network, goal
         self._result = firmware.message_class(f"{type_name}Result")
         self._feedback = firmware.message_class(f"{type_name}Feedback")
         self.goal = firmware.convert(goal.goal, message_type(f"{type_name}Goal"))
+        self._cancel_arrives: float | None = None
+        network.travel()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._goal, name)
+
+    def cancel_arrived(self) -> bool:
+        """Whether a cancel request has arrived.
+
+        Its delay begins with the first call that finds it, so this must be called repeatedly.
+        """
+        if not self._goal.cancel_requested:
+            return False
+        if self._cancel_arrives is None:
+            self._cancel_arrives = self._network.arrival()
+        return time.monotonic() >= self._cancel_arrives
 
     def publish_feedback(self, feedback: Any) -> None:
         """See `ServerGoal`."""
@@ -313,15 +270,15 @@ class RevisedGoal:
 
     def succeed(self, result: Any = None, text: str = "") -> None:
         """See `ServerGoal`."""
-        self._goal.succeed(self._old(result), text)
+        self._goal.succeed(self._converted(result), text)
 
     def abort(self, result: Any = None, text: str = "") -> None:
         """See `ServerGoal`."""
-        self._goal.abort(self._old(result), text)
+        self._goal.abort(self._converted(result), text)
 
     def preempted(self, result: Any = None, text: str = "") -> None:
         """See `ServerGoal`."""
-        self._goal.preempted(self._old(result), text)
+        self._goal.preempted(self._converted(result), text)
 
-    def _old(self, result: Any) -> Any:
+    def _converted(self, result: Any) -> Any:
         return None if result is None else self._firmware.convert(result, self._result)

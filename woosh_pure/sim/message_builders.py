@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from woosh_pure.geometry import Pose2D, Velocity, quaternion_from_yaw
-from woosh_pure.sim.sensors import Camera, cast
+from woosh_pure.sim.sensors import camera_depth, camera_picture, camera_points, cast
 from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type
 
 BEAMS = 360
 RANGE_MIN, RANGE_MAX = 0.05, 30.0
 _ANGLES = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
-_CAMERA = Camera()
 
 
 def stamp(message: Any, frame: str, now: float) -> None:
@@ -44,7 +43,7 @@ def fill_status(world: World, m: Any, now: float) -> None:
     m.action_type, m.action_state = int(record.action_type), int(record.action_state)
     m.robot_state, m.robot_mode = int(record.robot_state), int(record.robot_mode)
     m.work_mode, m.wait_id = int(record.work_mode), record.wait_id
-    m.dest, m.msg, m.time = record.dest, record.message, int(now)
+    m.dest, m.msg, m.time = record.destination, record.message, int(now)
 
 
 def _pose2d(world: World, m: Any, now: float) -> None:
@@ -141,12 +140,12 @@ def _imu(world: World, m: Any, now: float) -> None:
 
 def _color(world: World, m: Any, now: float) -> None:
     stamp(m, "camera_1_color", now)
-    _set_image(m, "rgb8", _CAMERA.color(world.site.grid, world.body.pose, world.obstacles))
+    _set_image(m, "rgb8", camera_picture(world.site.grid, world.body.pose, world.obstacles))
 
 
 def _depth(world: World, m: Any, now: float) -> None:
     stamp(m, "camera_1_depth", now)
-    _set_image(m, "16UC1", _CAMERA.depth(world.site.grid, world.body.pose, world.obstacles))
+    _set_image(m, "16UC1", camera_depth(world.site.grid, world.body.pose, world.obstacles))
 
 
 def _set_image(m: Any, encoding: str, pixels: Any) -> None:
@@ -157,12 +156,12 @@ def _set_image(m: Any, encoding: str, pixels: Any) -> None:
 
 def _points(world: World, m: Any, now: float) -> None:
     stamp(m, "camera_1_depth", now)
-    _set_cloud(m, _CAMERA.points(world.site.grid, world.body.pose, world.obstacles))
+    _set_cloud(m, camera_points(world.site.grid, world.body.pose, world.obstacles))
 
 
 def _obstacle_points(world: World, m: Any, now: float) -> None:
     stamp(m, "camera_1_depth", now)
-    _set_cloud(m, _CAMERA.points(world.site.grid, world.body.pose, world.obstacles, floor=False))
+    _set_cloud(m, camera_points(world.site.grid, world.body.pose, world.obstacles, floor=False))
 
 
 def _set_cloud(m: Any, points: Any) -> None:
@@ -213,46 +212,27 @@ def fill_transforms(m: Any, now: float, *links: tuple[str, str, Pose2D]) -> None
         m.transforms.append(one)
 
 
-FILLERS: dict[str, Callable[[World, Any, float], None]] = {
-    "/movebase_pose2d": _pose2d,
-    "/odometer": _odometer,
-    "/battery": _battery,
-    "/amcl_pose": _amcl,
-    "/information": _information,
-    "/driver_base/bms": _bms,
-    "/driver_base/parameter": _parameter,
-    "/odom_twist": _twist,
-    "/scan": _scan,
-    "/imu/data_raw": _imu,
-    "/odom_raw": _odometry_raw,
-    "/odom": _odometry,
-    "/camera_1/color/image_raw": _color,
-    "/camera_1/depth/image_raw": _depth,
-    "/camera_1/depth/points": _points,
-    "/camera_1/depth/cloud_without_planes": _obstacle_points,
-    "/localization_state": _localization_state,
-    "/IO_input": _inputs,
+PERIODIC: dict[str, tuple[Callable[[World, Any, float], None], float]] = {
+    "/movebase_pose2d": (_pose2d, 10.0),
+    "/odometer": (_odometer, 2.0),
+    "/battery": (_battery, 2.0),
+    "/amcl_pose": (_amcl, 5.0),
+    "/information": (_information, 2.0),
+    "/driver_base/bms": (_bms, 2.0),
+    "/driver_base/parameter": (_parameter, 4.0),
+    "/odom_twist": (_twist, 25.0),
+    "/scan": (_scan, 10.0),
+    "/imu/data_raw": (_imu, 25.0),
+    "/odom_raw": (_odometry_raw, 25.0),
+    "/odom": (_odometry, 25.0),
+    "/camera_1/color/image_raw": (_color, 5.0),
+    "/camera_1/depth/image_raw": (_depth, 5.0),
+    "/camera_1/depth/points": (_points, 5.0),
+    "/camera_1/depth/cloud_without_planes": (_obstacle_points, 5.0),
+    "/localization_state": (_localization_state, 1.0),
+    "/IO_input": (_inputs, 5.0),
 }
-"""The functions of the periodic topics, which their first provider in the table publishes."""
+"""By topic: the function that fills a message, and the messages per second of wall time.
 
-RATES = {
-    "/movebase_pose2d": 10.0,
-    "/odometer": 2.0,
-    "/battery": 2.0,
-    "/amcl_pose": 5.0,
-    "/information": 2.0,
-    "/driver_base/bms": 2.0,
-    "/driver_base/parameter": 4.0,
-    "/odom_twist": 25.0,
-    "/scan": 10.0,
-    "/imu/data_raw": 25.0,
-    "/odom_raw": 25.0,
-    "/odom": 25.0,
-    "/camera_1/color/image_raw": 5.0,
-    "/camera_1/depth/image_raw": 5.0,
-    "/camera_1/depth/points": 5.0,
-    "/camera_1/depth/cloud_without_planes": 5.0,
-    "/localization_state": 1.0,
-    "/IO_input": 5.0,
-}
-"""Messages per second of wall time (assumed: no rates of a real chassis are known)."""
+The first provider in the table publishes them. (The rates are assumed: none of a real chassis are known.)
+"""

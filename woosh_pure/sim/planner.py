@@ -1,10 +1,14 @@
-"""The path planner: A* on the inflated grid, then shortening of the path. Pure."""
+"""The map as the simulated navigation sees it. Pure.
+
+`Planner` finds paths: A* on the inflated grid, then shortening. `Costmap` has costs by the distance
+to walls and seen obstacles.
+"""
 
 from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,11 +33,11 @@ class Planner:
     """
 
     def __init__(self, grid: GridMap, radius: float, clearance: float = 0.0) -> None:
-        self._factor = max(1, round(0.1 / grid.resolution))
+        self._factor = _factor_of(grid)
         self._grid = grid
         self._body = radius
         self._radius = radius + clearance
-        occupied = self._coarse(grid.cells > 50)
+        occupied = _coarse(grid, self._factor, outside=True)
         self._static = self._inflate(occupied, self._radius)
         self._touching = self._inflate(occupied, radius)
 
@@ -72,28 +76,17 @@ class Planner:
         blocked = self._with(obstacles)
         return self._inside(cell) and not bool(blocked[cell])
 
-    def _coarse(self, occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        f = self._factor
-        rows, columns = -(-occupied.shape[0] // f), -(-occupied.shape[1] // f)
-        padded = np.ones((rows * f, columns * f), bool)
-        padded[: occupied.shape[0], : occupied.shape[1]] = occupied
-        return np.asarray(padded.reshape(rows, f, columns, f).any(axis=(1, 3)), dtype=np.bool_)
-
     @property
     def _size(self) -> float:
         return self._grid.resolution * self._factor
 
     def _inflate(self, occupied: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
         """Cells at whose centre the robot would touch an occupied cell."""
-        reach = math.ceil(radius / self._size + 0.5)
-        padded = np.pad(occupied, reach, constant_values=True)
         out = np.zeros_like(occupied)
-        for dr in range(-reach, reach + 1):
-            for dc in range(-reach, reach + 1):
-                if math.hypot(max(abs(dr) - 0.5, 0.0), max(abs(dc) - 0.5, 0.0)) * self._size < radius:
-                    rows, columns = occupied.shape
-                    near = padded[reach + dr : reach + dr + rows, reach + dc : reach + dc + columns]
-                    np.logical_or(out, near, out=out)
+        reach = math.ceil(radius / self._size + 0.5)
+        for dr, dc, near in _surroundings(occupied, reach, outside=True):
+            if math.hypot(max(abs(dr) - 0.5, 0.0), max(abs(dc) - 0.5, 0.0)) * self._size < radius:
+                np.logical_or(out, near, out=out)
         return out
 
     def _with(
@@ -185,3 +178,84 @@ def _unwind(came: dict[_Cell, _Cell], cell: _Cell) -> list[_Cell]:
         cell = came[cell]
         cells.append(cell)
     return cells[::-1]
+
+
+def _factor_of(grid: GridMap) -> int:
+    """The cells of a map in each direction that are one cell of about 0.1 m."""
+    return max(1, round(0.1 / grid.resolution))
+
+
+def _coarse(grid: GridMap, factor: int, *, outside: bool) -> NDArray[np.bool_]:
+    """The occupied cells of a map, `factor` times as large. Outside of the map, a cell is occupied if
+    `outside`."""
+    occupied = grid.cells > 50
+    rows, columns = -(-grid.height // factor), -(-grid.width // factor)
+    rest = ((0, rows * factor - grid.height), (0, columns * factor - grid.width))
+    padded = np.pad(occupied, rest, constant_values=outside)
+    return np.asarray(padded.reshape(rows, factor, columns, factor).any(axis=(1, 3)), dtype=np.bool_)
+
+
+def _surroundings(
+    cells: NDArray[np.bool_], reach: int, *, outside: bool
+) -> Iterator[tuple[int, int, NDArray[np.bool_]]]:
+    """For each offset of rows and columns within `reach`: the cells that are at this offset of each cell."""
+    rows, columns = cells.shape
+    padded = np.pad(cells, reach, constant_values=outside)
+    for dr in range(-reach, reach + 1):
+        for dc in range(-reach, reach + 1):
+            yield dr, dc, padded[reach + dr : reach + dr + rows, reach + dc : reach + dc + columns]
+
+
+# -- the costmap ---------------------------------------------------------------------------------------------
+
+COSTMAP_TOPIC = "/move_base/global_costmap/costmap"
+"""The name that move_base uses; it is not known whether the real chassis publishes it (assumed)."""
+_BEYOND = 0.5  # m beyond the robot's radius that have a cost
+_OCCUPIED, _TOUCHES = 100, 99
+
+
+class Costmap:
+    """Costs for a round robot in a map.
+
+    Args:
+        grid: The walls.
+        radius: The robot's radius, m.
+    """
+
+    def __init__(self, grid: GridMap, radius: float) -> None:
+        self._factor = _factor_of(grid)
+        self._size = grid.resolution * self._factor
+        self._grid, self._radius = grid, radius
+        self._walls: NDArray[np.int8] | None = None
+
+    def with_obstacles(self, obstacles: Iterable[tuple[float, float, float]]) -> GridMap:
+        """Costs: 100 at an obstacle, 99 where the robot would touch it, less with distance.
+
+        Args:
+            obstacles: Round obstacles: x, y, radius in m in the map.
+        """
+        if self._walls is None:
+            self._walls = self._costs()
+        cells = self._walls.copy()
+        rows, columns = np.ogrid[: cells.shape[0], : cells.shape[1]]
+        for x, y, radius in obstacles:
+            row, column = (place / self._factor for place in self._grid.place_of(x, y))
+            away = np.hypot(rows + 0.5 - row, columns + 0.5 - column) * self._size - radius
+            np.maximum(cells, self._cost(np.maximum(away, 0.0)), out=cells)
+        return GridMap(cells, self._size, self._grid.origin)
+
+    def _costs(self) -> NDArray[np.int8]:
+        walls = _coarse(self._grid, self._factor, outside=False)
+        out = np.zeros(walls.shape, np.int8)
+        reach = math.ceil((self._radius + _BEYOND) / self._size)
+        for dr, dc, near in _surroundings(walls, reach, outside=False):
+            cost = self._cost(np.array(math.hypot(dr, dc) * self._size))
+            np.maximum(out, np.where(near, cost, np.int8(0)), out=out)
+        return out
+
+    def _cost(self, away: NDArray[np.float64]) -> NDArray[np.int8]:
+        """Costs for distances in m."""
+        beyond = (away - self._radius) / _BEYOND
+        falling = np.clip(np.rint(98.0 * (1.0 - beyond) ** 2), 1.0, 98.0)
+        near = np.where(beyond < 1.0, np.where(beyond < 1e-6, _TOUCHES, falling), 0.0)
+        return np.where(away <= 0.0, _OCCUPIED, near).astype(np.int8)

@@ -6,14 +6,14 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from functools import partial
+from typing import Any
 
 from woosh_pure.enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import grid_from_message, grid_message
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.avoidance import NavigationSettings
-from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.message_builders import fill_plan
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.network import Network
@@ -34,22 +34,29 @@ def _finite(*numbers: float) -> bool:
     return all(map(math.isfinite, numbers))
 
 
-class Simulation(Protocol):
-    """The part of `SimulatedChassis` that the handlers use."""
+class Simulation:
+    """What the handlers share with the simulated chassis.
 
-    world: World
-    lock: threading.Condition
-    network: Network
-    reply_delay: float
-    closing: bool
+    Attributes:
+        world: The simulated world; hold `lock` while using it.
+        lock: A condition, notified after every step.
+        network: Delays and interruptions.
+        reply_delay: Seconds by which replies of /exec_task are delayed.
+        closing: Whether the simulation ends.
+    """
 
-    @property
-    def graph(self) -> Graph:
-        """Its nodes and publishers."""
+    def __init__(self, world: World, reply_delay: float) -> None:
+        self.world = world
+        self.lock = threading.Condition()
+        self.network = Network()
+        self.reply_delay = reply_delay
+        self.closing = False
+        self._epoch = time.time()
 
     @property
     def now(self) -> float:
-        """Simulated time of day, s since 1970."""
+        """Simulated time of day, s since 1970; it jumps ahead if the computer was too busy."""
+        return self._epoch + self.world.time
 
 
 class RosHandlers:
@@ -69,22 +76,17 @@ class RosHandlers:
             "/init_pose": self.init_pose,
             "/woosh_init": self.woosh_init,
         }
-        self.topics = {
-            "/base_cmd_vel": self.base_velocity,
-            "/smooth_cmd_vel": self.smooth_velocity,
-            "/key_cmd_vel": self.smooth_velocity,
-            "/initialpose": self.initial_pose,
-            "/volume/percentSet": self.set_volume,
+        self.topics: dict[str, Callable[[Any], object]] = {
+            "/base_cmd_vel": partial(self._velocity, smooth=False),
+            "/smooth_cmd_vel": partial(self._velocity, smooth=True),
+            "/key_cmd_vel": partial(self._velocity, smooth=True),
+            "/initialpose": self._tell_pose,
         }
         self.actions = {
             "/move_base": self.move_base,
             "/cmd_vel_control": self.step_control,
             "/navigation_mode": self.navigation_mode,
         }
-
-    def delayed(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
-        """Delay an action's goal and cancel by the network."""
-        return lambda goal: handler(DelayedGoal(goal, self._sim.network))
 
     # -- services --------------------------------------------------------------------------------------------
 
@@ -99,9 +101,6 @@ class RosHandlers:
                     TaskType(request.task_type),
                     request.mark_no,
                     way,
-                    request.direction,
-                    request.task_type_no,
-                    request.custom,
                 )
             )
         # The reply may arrive after the status.
@@ -124,12 +123,6 @@ class RosHandlers:
             self._world.run_localization(True)
             located = self._world.located
         return {"success": located, "message": "" if located else "position unknown"}
-
-    def set_volume(self, message: Any) -> None:
-        """/volume/percentSet."""
-        publisher = self._sim.graph.first("/volume/percent")
-        if publisher is not None:
-            publisher.publish(percent=min(100, message.percent))
 
     def enable_costmaps(self, request: Any) -> dict[str, object]:
         """/move_base/enable_costmaps."""
@@ -180,22 +173,10 @@ class RosHandlers:
 
     # -- topics ----------------------------------------------------------------------------------------------
 
-    def base_velocity(self, message: Any) -> None:
-        """/base_cmd_vel."""
-        self._velocity(message, smooth=False)
-
-    def smooth_velocity(self, message: Any) -> None:
-        """/smooth_cmd_vel."""
-        self._velocity(message, smooth=True)
-
     def _velocity(self, message: Any, *, smooth: bool) -> None:
         velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
         with self._sim.lock:
             self._world.command_velocity(velocity, smooth=smooth)
-
-    def initial_pose(self, message: Any) -> None:
-        """/initialpose."""
-        self._tell_pose(message)
 
     def _tell_pose(self, message: Any) -> bool:
         pose = pose_of(message.pose.pose, "map")
@@ -356,30 +337,6 @@ class RosHandlers:
             goal.preempted(_success(action_type, ok=False), text="cancelled")
         else:
             goal.succeed(_success(action_type))
-
-
-class DelayedGoal:
-    """A goal whose arrival and cancel are delayed by the network."""
-
-    def __init__(self, goal: Any, network: Network) -> None:
-        self._goal = goal
-        self._network = network
-        self._cancel_arrives: float | None = None
-        network.travel()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._goal, name)
-
-    def cancel_arrived(self) -> bool:
-        """Whether a cancel request has arrived.
-
-        Its delay begins with the first call that finds it, so this must be called repeatedly.
-        """
-        if not self._goal.cancel_requested:
-            return False
-        if self._cancel_arrives is None:
-            self._cancel_arrives = self._network.arrival()
-        return time.monotonic() >= self._cancel_arrives
 
 
 def _success(action_type: str, *, ok: bool = True) -> Any:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,73 +77,63 @@ def _to_circle(
     return np.where((square >= 0.0) & (near >= 0.0), near, np.inf)
 
 
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """Looks forward, horizontally. Optical axes: x right, y down, z forward (REP 103)."""
+# -- the depth camera ----------------------------------------------------------------------------------------
+#
+# It looks forward, horizontally. Optical axes: x right, y down, z forward (REP 103).
 
-    width: int = 160
-    height: int = 120
-    field_of_view: float = math.radians(70.0)
-    above_floor: float = 0.5
-    wall_height: float = 2.0
-    most: float = 8.0
+_WIDTH, _HEIGHT = 160, 120
+_ABOVE_FLOOR, _WALL_HEIGHT, _MOST_DEPTH = 0.5, 2.0, 8.0  # m
+_FOCAL = _WIDTH / 2.0 / math.tan(math.radians(70.0) / 2.0)
+_COLUMNS = (np.arange(_WIDTH) - (_WIDTH - 1) / 2.0)[None, :] / _FOCAL
+_ROWS = (np.arange(_HEIGHT) - (_HEIGHT - 1) / 2.0)[:, None] / _FOCAL
 
-    @property
-    def _focal(self) -> float:
-        return self.width / 2.0 / math.tan(self.field_of_view / 2.0)
 
-    def _metres(
-        self, grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]]
-    ) -> NDArray[np.float64]:
-        """(height, width) depth along z in m; 0 where nothing is in range."""
-        columns = np.arange(self.width) - (self.width - 1) / 2.0
-        angles = -np.arctan(columns / self._focal)
-        ranges = cast(grid, pose, angles, self.most, obstacles).astype(np.float64)
-        wall = ranges * np.cos(angles)
-        rows = (np.arange(self.height) - (self.height - 1) / 2.0)[:, None] / self._focal
-        depth = np.broadcast_to(wall, (self.height, self.width)).copy()
-        with np.errstate(divide="ignore"):
-            floor = np.where(rows > 0, self.above_floor / rows, np.inf)
-            over = np.where(rows < 0, (self.wall_height - self.above_floor) / -rows, np.inf)
-        depth = np.where(depth > over, np.inf, np.minimum(depth, floor))
-        depth[~np.isfinite(depth) | (depth > self.most)] = 0.0
-        return depth
+def _metres(
+    grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]]
+) -> NDArray[np.float64]:
+    """(height, width) depth along z in m; 0 where nothing is in range."""
+    angles = -np.arctan(_COLUMNS[0])
+    wall = cast(grid, pose, angles, _MOST_DEPTH, obstacles).astype(np.float64) * np.cos(angles)
+    floor = np.where(_ROWS > 0, _ABOVE_FLOOR / _ROWS, np.inf)
+    over = np.where(_ROWS < 0, (_WALL_HEIGHT - _ABOVE_FLOOR) / -_ROWS, np.inf)
+    depth = np.where(wall > over, np.inf, np.minimum(wall, floor))
+    depth[~np.isfinite(depth) | (depth > _MOST_DEPTH)] = 0.0
+    return depth
 
-    def depth(
-        self, grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
-    ) -> NDArray[np.uint16]:
-        """(height, width) uint16 mm; 0 where nothing was measured."""
-        return (self._metres(grid, pose, obstacles) * 1000.0).astype(np.uint16)
 
-    def color(
-        self, grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
-    ) -> NDArray[np.uint8]:
-        """(height, width, 3) uint8 RGB: near is bright; the floor is greenish."""
-        depth = self._metres(grid, pose, obstacles)
-        near = np.where(depth > 0.0, 255.0 * (1.0 - depth / self.most), 0.0)
-        floor = self._is_floor(depth)
-        channels = (np.where(floor, near * 0.6, near), near, np.where(floor, near * 0.6, near))
-        return np.stack(channels, axis=-1).astype(np.uint8)
+def _is_floor(depth: NDArray[np.float64]) -> NDArray[np.bool_]:
+    floor: NDArray[np.bool_] = depth * _ROWS > _ABOVE_FLOOR - 0.02
+    return floor
 
-    def _is_floor(self, depth: NDArray[np.float64]) -> NDArray[np.bool_]:
-        rows = (np.arange(self.height) - (self.height - 1) / 2.0)[:, None] / self._focal
-        floor: NDArray[np.bool_] = depth * rows > self.above_floor - 0.02
-        return floor
 
-    def points(
-        self,
-        grid: GridMap,
-        pose: Pose2D,
-        obstacles: Sequence[tuple[float, float, float]] = (),
-        *,
-        floor: bool = True,
-    ) -> NDArray[np.float32]:
-        """(N, 3) float32 x, y, z in m in optical axes; without the floor when `floor` is False."""
-        depth = self._metres(grid, pose, obstacles)
-        columns = (np.arange(self.width) - (self.width - 1) / 2.0)[None, :] / self._focal
-        rows = (np.arange(self.height) - (self.height - 1) / 2.0)[:, None] / self._focal
-        points = np.stack([depth * columns, depth * rows, depth], axis=-1).reshape(-1, 3)
-        keep = depth.reshape(-1) > 0.0
-        if not floor:
-            keep &= ~self._is_floor(depth).reshape(-1)
-        return points[keep].astype(np.float32)
+def camera_depth(
+    grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
+) -> NDArray[np.uint16]:
+    """(height, width) uint16 mm; 0 where nothing was measured."""
+    return (_metres(grid, pose, obstacles) * 1000.0).astype(np.uint16)
+
+
+def camera_picture(
+    grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
+) -> NDArray[np.uint8]:
+    """(height, width, 3) uint8 RGB: near is bright; the floor is greenish."""
+    depth = _metres(grid, pose, obstacles)
+    near = np.where(depth > 0.0, 255.0 * (1.0 - depth / _MOST_DEPTH), 0.0)
+    other = np.where(_is_floor(depth), near * 0.6, near)
+    return np.stack((other, near, other), axis=-1).astype(np.uint8)
+
+
+def camera_points(
+    grid: GridMap,
+    pose: Pose2D,
+    obstacles: Sequence[tuple[float, float, float]] = (),
+    *,
+    floor: bool = True,
+) -> NDArray[np.float32]:
+    """(N, 3) float32 x, y, z in m in optical axes; without the floor when `floor` is False."""
+    depth = _metres(grid, pose, obstacles)
+    keep = depth > 0.0
+    if not floor:
+        keep &= ~_is_floor(depth)
+    points = np.stack([depth * _COLUMNS, depth * _ROWS, depth], axis=-1)
+    return points[keep].astype(np.float32)

@@ -34,9 +34,6 @@ class TaskRequest:
     task_type: TaskType = TaskType.PICK
     mark: str = ""
     poses: Sequence[Pose2D] | None = ()
-    direction: int = 0
-    type_number: int = 0
-    custom: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,23 +43,6 @@ class TaskReply:
     success: bool
     message: str
     code: int
-
-
-@dataclass(frozen=True, slots=True)
-class StatusRecord:
-    """The content of /robot_status, without the time."""
-
-    task_id: int
-    task_type: TaskType
-    task_state: TaskState
-    action_type: ActionType
-    action_state: ActionState
-    robot_state: RobotState
-    robot_mode: RobotMode
-    work_mode: WorkMode
-    wait_id: int
-    dest: str
-    message: str
 
 
 class TaskWorld(Protocol):
@@ -116,8 +96,7 @@ class TaskMachine:
         self._world = world
         self.drive: Callable[[Sequence[Pose2D], bool], Motion] = self._drive_directly
         self._motion: Motion | None = None
-        self._handling = 0.0
-        self._left_to_handle: ActionType | None = None
+        self._handling: float | None = None  # seconds until what is done at the target has ended
         self.task_id = 0
         self.task_type = TaskType.UNDEFINED
         self.state = TaskState.UNDEFINED
@@ -126,7 +105,6 @@ class TaskMachine:
         self.wait_id = 0
         self.dest = ""
         self.message = ""
-        self._request: TaskRequest | None = None
         self.fail_next: str | None = None
 
     @property
@@ -159,10 +137,10 @@ class TaskMachine:
             return self._reply(False, refusal[0], refusal[1])
         if request.poses is None:
             return self._reply(False, "a pose is not finite or in an unknown frame", 140801000141)
-        target = self._target(request)
-        if target is None:
-            return self._reply(False, "this mark is not known", 140801000141)
         mark = self._world.site.marks.get(request.mark)
+        target = list(request.poses) or ([] if mark is None else [mark.pose])
+        if not target or (request.mark and mark is None):
+            return self._reply(False, "this mark is not known", 140801000141)
         if mark is not None and target[-1].distance_to(mark.pose) > self.AT_MARK:
             return self._reply(False, f"the path does not end at mark {request.mark!r}", 140801000151)
         self._begin(request, target)
@@ -186,16 +164,7 @@ class TaskMachine:
             return "another task is running", 140801000111
         return None
 
-    def _target(self, request: TaskRequest) -> list[Pose2D] | None:
-        mark = self._world.site.marks.get(request.mark) if request.mark else None
-        if request.mark and mark is None:
-            return None
-        if request.poses:
-            return list(request.poses)
-        return [mark.pose] if mark else None
-
     def _begin(self, request: TaskRequest, target: list[Pose2D]) -> None:
-        self._request = request
         self.task_id = request.task_id
         self.task_type = request.task_type
         self.dest = request.mark
@@ -245,7 +214,7 @@ class TaskMachine:
         if self._motion:
             self._world.end_motion(self._motion, MotionState.CANCELLED)
         self._motion = None
-        self._left_to_handle = None
+        self._handling = None
         self.message = message
         self._set(state, self.action_type, action_state)
 
@@ -265,15 +234,12 @@ class TaskMachine:
             message, self.fail_next = self.fail_next, None
             self.fail(message)
             return
-        if self._left_to_handle is not None:
-            self._handle(dt)
+        if self._handling is not None:
+            self._handling -= dt
+            if self._handling <= 0.0:
+                self._complete()
         elif self._motion and self._motion.state.is_final:
             self._navigation_ended(self._motion)
-
-    def _handle(self, dt: float) -> None:
-        self._handling -= dt
-        if self._handling <= 0.0:
-            self._complete()
 
     def _navigation_ended(self, motion: Motion) -> None:
         if motion.state is not MotionState.DONE:
@@ -297,6 +263,5 @@ class TaskMachine:
             self._complete()
 
     def _start_handling(self, action: ActionType, seconds: float) -> None:
-        self._left_to_handle = action
         self._handling = seconds
         self._set(TaskState.RUNNING, action, ActionState.RUNNING)

@@ -17,13 +17,13 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.avoidance import Avoidance, CollisionMap, NavigationSettings, Obstacle
-from woosh_pure.sim.body import Body
-from woosh_pure.sim.localization import Localization
+from woosh_pure.sim.body import Body, Localization
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.planner import Planner
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site, built_in_site
-from woosh_pure.sim.tasks import StatusRecord, TaskMachine
+from woosh_pure.sim.tasks import TaskMachine
+from woosh_pure.values.state import RobotStatus
 
 
 class SimulatedBattery:
@@ -34,6 +34,7 @@ class SimulatedBattery:
         charging: Whether current flows in.
         automatic: Whether a task has started charging (charge mode 1).
         rate: Time factor of draining and charging, for tests.
+        current: A; negative while it drains.
     """
 
     FULL_AH = 40.0
@@ -43,24 +44,19 @@ class SimulatedBattery:
         self.charging = False
         self.automatic = False
         self.rate = rate
-        self._current = -1.5
+        self.current = -1.5
 
     def step(self, dt: float, velocity: Velocity) -> None:
         """Advance by `dt` s."""
         speed = math.hypot(velocity.vx, velocity.vy) + 0.3 * abs(velocity.wz)
-        self._current = 15.0 if self.charging else -(1.5 + 8.0 * speed)
-        change = self._current * dt / 3600.0 / self.FULL_AH * 100.0 * self.rate
+        self.current = 15.0 if self.charging else -(1.5 + 8.0 * speed)
+        change = self.current * dt / 3600.0 / self.FULL_AH * 100.0 * self.rate
         self.percent = min(100.0, max(0.0, self.percent + change))
 
     @property
     def voltage(self) -> float:
         """Voltage, V."""
         return 22.4 + 0.05 * self.percent + (0.6 if self.charging else 0.0)
-
-    @property
-    def current(self) -> float:
-        """Current, A; negative while it drains."""
-        return self._current
 
     @property
     def capacity(self) -> float:
@@ -171,12 +167,12 @@ class World:
         parked = self.tasks.task_type is TaskType.PARK and self.tasks.state is TaskState.COMPLETED
         return RobotState.PARKING if parked and self.motion is None else RobotState.IDLE
 
-    def status(self) -> StatusRecord:
-        """The content of /robot_status."""
+    def status(self) -> RobotStatus:
+        """The content of /robot_status, without the time."""
         t = self.tasks
-        return StatusRecord(
+        return RobotStatus(
             t.task_id, t.task_type, t.state, t.action_type, t.action_state, self.robot_state, self.robot_mode,
-            self.work_mode, t.wait_id, t.dest, t.message,
+            self.work_mode, t.wait_id, t.dest, t.message, 0,
         )  # fmt: skip
 
     @property

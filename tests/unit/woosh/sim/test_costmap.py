@@ -8,7 +8,7 @@ import numpy as np
 
 from woosh_pure import Pose2D
 from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.sim.costmap import Costmap
+from woosh_pure.sim.planner import Costmap
 
 RADIUS = 0.3
 
