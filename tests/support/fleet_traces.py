@@ -24,7 +24,7 @@ __all__ = ["FILE", "SEEDS", "EventSource", "ReplayedMachine", "lines"]
 
 FILE = Path(__file__).resolve().parent.parent / "unit" / "fleet" / "order" / "traces.txt"
 SEEDS, EVENTS = range(12), 50
-FULL = Problem("storageError", "no space", (), Level.FATAL)
+FULL = Problem("storageError", "no space", level=Level.FATAL)
 MAPS = ("hall", "hall", "hall", "up")
 
 Event = tuple[Any, ...]

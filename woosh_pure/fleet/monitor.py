@@ -98,7 +98,7 @@ class ChassisMonitor:
         """The problem to report when contact is lost."""
         text = f"nothing was heard of the chassis at {self._chassis.master_uri} for {SILENT_AFTER:g} s"
         hint = "check the robot and its network; it may go on with what it was told"
-        return Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
+        return Problem(ErrorType.ROBOT_LOST, text, level=Level.FATAL, hint=hint)
 
     def _on_pose(self, pose: Pose2D) -> None:
         self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw, self._facts.map_id)

@@ -138,4 +138,4 @@ class PersistentOrder:
         if not self.failing:
             _log.error("! %s: %s", self._name, text)
         hint = "make room, or let it be written; it is tried again and again"
-        return Problem(ErrorType.STORAGE, text, (), Level.FATAL, hint)
+        return Problem(ErrorType.STORAGE, text, level=Level.FATAL, hint=hint)

@@ -99,7 +99,7 @@ def state_message(
     """The state message for a version of the standard."""
     later = not version.startswith("2.0")
     faults = [
-        Problem(ErrorType.CHASSIS, text, (), Level.FATAL if severe else Level.WARNING)
+        Problem(ErrorType.CHASSIS, text, level=Level.FATAL if severe else Level.WARNING)
         for text, severe in facts.faults
     ]
     message: dict[str, Any] = {

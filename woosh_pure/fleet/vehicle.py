@@ -357,7 +357,7 @@ class Vehicle:
         text = f"messages came faster than they are read, and were dropped since the start: {counted}"
         _log.warning("! %s: %s", self.config.prefix, text)
         hint = "send less at a time, and wait for the state that answers"
-        problem = Problem(ErrorType.DROPPED, text, (), Level.WARNING, hint)
+        problem = Problem(ErrorType.DROPPED, text, level=Level.WARNING, hint=hint)
         self._due["dropped"], self._reported_dropped = time.monotonic() + _DROPPED_SECONDS, dropped.copy()
         self._apply(events.ProblemChanged("dropped", problem))
 
@@ -412,7 +412,7 @@ class Vehicle:
                     f"the robot was not measured standing for {_REST_SECONDS:g} s after it was told to stop"
                 )
                 hint = "look at the robot; its own stop button stops it"
-                problem = Problem(ErrorType.STILL_MOVING, text, (), Level.WARNING, hint)
+                problem = Problem(ErrorType.STILL_MOVING, text, level=Level.WARNING, hint=hint)
                 self._apply(events.ProblemChanged("rest", problem))
             elif name == "disk":
                 del self._due[name]

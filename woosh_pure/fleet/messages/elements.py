@@ -119,6 +119,14 @@ class Order:
     zone_set: str = ""
     header: int = 0
 
+    @property
+    def references(self) -> dict[str, str]:
+        """The references of a problem of this order (7.1)."""
+        return {
+            "topic": "order", "headerId": str(self.header), "orderId": self.id,
+            "orderUpdateId": str(self.update),
+        }  # fmt: skip
+
     def actions(self) -> Iterator[Action]:
         """The actions of all nodes and edges."""
         elements: tuple[Node | Edge, ...] = (*self.nodes, *self.edges)

@@ -6,8 +6,8 @@ References follow chapter 7.1.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 MOST = 24
@@ -29,7 +29,6 @@ class ErrorType:
     STILL_MOVING = "stillMoving"  # a cancel or pause waits, because the vehicle is not measured standing
     SPEED = "speedExceeded"  # it drove faster than the edge allows
     HELD = "orderHeld"  # after a restart of this program: it waits for stopPause or cancelOrder
-    LOCALISATION = "localizationError"
     ROBOT_LOST = "robotLost"  # no messages of the chassis arrive
     STORAGE = "storageError"  # orders cannot be kept on disk
     DROPPED = "messagesDropped"  # they arrived faster than they are read
@@ -50,14 +49,14 @@ class Problem:
     Attributes:
         kind: `errorType`.
         description: A sentence: what happened, what was expected.
-        references: (key, value) pairs: what it refers to.
+        references: What it refers to, by key.
         level: WARNING ends by itself or with the next order; FATAL needs a person.
         hint: What to do next; since version 2.1.
     """
 
     kind: str
     description: str
-    references: tuple[tuple[str, str], ...] = ()
+    references: Mapping[str, str] = field(default_factory=dict)
     level: str = Level.WARNING
     hint: str = ""
 
@@ -66,7 +65,7 @@ class Problem:
         found: dict[str, Any] = {
             "errorType": self.kind,
             "errorReferences": [
-                {"referenceKey": k, "referenceValue": v[:_LONGEST]} for k, v in self.references
+                {"referenceKey": k, "referenceValue": v[:_LONGEST]} for k, v in self.references.items()
             ],
             "errorDescription": self.description[:_LONGEST],
             "errorLevel": self.level,
@@ -78,7 +77,7 @@ class Problem:
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Problem:
         """Restore from the output of `to_json`."""
-        references = tuple((r["referenceKey"], r["referenceValue"]) for r in data["errorReferences"])
+        references = {each["referenceKey"]: each["referenceValue"] for each in data["errorReferences"]}
         return cls(
             data["errorType"],
             data["errorDescription"],
@@ -86,10 +85,6 @@ class Problem:
             data["errorLevel"],
             data.get("errorHint", ""),
         )
-
-    def about(self, key: str) -> str | None:
-        """The value of the first reference with a key."""
-        return next((value for name, value in self.references if name == key), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +101,6 @@ class Problems:
 
     def __iter__(self) -> Iterator[Problem]:
         return iter((*(problem for _, problem in self.standing), *self.of_orders))
-
-    def __len__(self) -> int:
-        return len(self.standing) + len(self.of_orders)
 
     def get(self, key: str) -> Problem | None:
         """The problem with a key; None if there is none."""

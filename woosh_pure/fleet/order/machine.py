@@ -13,6 +13,7 @@ are FAILED, because their outcome is not known; they are not started again.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, InstantActions, Order
@@ -22,6 +23,7 @@ from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event, PublishFactsheet
 from woosh_pure.fleet.order.rejection import (
     instant_action_problem,
+    instant_problem,
     rejection_of_new_order,
     rejection_of_update,
 )
@@ -58,13 +60,13 @@ def _order(change: Transition, order: Order) -> None:
 
 
 def _malformed(change: Transition, event: events.MalformedMessage) -> None:
-    about = [("topic", event.topic)]
+    about = {"topic": event.topic}
     for key in ("headerId", "orderId", "orderUpdateId"):
         if isinstance(event.data.get(key), (str, int)) and (event.topic == "order" or key == "headerId"):
-            about.append((key, str(event.data[key])[:256]))
+            about[key] = str(event.data[key])[:256]
     if event.error.path:
-        about.append(("field", event.error.path))
-    change.report(Problem(ErrorType.VALIDATION, str(event.error), tuple(about)))
+        about["field"] = event.error.path
+    change.report(Problem(ErrorType.VALIDATION, str(event.error), about))
 
 
 def _instant(change: Transition, message: InstantActions) -> None:
@@ -103,9 +105,7 @@ def _refuse_reused_id(change: Transition, action: Action, known: ActionState, he
     elif action.type == "cancelOrder" and change.state.executing:
         change.give_up()
         text += "; the order is cancelled all the same"
-    about = (("topic", "instantActions"), ("headerId", str(header)))
-    more = (("actionId", action.id), ("actionType", action.type), ("field", "actionId"))
-    change.report(Problem(ErrorType.INSTANT_ACTION, text, (*about, *more)))
+    change.report(instant_problem(text, action, header, field="actionId"))
 
 
 # -- built-in actions ----------------------------------------------------------------------------------------
@@ -117,7 +117,7 @@ def _cancel_order(change: Transition, action: Action) -> None:
     if not state.executing or (state.ending and not state.cancels):
         text = "there is no order to cancel"
         change.set_action(action.id, ActionStatus.FAILED, text)
-        about = (("topic", "instantActions"), ("actionId", action.id))
+        about = {"topic": "instantActions", "actionId": action.id}
         change.report(Problem(ErrorType.NO_ORDER_TO_CANCEL, text, about))
         return
     change.give_up(action.id)
@@ -154,7 +154,7 @@ def _drive_ended(change: Transition, event: events.DriveEnded) -> None:
     too_fast, halted = change.state.too_fast, change.state.motion is Motion.HALTING
     change.change_motion(MotionEvent.ENDED if event.known else MotionEvent.NOT_KNOWN)
     if too_fast:
-        change.too_fast("")
+        change.update(too_fast="")
     if event.arrived and reached(change.state, drive.node):
         change.traverse()
     elif too_fast or not halted:
@@ -166,8 +166,8 @@ def _drive_too_fast(change: Transition, event: events.DriveTooFast) -> None:
     """The drive is cancelled, reported, and tried again later."""
     state = change.state
     if state.drive is not None and state.motion is Motion.DRIVING and not state.too_fast:
-        change.too_fast(event.text)
-        about = (*change.order_references(), ("nodeId", state.drive.node.id))
+        change.update(too_fast=event.text)
+        about = change.order_references(nodeId=state.drive.node.id)
         change.report(Problem(ErrorType.SPEED, event.text, about))
 
 
@@ -192,7 +192,8 @@ def _action_ended(change: Transition, event: events.ActionEnded) -> None:
         change.change_motion(MotionEvent.MOVED if event.known else MotionEvent.NOT_KNOWN)
     change.set_action(event.action_id, ActionStatus.FINISHED if event.ok else ActionStatus.FAILED, event.text)
     if event.ok and ended.action.type == "initPosition" and not ended.of_order:
-        change.set_last_node(str(ended.action.parameters.get("lastNodeId", "")))
+        last_node = str(ended.action.parameters.get("lastNodeId", ""))
+        change.update(last_node=last_node, last_sequence=0)
     if not event.ok and not ended.ending:
         change.report_failed_action(ended, event.text)
 
@@ -204,11 +205,21 @@ def _mode(change: Transition, event: events.ModeChanged) -> None:
     """The order is cleared when the fleet manager loses control (6.10.6)."""
     if event.mode == change.state.mode:
         return
-    change.set_mode(event.mode)
+    change.update(mode=event.mode)
     if not change.state.in_control and change.state.executing:
         change.give_up()
         text = f"the order was cleared, because the operating mode is {event.mode}; send a new one afterwards"
         change.report(Problem(ErrorType.ORDER, text, change.order_references()))
+
+
+def _contact_changed(change: Transition, event: events.ContactChanged) -> None:
+    """Whether contact was lost or regained, it is not known whether the robot stands."""
+    change.update(heard=event.heard, stops=0)
+    change.change_motion(MotionEvent.MOVED)
+
+
+def _maps_changed(change: Transition, event: events.MapsChanged) -> None:
+    change.update(limits=replace(change.state.limits, maps=event.maps))
 
 
 def _disk_failed(change: Transition, event: events.DiskFailed) -> None:
@@ -258,11 +269,11 @@ _EVENTS: Mapping[type, Callable[[Transition, Any], None]] = {
     Order: _order,
     InstantActions: _instant,
     events.MalformedMessage: _malformed,
-    events.PositionMeasured: lambda change, event: change.set_position(event.position),
+    events.PositionMeasured: lambda change, event: change.update(position=event.position),
     events.StandingMeasured: lambda change, event: change.change_motion(
         MotionEvent.STOOD if event.standing else MotionEvent.MOVED
     ),
-    events.ContactChanged: lambda change, event: change.set_heard(event.heard),
+    events.ContactChanged: _contact_changed,
     events.DriveEnded: _drive_ended,
     events.DriveTooFast: _drive_too_fast,
     events.StopEnded: _stop_ended,
@@ -270,7 +281,7 @@ _EVENTS: Mapping[type, Callable[[Transition, Any], None]] = {
     events.ActionEnded: _action_ended,
     events.RetryDue: lambda change, event: change.release(Hold.FAILED),
     events.ModeChanged: _mode,
-    events.MapsChanged: lambda change, event: change.set_maps(event.maps),
+    events.MapsChanged: _maps_changed,
     events.DiskFailed: _disk_failed,
     events.DiskRecovered: lambda change, event: change.release(Hold.DISK),
     events.ProblemChanged: lambda change, event: change.set_problem(event.key, event.problem),

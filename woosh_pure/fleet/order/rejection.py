@@ -31,8 +31,7 @@ is on that map. So the last node on a map must have an initPosition that names t
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Collection, Iterable, Iterator
 
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.action_states import Scope, objection
@@ -46,31 +45,34 @@ MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 
 def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
     """Why a new order is rejected; None if it is accepted."""
-    if Hold.DISK in state.holds:
-        return _not_kept(order, state)
-    if state.executing:
-        text = f"order {state.order_id} is not finished; cancel it first, or update it"
-        return order_problem(order, ErrorType.ORDER, text)
-    if not state.in_control:
-        return _not_in_control(order, state)
-    running = {a.action.id for a in state.action_states if not a.status.final}
-    return (
-        unsupported_in_order(order, state.limits, running, update=False)
-        or _unconnected_maps(order, order.nodes[0].actions)
-        or _out_of_reach(order, state)
-    )
+    return next(_against_new_order(order, state), None)
 
 
 def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
     """Why an update of the current order is rejected; None if it is accepted."""
-    if Hold.DISK in state.holds:
-        return _not_kept(order, state)
+    return next(_against_update(order, state), None)
+
+
+def _against_new_order(order: Order, state: OrderState) -> Iterator[Problem]:
+    yield from _not_kept(order, state)
+    if state.executing:
+        text = f"order {state.order_id} is not finished; cancel it first, or update it"
+        yield _problem(order, ErrorType.ORDER, text)
+    yield from _not_in_control(order, state)
+    running = {a.action.id for a in state.action_states if not a.status.final}
+    yield from _unsupported(order, state.limits, running, first=0)
+    yield from _unconnected_maps(order, order.nodes[0].actions)
+    yield from _out_of_reach(order, state)
+
+
+def _against_update(order: Order, state: OrderState) -> Iterator[Problem]:
+    yield from _not_kept(order, state)
     if order.update < state.update:
         text = f"update {order.update} of order {order.id} comes late: {state.update} is here"
-        return order_problem(order, ErrorType.ORDER_UPDATE, text)
+        yield _problem(order, ErrorType.ORDER_UPDATE, text)
     if state.phase is not OrderPhase.OPEN:
         text = f"order {order.id} was cancelled or cleared; send a new order"
-        return order_problem(order, ErrorType.ORDER_UPDATE, text)
+        yield _problem(order, ErrorType.ORDER_UPDATE, text)
     first = order.nodes[0]
     wanted = state.decision_point if state.executing else (state.last_node, state.last_sequence)
     if (first.id, first.sequence) != wanted:
@@ -78,28 +80,43 @@ def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
             f"an update must begin at {wanted[0]} with sequenceId {wanted[1]}, this one at {first.id} "
             f"with {first.sequence}"
         )
-        return order_problem(order, ErrorType.ORDER_UPDATE, text, ("nodeId", first.id))
-    if not state.in_control:
-        return _not_in_control(order, state)
+        yield _problem(order, ErrorType.ORDER_UPDATE, text, nodeId=first.id)
+    yield from _not_in_control(order, state)
     if len(state.nodes) + len(order.nodes) > MOST_AHEAD:
-        return order_problem(order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later")
+        yield _problem(order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later")
     taken = {a.action.id for a in state.action_states} - {a.action.id for a in state.actions_of_horizon()}
+    yield from _unsupported(order, state.limits, taken, first=1)
     stitching = [
         a.action for a in state.action_states if a.scope is Scope.NODE and a.sequence == first.sequence
     ]
-    return unsupported_in_order(order, state.limits, taken, update=True) or _unconnected_maps(
-        order, stitching
-    )
+    yield from _unconnected_maps(order, stitching)
 
 
-def _unconnected_maps(order: Order, first_actions: Iterable[Action]) -> Problem | None:
-    """The first node that is on another map than the node before, without an initPosition between them.
+def _problem(order: Order, kind: str, text: str, **about: str) -> Problem:
+    return Problem(kind, text, order.references | about)
+
+
+def _not_kept(order: Order, state: OrderState) -> Iterator[Problem]:
+    if Hold.DISK in state.holds:
+        why = state.problems.get("disk")
+        text = f"the order cannot be kept on disk, so it is not taken: {why.description if why else ''}"
+        yield _problem(order, ErrorType.ORDER, text)
+
+
+def _not_in_control(order: Order, state: OrderState) -> Iterator[Problem]:
+    if not state.in_control:
+        text = f"the operating mode is {state.mode}; orders are taken in AUTOMATIC"
+        yield _problem(order, ErrorType.ORDER, text, operatingMode=state.mode)
+
+
+def _unconnected_maps(order: Order, first_actions: Iterable[Action]) -> Iterator[Problem]:
+    """Nodes that are on another map than the node before, without an initPosition between them.
 
     Args:
         order: The order.
         first_actions: Actions of the first node; of an update, those that are known, not those it repeats.
     """
-    used, actions = "", first_actions
+    used = ""
     for n, node in enumerate(order.nodes):
         if node.position is not None:
             if used and node.position.map_id != used:
@@ -107,153 +124,88 @@ def _unconnected_maps(order: Order, first_actions: Iterable[Action]) -> Problem 
                     f"node {node.id} is on the map {node.position.map_id}, and the node before leaves the "
                     f"vehicle on {used}; give that one an initPosition with this mapId"
                 )
-                about = (("nodeId", node.id), ("mapId", node.position.map_id))
-                where = ("field", f"nodes[{n}].nodePosition.mapId")
-                return order_problem(order, ErrorType.ORDER, text, *about, where)
+                where = f"nodes[{n}].nodePosition.mapId"
+                yield _problem(
+                    order, ErrorType.ORDER, text, nodeId=node.id, mapId=node.position.map_id, field=where
+                )
             used = node.position.map_id
-        for action in actions if n == 0 else node.actions:
+        for action in node.actions if n else first_actions:
             if action.type == "initPosition":
                 used = str(action.parameters.get("mapId", used))
-    return None
 
 
-def _not_kept(order: Order, state: OrderState) -> Problem:
-    why = state.problems.get("disk")
-    text = f"the order cannot be kept on disk, so it is not taken: {why.description if why else ''}"
-    return order_problem(order, ErrorType.ORDER, text)
-
-
-def _not_in_control(order: Order, state: OrderState) -> Problem:
-    text = f"the operating mode is {state.mode}; orders are taken in AUTOMATIC"
-    return order_problem(order, ErrorType.ORDER, text, ("operatingMode", state.mode))
-
-
-def _out_of_reach(order: Order, state: OrderState) -> Problem | None:
+def _out_of_reach(order: Order, state: OrderState) -> Iterator[Problem]:
     first = order.nodes[0]
-    about = ("nodeId", first.id)
+    about = {"nodeId": first.id}
     if first.position is None:
         if state.last_node == first.id:
-            return None
+            return
         last = state.last_node or "no node"
         text = f"the vehicle is not known to stand on {first.id}; it was last on {last}"
-        return order_problem(order, ErrorType.NO_ROUTE, text, about)
-    if state.position is None:
+    elif state.position is None:
         text = "the vehicle does not know where it is; give it its position with initPosition"
-        return order_problem(order, ErrorType.NO_ROUTE, text, about)
-    if on_other_map(state.position, first):
-        wanted = first.position.map_id
-        text = f"the first node {first.id} is on the map {wanted}, the vehicle on {state.position.map_id}"
-        return order_problem(order, ErrorType.NO_ROUTE, text, about, ("mapId", wanted))
-    if not within_deviation(state.position, first, state.limits, turned=False):
+    elif on_other_map(state.position, first):
+        about["mapId"] = first.position.map_id
+        text = (
+            f"the first node {first.id} is on the map {first.position.map_id}, the vehicle on "
+            f"{state.position.map_id}"
+        )
+    elif not within_deviation(state.position, first, state.limits, turned=False):
         where = f"{state.position.x:.2f}, {state.position.y:.2f}"
         text = f"the first node {first.id} is out of its deviation range: the vehicle is at {where}"
-        return order_problem(order, ErrorType.NO_ROUTE, text, about)
-    return None
+    else:
+        return
+    yield _problem(order, ErrorType.NO_ROUTE, text, **about)
 
 
-def references(order: Order, *more: tuple[str, str]) -> tuple[tuple[str, str], ...]:
-    """References of a problem of an order (7.1)."""
-    return (
-        ("topic", "order"),
-        ("headerId", str(order.header)),
-        ("orderId", order.id),
-        ("orderUpdateId", str(order.update)),
-        *more,
-    )
-
-
-def order_problem(order: Order, kind: str, text: str, *more: tuple[str, str]) -> Problem:
-    """A problem of an order."""
-    return Problem(kind, text, references(order, *more))
-
-
-def unsupported_in_order(
-    order: Order, limits: Capabilities, taken: Collection[str], *, update: bool
-) -> Problem | None:
-    """6.6.4.2: the first part of an order that this vehicle cannot do; None if it can do all of it.
+def _unsupported(
+    order: Order, limits: Capabilities, taken: Collection[str], *, first: int
+) -> Iterator[Problem]:
+    """6.6.4.2: the parts of an order that this vehicle cannot do.
 
     Args:
-        order: The order; the first node of an update is not checked, because it is known already.
+        order: The order.
         limits: The vehicle's capabilities.
         taken: Action ids that are in use.
-        update: Whether this is an update.
+        first: Index of the first node to check: 1 for an update, whose first node is known already.
     """
-    first = 1 if update else 0
     if order.zone_set and order.zone_set != limits.zone_set:
         known = f"uses {limits.zone_set}" if limits.zone_set else "knows no zones; leave zoneSetId out"
-        about = (("zoneSetId", order.zone_set), ("field", "zoneSetId"))
-        return order_problem(order, ErrorType.ORDER, f"this vehicle {known}", *about)
+        text = f"this vehicle {known}"
+        yield _problem(order, ErrorType.ORDER, text, zoneSetId=order.zone_set, field="zoneSetId")
     for n, node in enumerate(order.nodes[first:], first):
-        found = _of_node(node, f"nodes[{n}]", limits)
-        if found:
-            more = (("nodeId", node.id), ("field", found[0]), *_map_of(node, found[0]))
-            return order_problem(order, ErrorType.ORDER, found[1], *more)
-        problem = _of_actions(order, node.actions, Scope.NODE, limits, taken)
-        if problem:
-            return problem
+        yield from _of_position(order, node, f"nodes[{n}].nodePosition", limits)
+        yield from _of_actions(order, node.actions, Scope.NODE, limits, taken)
     for n, edge in enumerate(order.edges):
-        found = _of_edge(edge, f"edges[{n}]")
-        if found:
-            return order_problem(order, ErrorType.ORDER, found[1], ("edgeId", edge.id), ("field", found[0]))
-        problem = _of_actions(order, edge.actions, Scope.EDGE, limits, taken)
-        if problem:
-            return problem
-    return None
+        for key, why in _edge_objections(edge):
+            about = {"edgeId": edge.id, "field": f"edges[{n}].{key}"}
+            yield _problem(order, ErrorType.ORDER, f"edge {edge.id}: {why}", **about)
+        yield from _of_actions(order, edge.actions, Scope.EDGE, limits, taken)
+
+
+def _of_position(order: Order, node: Node, field: str, limits: Capabilities) -> Iterator[Problem]:
+    if node.position is None:
+        if not limits.marks:
+            text = f"node {node.id} has no nodePosition, which this vehicle needs"
+            yield _problem(order, ErrorType.ORDER, text, nodeId=node.id, field=field)
+    elif limits.maps and node.position.map_id not in limits.maps:
+        here, wanted = ", ".join(sorted(limits.maps)), node.position.map_id
+        text = f"node {node.id} is on the map {wanted}; ENABLED on the vehicle is {here}"
+        about = {"nodeId": node.id, "field": f"{field}.mapId", "mapId": wanted}
+        yield _problem(order, ErrorType.ORDER, text, **about)
 
 
 def _of_actions(
     order: Order, actions: tuple[Action, ...], scope: Scope, limits: Capabilities, taken: Collection[str]
-) -> Problem | None:
+) -> Iterator[Problem]:
     for action in actions:
-        about = (("actionId", action.id), ("actionType", action.type))
+        about = {"actionId": action.id, "actionType": action.type}
         if action.id in taken:
             text = f"the actionId {action.id} is in use already; give each action an id of its own"
-            return order_problem(order, ErrorType.ORDER, text, *about)
+            yield _problem(order, ErrorType.ORDER, text, **about)
         found = objection(action, scope, limits.actions.get(action.type))
         if found:
-            return order_problem(order, ErrorType.ORDER, found[1], *about, ("field", found[0]))
-    return None
-
-
-def instant_action_problem(action: Action, state: OrderState, header: int) -> Problem | None:
-    """Why an instant action is rejected: it is not supported, contradicts the order (6.9), or would move the
-    vehicle while the fleet manager is not in control."""
-    supported = state.limits.actions.get(action.type)
-    found = objection(action, Scope.INSTANT, supported)
-    if found is not None or supported is None:
-        field, text = found or ("actionType", "")
-        where = (("topic", "instantActions"), ("headerId", str(header)))
-        more = (("actionId", action.id), ("actionType", action.type), ("field", field))
-        return Problem(ErrorType.INSTANT_ACTION, text, (*where, *more))
-    of_map = action.type == "enableMap" and action.parameters.get("mapId") in state.maps
-    if not (supported.moves or action.type == "initPosition" or of_map):
-        return None
-    about = (("topic", "instantActions"), ("actionId", action.id), ("actionType", action.type))
-    if state.executing:
-        text = f"{action.type} contradicts order {state.order_id}, which is carried out; cancel it first"
-        return Problem(ErrorType.INSTANT_ACTION, text, about)
-    if supported.moves and not state.in_control:
-        text = f"{action.type} moves the robot, and the operating mode is {state.mode}"
-        return Problem(ErrorType.INSTANT_ACTION, text, about)
-    return None
-
-
-def _map_of(node: Node, field: str) -> tuple[tuple[str, str], ...]:
-    return (("mapId", node.position.map_id),) if node.position is not None and field.endswith("mapId") else ()
-
-
-def _of_node(node: Node, path: str, limits: Capabilities) -> tuple[str, str] | None:
-    if node.position is None:
-        if limits.marks:
-            return None
-        return f"{path}.nodePosition", f"node {node.id} has no nodePosition, which this vehicle needs"
-    if limits.maps and node.position.map_id not in limits.maps:
-        here = ", ".join(sorted(limits.maps))
-        return (
-            f"{path}.nodePosition.mapId",
-            f"node {node.id} is on the map {node.position.map_id}; ENABLED on the vehicle is {here}",
-        )
-    return None
+            yield _problem(order, ErrorType.ORDER, found[1], **about, field=found[0])
 
 
 _REFUSED = {
@@ -266,12 +218,9 @@ _REFUSED = {
 }
 
 
-def _of_edge(edge: Edge, path: str) -> tuple[str, str] | None:
-    found = next(_edge_objections(edge.options), None)
-    return None if found is None else (f"{path}.{found[0]}", f"edge {edge.id}: {found[1]}")
-
-
-def _edge_objections(options: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _edge_objections(edge: Edge) -> Iterator[tuple[str, str]]:
+    """Fields that this vehicle cannot obey, and why."""
+    options = edge.options
     for key, why in _REFUSED.items():
         if key in options:
             yield key, f"this vehicle does not obey {key}: {why}"
@@ -284,3 +233,40 @@ def _edge_objections(options: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         tangential = options.get("orientationType", "TANGENTIAL") == "TANGENTIAL"
         if not (tangential and (turn < 0.01 or abs(turn - math.pi) < 0.01)):
             yield "orientation", "this vehicle drives forwards (0) or backwards (pi) along the edge"
+
+
+# -- instant actions -----------------------------------------------------------------------------------------
+
+
+def instant_action_problem(action: Action, state: OrderState, header: int) -> Problem | None:
+    """Why an instant action is rejected: it is not supported, contradicts the order (6.9), or would move the
+    vehicle while the fleet manager is not in control."""
+    supported = state.limits.actions.get(action.type)
+    found = objection(action, Scope.INSTANT, supported)
+    if found is not None or supported is None:
+        field, text = found or ("actionType", "")
+        return instant_problem(text, action, header, field=field)
+    of_map = action.type == "enableMap" and action.parameters.get("mapId") in state.maps
+    if not (supported.moves or action.type == "initPosition" or of_map):
+        return None
+    if state.executing:
+        text = f"{action.type} contradicts order {state.order_id}, which is carried out; cancel it first"
+        return instant_problem(text, action)
+    if supported.moves and not state.in_control:
+        text = f"{action.type} moves the robot, and the operating mode is {state.mode}"
+        return instant_problem(text, action)
+    return None
+
+
+def instant_problem(text: str, action: Action, header: int | None = None, **about: str) -> Problem:
+    """A problem of an instant action.
+
+    Args:
+        text: Its description.
+        action: The action.
+        header: headerId of its message, to be referred to; None leaves it out.
+        about: Further references.
+    """
+    where = {"topic": "instantActions"} | ({} if header is None else {"headerId": str(header)})
+    more = {"actionId": action.id, "actionType": action.type}
+    return Problem(ErrorType.INSTANT_ACTION, text, where | more | about)

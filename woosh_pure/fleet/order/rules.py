@@ -66,7 +66,7 @@ def _one_row(change: Transition) -> bool:
     if not (state.nodes and state.nodes[0].released and _may_drive(state)):
         return False
     if not state.on_edge:
-        change.enter_edge()
+        change.update(on_edge=True)
         return True
     node = state.nodes[0]
     if within_deviation(state.position, node, state.limits) and not state.has_edge_to(node):
@@ -124,7 +124,7 @@ def _passes_by(change: Transition, drive: Drive) -> bool:
     change.traverse()
     while _begin_actions(change):
         pass
-    change.enter_edge()
+    change.update(on_edge=True)
     while _begin_actions(change):
         pass
     if _may_drive(change.state):
@@ -158,7 +158,7 @@ def _wrong_map(state: OrderState) -> Problem | None:
     return Problem(
         ErrorType.DRIVE,
         f"node {node.id} is on the map {map_id}, the vehicle on {used}; no initPosition has changed it",
-        (("orderId", state.order_id), ("nodeId", node.id), ("mapId", map_id)),
+        {"orderId": state.order_id, "nodeId": node.id, "mapId": map_id},
         Level.FATAL,
         "cancelOrder gives the order up; then initPosition takes the vehicle to the other map",
     )

@@ -6,7 +6,7 @@ by the tables of `tables.py`.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -36,7 +36,7 @@ from woosh_pure.fleet.order.tables import (
     next_motion,
     next_phase,
 )
-from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
+from woosh_pure.fleet.order.vehicle_limits import within_deviation
 
 MOST_ACTION_STATES = 1000
 """Action states that are kept; running actions are always kept."""
@@ -84,82 +84,63 @@ class Transition:
         """Publish a state even if nothing has changed."""
         self._publishes = True
 
-    def _change(self, **fields: Any) -> None:
+    def update(self, **fields: Any) -> None:
+        """Change fields of the state that have no rule of their own."""
         self.state = self.state._replace(**fields)
-
-    # -- measurements ----------------------------------------------------------------------------------------
-
-    def set_position(self, position: AgvPosition | None) -> None:
-        """Set the measured position."""
-        if position != self.state.position:
-            self._change(position=position)
-
-    def set_heard(self, heard: bool) -> None:
-        """Contact was lost or regained; in both cases it is not known whether the robot stands."""
-        self._change(heard=heard, stops=0)
-        self.change_motion(MotionEvent.MOVED)
-
-    def set_mode(self, mode: str) -> None:
-        """Set the operating mode."""
-        self._change(mode=mode)
-
-    def set_maps(self, maps: Collection[str]) -> None:
-        """Set the ids of the ENABLED maps."""
-        self._change(limits=replace(self.state.limits, maps=maps))
 
     def change_motion(self, event: MotionEvent) -> None:
         """Change the motion by its table."""
         motion = next_motion(self.state.motion, event)
         if motion is not self.state.motion:
             open_still = motion in (Motion.DRIVING, Motion.HALTING)
-            self._change(motion=motion, drive=self.state.drive if open_still else None)
+            self.update(motion=motion, drive=self.state.drive if open_still else None)
         if event is MotionEvent.STOPPED:
-            self._change(stops=0)
+            self.update(stops=0)
 
     # -- holds and problems ----------------------------------------------------------------------------------
 
     def hold(self, hold: Hold) -> None:
         """Set a hold."""
-        self._change(set_holds=self.state.set_holds | {hold})
+        self.update(set_holds=self.state.set_holds | {hold})
 
     def release(self, *holds: Hold) -> None:
         """Release holds and remove their problems."""
-        self._change(set_holds=self.state.set_holds - set(holds))
+        self.update(set_holds=self.state.set_holds - set(holds))
         for hold, key in ((Hold.RESTARTED, "held"), (Hold.FAILED, "drive"), (Hold.DISK, "disk")):
             if hold in holds:
                 self.set_problem(key, None)
 
     def report(self, problem: Problem) -> None:
         """Report a problem until an order is accepted."""
-        self._change(problems=self.state.problems.added(problem))
+        self.update(problems=self.state.problems.added(problem))
         self.publish()
 
     def set_problem(self, key: str, problem: Problem | None) -> None:
         """Report a problem of the vehicle itself, or remove it (None)."""
         problems = self.state.problems.with_key(key, problem)
         if problems is not self.state.problems:
-            self._change(problems=problems)
+            self.update(problems=problems)
 
     def report_failed_action(self, failed: ActionState, text: str) -> None:
         """Report that an action has failed."""
-        about = (
-            ("topic", "order" if failed.of_order else "instantActions"),
-            ("actionId", failed.action.id),
-            ("actionType", failed.action.type),
-        )
+        about = {
+            "topic": "order" if failed.of_order else "instantActions",
+            "actionId": failed.action.id,
+            "actionType": failed.action.type,
+        }
         kind = ErrorType.ORDER_ACTION if failed.of_order else ErrorType.INSTANT_ACTION
         text = f"{failed.action.type} has failed: {text or 'no reason was given'}"
         self.report(Problem(kind, text, about))
 
-    def order_references(self) -> tuple[tuple[str, str], ...]:
+    def order_references(self, **more: str) -> dict[str, str]:
         """References of a problem of the order."""
-        return (("orderId", self.state.order_id), ("orderUpdateId", str(self.state.update)))
+        return {"orderId": self.state.order_id, "orderUpdateId": str(self.state.update), **more}
 
     # -- the order -------------------------------------------------------------------------------------------
 
     def take(self, order: Order) -> None:
         """Accept a new order."""
-        self._change(
+        self.update(
             phase=next_phase(self.state.phase, OrderEvent.TAKEN),
             problems=replace(self.state.problems, of_orders=()),
             action_states=tuple(a for a in self.state.action_states if not a.of_order and not a.status.final),
@@ -180,7 +161,7 @@ class Transition:
     def extend(self, order: Order) -> None:
         """Accept an update, which replaces the horizon."""
         state, gone = self.state, {id(each) for each in self.state.actions_of_horizon()}
-        self._change(
+        self.update(
             problems=replace(state.problems, of_orders=()),
             action_states=tuple(each for each in state.action_states if id(each) not in gone),
             nodes=(*(node for node in state.nodes if node.released), *order.nodes[1:]),
@@ -190,15 +171,11 @@ class Transition:
         self._add_actions(order.nodes[1:], order.edges)
         self.publish()
 
-    def enter_edge(self) -> None:
-        """Enter the edge to the next node; its actions begin before the vehicle drives."""
-        self._change(on_edge=True)
-
     def traverse(self) -> None:
         """Reach the next node and leave the edge before it."""
         state = self.state
         node = state.nodes[0]
-        self._change(
+        self.update(
             nodes=state.nodes[1:],
             edges=state.edges[1:] if state.has_edge_to(node) else state.edges,
             last_node=node.id,
@@ -218,7 +195,7 @@ class Transition:
         """
         begins = not self.state.ending
         cancels = self.state.cancels if cancel is None else (*self.state.cancels, cancel)
-        self._change(phase=next_phase(self.state.phase, OrderEvent.GIVEN_UP), cancels=cancels)
+        self.update(phase=next_phase(self.state.phase, OrderEvent.GIVEN_UP), cancels=cancels)
         for each in self.state.action_states if begins else ():
             if each.of_order and not each.status.final:
                 self._request_end(each, failed=True)
@@ -226,16 +203,12 @@ class Transition:
     def forget(self, cancels: ActionStatus) -> None:
         """Forget the order that was given up; its cancelOrder actions get the status `cancels`."""
         ended = self.state.cancels
-        self._change(
+        self.update(
             phase=next_phase(self.state.phase, OrderEvent.OVER), nodes=(), edges=(), cancels=(), on_edge=False
         )
         self.release(Hold.RESTARTED, Hold.FAILED)
         for name in ended:
             self.set_action(name, cancels)
-
-    def set_last_node(self, node: str) -> None:
-        """Set the node on which the vehicle stands."""
-        self._change(last_node=node, last_sequence=0)
 
     # -- driving ---------------------------------------------------------------------------------------------
 
@@ -244,7 +217,7 @@ class Transition:
         self.change_motion(MotionEvent.DRIVE)
         token = self.state.last_token + 1
         drive = Drive(token, node, self.state.edges[0] if self.state.has_edge_to(node) else None)
-        self._change(drive=drive, last_token=token)
+        self.update(drive=drive, last_token=token)
         self.drive_is_new = True
         self.request(drive)
 
@@ -254,30 +227,26 @@ class Transition:
         self.request(Halt(self.state.drive.token))
         self.change_motion(MotionEvent.HALT)
 
-    def too_fast(self, text: str) -> None:
-        """Set why the current drive is too fast; "" when it has ended."""
-        self._change(too_fast=text)
-
     def stop_all(self) -> None:
         """Stop every motion of the robot, because it is not known whether the last one has ended."""
         self.request(StopAll(STOP_AGAIN if self.state.stops else 0.0))
         self.change_motion(MotionEvent.STOP)
-        self._change(stops=self.state.stops + 1)
+        self.update(stops=self.state.stops + 1)
 
     def drive_failed(self, drive: Drive, text: str) -> None:
         """Report a drive that did not reach its node, and schedule the next try if any is left."""
         tries = self.state.failures
         last = tries >= len(RETRIES)
-        self._change(failures=tries + 1)
+        self.update(failures=tries + 1)
         self.hold(Hold.FAILED)
         problem = Problem(
             ErrorType.DRIVE,
             f"node {drive.node.id} was not reached: {text}",
-            (
-                ("orderId", self.state.order_id),
-                ("nodeId", drive.node.id),
-                ("sequenceId", str(drive.node.sequence)),
-            ),
+            {
+                "orderId": self.state.order_id,
+                "nodeId": drive.node.id,
+                "sequenceId": str(drive.node.sequence),
+            },
             Level.FATAL if last else Level.WARNING,
             "see to the way and to the vehicle; stopPause tries again, cancelOrder gives up",
         )
@@ -287,7 +256,7 @@ class Transition:
 
     def forget_failures(self) -> None:
         """Reset the count of failures, and allow the drive to be tried again."""
-        self._change(failures=0)
+        self.update(failures=0)
         self.release(Hold.FAILED)
 
     # -- actions ---------------------------------------------------------------------------------------------
@@ -296,7 +265,7 @@ class Transition:
         """Add an instant action, WAITING."""
         supported = self.state.limits.actions.get(action.type)
         added = ActionState(action, Scope.INSTANT, 0, effective_blocking(action, supported))
-        self._change(action_states=(*self.state.action_states, added))
+        self.update(action_states=(*self.state.action_states, added))
         self._forget_old_actions()
         return added
 
@@ -332,7 +301,7 @@ class Transition:
 
     def _replace_action(self, new: ActionState) -> None:
         states = self.state.action_states
-        self._change(action_states=tuple(new if e.action.id == new.action.id else e for e in states))
+        self.update(action_states=tuple(new if e.action.id == new.action.id else e for e in states))
 
     def _add_actions(self, nodes: Iterable[Node], edges: Iterable[Edge]) -> None:
         """Add states for the actions of new nodes and edges, in the order of their sequence ids."""
@@ -343,7 +312,7 @@ class Transition:
             for action in element.actions:
                 blocking = effective_blocking(action, self.state.limits.actions.get(action.type))
                 added.append(ActionState(action, scope, element.sequence, blocking))
-        self._change(action_states=(*self.state.action_states, *added))
+        self.update(action_states=(*self.state.action_states, *added))
         self._forget_old_actions()
 
     def _forget_old_actions(self) -> None:
@@ -357,4 +326,4 @@ class Transition:
             old = [each for each in states if each.status.final and id(each) not in gone]
             gone |= {id(each) for each in old[:over]}
         if gone:
-            self._change(action_states=tuple(each for each in states if id(each) not in gone))
+            self.update(action_states=tuple(each for each in states if id(each) not in gone))

@@ -86,7 +86,7 @@ def test_an_action_that_failed_is_told_and_the_order_goes_on(vehicle: PureVehicl
     assert vehicle.status("x") == "FAILED"
     (problem,) = vehicle.state.problems
     assert problem.kind == "orderActionError"
-    assert problem.about("actionId") == "x"
+    assert problem.references.get("actionId") == "x"
     assert "no load there" in problem.description
     assert vehicle.drives == ["b"]
 
@@ -119,8 +119,8 @@ def test_instant_actions_that_cannot_be_done_fail(vehicle: PureVehicle) -> None:
     assert vehicle.status("x") == "FAILED"
     (problem,) = vehicle.state.problems
     assert problem.kind == "instantActionError"
-    assert problem.about("actionId") == "x"
-    assert problem.about("topic") == "instantActions"
+    assert problem.references.get("actionId") == "x"
+    assert problem.references.get("topic") == "instantActions"
 
 
 @pytest.mark.parametrize("kind", ["dock", "initPosition"])
@@ -176,7 +176,7 @@ def test_an_action_id_that_was_used_is_refused(vehicle: PureVehicle, kind: str) 
     assert vehicle.status("p") == "FINISHED"
     vehicle.instant(action("p", kind))
     (problem,) = vehicle.state.problems
-    assert (problem.kind, problem.about("actionId"), problem.about("actionType")) == (
+    assert (problem.kind, problem.references.get("actionId"), problem.references.get("actionType")) == (
         "instantActionError",
         "p",
         kind,

@@ -132,7 +132,7 @@ def test_a_drive_that_ends_beside_its_node_is_tried_again(vehicle: PureVehicle) 
     (problem,) = vehicle.state.problems
     assert problem.level == "FATAL"
     assert "blocked" in problem.description
-    assert problem.about("nodeId") == "b"
+    assert problem.references.get("nodeId") == "b"
     assert vehicle.ahead == "bc"
     vehicle.instant(action("go", "stopPause"))
     assert vehicle.drives == ["b"] * 5

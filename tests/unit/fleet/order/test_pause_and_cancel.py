@@ -94,7 +94,11 @@ def test_cancel_without_an_order_fails(vehicle: PureVehicle) -> None:
     vehicle.instant(action("x", "cancelOrder"))
     assert vehicle.status("x") == "FAILED"
     (problem,) = vehicle.state.problems
-    assert (problem.kind, problem.level, problem.about("actionId")) == ("noOrderToCancel", "WARNING", "x")
+    assert (problem.kind, problem.level, problem.references.get("actionId")) == (
+        "noOrderToCancel",
+        "WARNING",
+        "x",
+    )
     vehicle.order(nodes="ab")
     vehicle.instant(action("y", "cancelOrder"))
     vehicle.stop()

@@ -23,10 +23,10 @@ def test_a_malformed_order_is_a_validation_error(vehicle: PureVehicle) -> None:
     vehicle.apply(MalformedMessage(data, caught.value))
     (problem,) = vehicle.state.problems
     assert (problem.kind, problem.level) == ("validationError", "WARNING")
-    assert problem.references == (
-        ("topic", "order"), ("headerId", "7"), ("orderId", "bad"), ("orderUpdateId", "0"),
-        ("field", "nodes[1].released"),
-    )  # fmt: skip
+    assert problem.references == {
+        "topic": "order", "headerId": "7", "orderId": "bad", "orderUpdateId": "0",
+        "field": "nodes[1].released",
+    }  # fmt: skip
     assert vehicle.state.order_id == ""
     vehicle.order()
     assert kinds(vehicle) == []
@@ -39,7 +39,7 @@ def test_a_new_order_is_rejected_while_one_is_carried_out(vehicle: PureVehicle) 
     assert kinds(vehicle) == ["orderError"]
     assert vehicle.state.order_id == "o"
     assert vehicle.drives == ["b"]
-    assert next(iter(vehicle.state.problems)).about("orderId") == "p"
+    assert next(iter(vehicle.state.problems)).references.get("orderId") == "p"
 
 
 def test_a_new_order_is_rejected_while_one_waits_for_its_base(vehicle: PureVehicle) -> None:
@@ -100,7 +100,7 @@ def test_a_lower_update_is_rejected_and_the_order_goes_on(vehicle: PureVehicle) 
     vehicle.order(update=2, nodes="bc", first=2)
     (problem,) = vehicle.state.problems
     assert (problem.kind, problem.level) == ("orderUpdateError", "WARNING")
-    assert problem.about("orderUpdateId") == "2"
+    assert problem.references.get("orderUpdateId") == "2"
     assert vehicle.state.update == 3
     assert vehicle.ahead == "bc"
     vehicle.arrive()
@@ -165,8 +165,8 @@ def test_fields_of_an_edge_that_are_not_obeyed_are_rejected(
     vehicle.apply(read_order(data))
     (problem,) = vehicle.state.problems
     assert problem.kind == "orderError"
-    assert problem.about("edgeId") == "bc"
-    assert problem.about("field") == f"edges[1].{named}"
+    assert problem.references.get("edgeId") == "bc"
+    assert problem.references.get("field") == f"edges[1].{named}"
     assert vehicle.drives == []
 
 
@@ -198,7 +198,7 @@ def test_actions_that_cannot_be_done_are_rejected(
     vehicle.order(nodes="abc", released=1, node_actions={"c": [given]})
     (problem,) = vehicle.state.problems
     assert problem.kind == "orderError"
-    assert (problem.about("actionId"), problem.about("field")) == ("x", field)
+    assert (problem.references.get("actionId"), problem.references.get("field")) == ("x", field)
     assert vehicle.state.order_id == ""
 
 
@@ -211,7 +211,7 @@ def test_other_things_a_vehicle_cannot_do_are_rejected(vehicle: PureVehicle) -> 
     for data in (nowhere, elsewhere, zones):
         vehicle.apply(read_order(data))
     assert kinds(vehicle) == ["orderError"] * 3
-    fields = [problem.about("field") for problem in vehicle.state.problems]
+    fields = [problem.references.get("field") for problem in vehicle.state.problems]
     assert fields == ["nodes[1].nodePosition", "nodes[2].nodePosition.mapId", "zoneSetId"]
 
 
@@ -230,4 +230,4 @@ def test_problems_of_orders_are_bounded(vehicle: PureVehicle) -> None:
         vehicle.order(f"far{n}", nodes="bc")
     found = list(vehicle.state.problems)
     assert len(found) == 24
-    assert found[-1].about("orderId") == "far199"
+    assert found[-1].references.get("orderId") == "far199"

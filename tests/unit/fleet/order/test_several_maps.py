@@ -77,7 +77,11 @@ def test_a_node_of_another_map_is_never_driven_to(vehicle: PureVehicle) -> None:
     assert vehicle.drives == ["b"]
     assert kinds(vehicle) == ["driveError", "orderActionError"]
     problem = next(iter(vehicle.state.problems))
-    assert (problem.about("nodeId"), problem.about("mapId"), problem.level) == ("c", "up", "FATAL")
+    assert (problem.references.get("nodeId"), problem.references.get("mapId"), problem.level) == (
+        "c",
+        "up",
+        "FATAL",
+    )
     stand(vehicle, 4.0, "hall")
     assert vehicle.visited[-1] == ("b", 2), "x and y are those of c, and the map is not"
     vehicle.instant(action("x", "cancelOrder"))
@@ -91,8 +95,8 @@ def test_a_map_that_is_not_on_the_vehicle_is_rejected(vehicle: PureVehicle) -> N
     take(vehicle, data)
     (problem,) = vehicle.state.problems
     assert problem.kind == "orderError"
-    assert problem.about("field") == "nodes[3].nodePosition.mapId"
-    assert (problem.about("nodeId"), problem.about("mapId")) == ("d", "cellar")
+    assert problem.references.get("field") == "nodes[3].nodePosition.mapId"
+    assert (problem.references.get("nodeId"), problem.references.get("mapId")) == ("d", "cellar")
 
 
 @pytest.mark.parametrize(
@@ -104,8 +108,8 @@ def test_an_order_that_does_not_say_how_the_map_is_changed_is_rejected(
     """Nobody but the manager knows when the lift is upstairs."""
     take(vehicle, over_two(lifts=lifts))
     (problem,) = vehicle.state.problems
-    assert (problem.kind, problem.about("nodeId")) == ("orderError", "c")
-    assert problem.about("field") == "nodes[2].nodePosition.mapId"
+    assert (problem.kind, problem.references.get("nodeId")) == ("orderError", "c")
+    assert problem.references.get("field") == "nodes[2].nodePosition.mapId"
     assert "initPosition" in problem.description
     assert vehicle.drives == []
 
@@ -114,7 +118,7 @@ def test_an_order_that_changes_the_map_and_goes_on_in_the_old_one_is_rejected(ve
     """The node after the change is on the wrong map."""
     take(vehicle, order_json(nodes="abc", node_actions={"b": [lift()]}))
     (problem,) = vehicle.state.problems
-    assert (problem.kind, problem.about("nodeId")) == ("orderError", "c")
+    assert (problem.kind, problem.references.get("nodeId")) == ("orderError", "c")
 
 
 def test_an_order_that_begins_on_another_map_is_out_of_reach(vehicle: PureVehicle) -> None:
@@ -124,7 +128,11 @@ def test_an_order_that_begins_on_another_map_is_out_of_reach(vehicle: PureVehicl
         node["nodePosition"]["mapId"] = "up"
     take(vehicle, data)
     (problem,) = vehicle.state.problems
-    assert (problem.kind, problem.about("nodeId"), problem.about("mapId")) == ("noRouteError", "a", "up")
+    assert (problem.kind, problem.references.get("nodeId"), problem.references.get("mapId")) == (
+        "noRouteError",
+        "a",
+        "up",
+    )
 
 
 def test_an_update_goes_on_from_the_map_that_its_first_node_ends_on(vehicle: PureVehicle) -> None:
