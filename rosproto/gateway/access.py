@@ -15,14 +15,6 @@ from typing import Literal
 
 Kind = Literal["topic", "service", "parameter", "action", "node"]
 
-_PREFIXES: dict[str, Kind] = {
-    "topic": "topic",
-    "service": "service",
-    "parameter": "parameter",
-    "param": "parameter",
-    "action": "action",
-    "node": "node",
-}
 _WRITING: dict[Kind, str] = {
     "topic": "publishing on",
     "service": "calling or providing",
@@ -30,10 +22,11 @@ _WRITING: dict[Kind, str] = {
     "action": "sending goals to or cancelling",
     "node": "changing",
 }
+_PREFIXES: dict[str, Kind] = {**{kind: kind for kind in _WRITING}, "param": "parameter"}
 _ONLY_ANSWER = frozenset({"roscpp/GetLoggers", "tf2_msgs/FrameGraph", "nav_msgs/GetMap"})
 """Types of services that change nothing. The md5sum of a call verifies the type."""
 
-_SHOWN = 200  # characters of a client's name in a sentence
+_SHOWN = 200  # characters of a client's text in a sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,11 +105,9 @@ class Access:
     def may_read(self, kind: Kind, name: str) -> Refusal | None:
         """Return None if the name is visible, else the reason."""
         if self._denied.match(kind, name):
-            return Refusal(kind, name, f"{kind} {_short(name)} is not open here: a --deny pattern covers it")
+            return Refusal(kind, name, f"{kind} {short(name)} is not open here: a --deny pattern covers it")
         if not self._allowed.match(kind, name):
-            return Refusal(
-                kind, name, f"{kind} {_short(name)} is not open here: no --allow pattern covers it"
-            )
+            return Refusal(kind, name, f"{kind} {short(name)} is not open here: no --allow pattern covers it")
         return None
 
     def may_write(self, kind: Kind, name: str, type: str = "") -> Refusal | None:
@@ -132,7 +123,7 @@ class Access:
             return refused
         if kind == "service" and type in _ONLY_ANSWER:
             return None
-        doing = f"{_WRITING[kind]} {kind} {_short(name)}"
+        doing = f"{_WRITING[kind]} {kind} {short(name)}"
         if self.read_only:
             return Refusal(kind, name, f"{doing} is refused: this gateway is read only (--read-only)")
         if self._written.match(kind, name) or (
@@ -146,7 +137,7 @@ class Access:
             kind,
             name,
             f"{doing} is refused: nothing is written through this gateway unless a pattern opens it;"
-            f" start it with --allow-write {prefix}:{_short(name)}",
+            f" start it with --allow-write {prefix}:{short(name)}",
         )
 
     def _hidden(self, kind: Kind, name: str) -> Refusal | None:
@@ -203,5 +194,6 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
     return kinds, pattern if pattern[0] in "/*?[" else f"/{pattern}"
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= _SHOWN else f"{name[:_SHOWN]}..."
+def short(text: str) -> str:
+    """A client's text for a sentence."""
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

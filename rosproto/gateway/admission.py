@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
 
+from rosproto.gateway.access import short
 from rosproto.transport.uri import is_loopback
-
-_SHOWN = 200  # characters of a client's text in a sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,9 +127,9 @@ def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
     if host is not None and is_loopback(host):
         return None
     return (
-        f"a page of {_shown(origin)!r} may not connect; open it with --origin {_shown(origin)}"
+        f"a page of {short(origin)!r} may not connect; open it with --origin {short(origin)}"
         if host is not None
-        else f"a page whose origin is {_shown(origin)!r} may not connect"
+        else f"a page whose origin is {short(origin)!r} may not connect"
     )
 
 
@@ -148,8 +147,4 @@ def foreign_host(host: str | None, bound: str) -> str | None:
     name = host.rpartition(":")[0] if host.rpartition(":")[2].isdigit() else host
     if is_loopback(name):
         return None
-    return f"this gateway serves this computer alone, and {_shown(host)!r} is not its name: use localhost"
-
-
-def _shown(text: str) -> str:
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+    return f"this gateway serves this computer alone, and {short(host)!r} is not its name: use localhost"

@@ -7,6 +7,9 @@ therefore made, kept and sent in chunks of half a megabyte, as the frames of one
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import TypeVar
+
+Whole = TypeVar("Whole", str, memoryview)
 
 CHUNK_SIZE = 512 << 10
 """Bytes or characters handled at a time; other work runs in between."""
@@ -37,13 +40,16 @@ class ChunkedMessage:
         return f"<ChunkedMessage: {len(self)} in {len(self.chunks)}>"
 
 
+def pieces(whole: Whole) -> Iterator[Whole]:
+    """Cut a text or bytes into pieces of `CHUNK_SIZE`."""
+    return (whole[at : at + CHUNK_SIZE] for at in range(0, len(whole), CHUNK_SIZE))
+
+
 def framed(head: bytes, data: bytes | memoryview) -> bytes | ChunkedMessage:
     """A head followed by data: joined if short, else chunks that refer to the data without a copy."""
     if len(data) <= CHUNK_SIZE // 8:
         return head + data
-    view = memoryview(data)
-    parts: list[bytes | memoryview] = [head]
-    parts += (view[at : at + CHUNK_SIZE] for at in range(0, len(view), CHUNK_SIZE))
+    parts: list[bytes | memoryview] = [head, *pieces(memoryview(data))]
     return ChunkedMessage(parts)
 
 
@@ -60,7 +66,7 @@ def _sized(texts: Iterable[str]) -> Iterator[str]:
             yield "".join(short)
             short, length = [], 0
         if len(text) > CHUNK_SIZE:
-            yield from (text[at : at + CHUNK_SIZE] for at in range(0, len(text), CHUNK_SIZE))
+            yield from pieces(text)
         else:
             short.append(text)
             length += len(text)

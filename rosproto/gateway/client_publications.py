@@ -218,10 +218,7 @@ class ClientPublications:
             with self._watching:
                 self._watched.discard(publisher.topic)
                 self.velocity_watchdog.unwatch(publisher.topic)
-        try:
-            publisher.close()
-        except Exception as error:  # the master does not answer
-            _log.debug("! %s: not taken off the master: %s", publisher.topic, error)
+        _close(publisher)
 
     def close(self) -> None:
         """Send zeros (half a second if a client drives), then close all publishers. May be called again."""
@@ -233,7 +230,11 @@ class ClientPublications:
         for timer in timers:
             timer.cancel()
         for publisher in publishers:
-            try:
-                publisher.close()
-            except Exception as error:
-                _log.debug("! %s: not taken off the master: %s", publisher.topic, error)
+            _close(publisher)
+
+
+def _close(publisher: Publisher) -> None:
+    try:
+        publisher.close()
+    except Exception as error:  # the master does not answer
+        _log.debug("! %s: not taken off the master: %s", publisher.topic, error)

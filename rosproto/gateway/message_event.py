@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, TypeVar
 
 from rosproto.codec import Message
@@ -15,6 +16,7 @@ from rosproto.time import Time
 T = TypeVar("T")
 
 
+@dataclass(slots=True, eq=False, repr=False)
 class TopicDescription:
     """A topic as described by a publisher in its connection header.
 
@@ -27,30 +29,15 @@ class TopicDescription:
         publisher: Its caller id.
     """
 
-    __slots__ = (
-        "_lock",
-        "_problem",
-        "_type",
-        "definition",
-        "latched",
-        "md5sum",
-        "publisher",
-        "topic",
-        "type_name",
-    )
-
-    def __init__(
-        self, topic: str, type_name: str, md5sum: str, definition: str, *, latched: bool, publisher: str
-    ) -> None:
-        self.topic = topic
-        self.type_name = type_name
-        self.md5sum = md5sum
-        self.definition = definition
-        self.latched = latched
-        self.publisher = publisher
-        self._lock = threading.Lock()
-        self._type: TopicType | None = None
-        self._problem: RosError | None = None
+    topic: str
+    type_name: str
+    md5sum: str
+    definition: str
+    _: KW_ONLY
+    latched: bool
+    publisher: str
+    _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
+    _type: TopicType | RosError | None = field(default=None, init=False)
 
     @property
     def type(self) -> TopicType:
@@ -60,8 +47,6 @@ class TopicDescription:
             RosError: The definition cannot be used.
         """
         with self._lock:
-            if self._problem is not None:
-                raise self._problem
             if self._type is None:
                 try:
                     self._type = learn_type(
@@ -72,14 +57,16 @@ class TopicDescription:
                         peer=self.publisher or "a publisher",
                     )
                 except RosError as error:
-                    self._problem = error
-                    raise
+                    self._type = error
+            if isinstance(self._type, RosError):
+                raise self._type
             return self._type
 
     def __repr__(self) -> str:
         return f"<TopicDescription {self.topic} {self.type_name} of {self.publisher}>"
 
 
+@dataclass(slots=True, eq=False, repr=False)
 class MessageEvent:
     """A message of a topic, for any number of receivers.
 
@@ -90,17 +77,12 @@ class MessageEvent:
         stamp: When, by the node's ROS clock (the simulation's, where there is one).
     """
 
-    __slots__ = ("_lock", "_made", "data", "description", "received", "stamp")
-
-    def __init__(
-        self, description: TopicDescription, data: bytes | memoryview, received: float, stamp: Time
-    ) -> None:
-        self.description = description
-        self.data = data
-        self.received = received
-        self.stamp = stamp
-        self._lock = threading.RLock()
-        self._made: dict[object, Any] = {}
+    description: TopicDescription
+    data: bytes | memoryview
+    received: float
+    stamp: Time
+    _lock: threading.RLock = field(default_factory=threading.RLock, init=False)
+    _made: dict[object, Any] = field(default_factory=dict, init=False)
 
     @property
     def topic(self) -> str:

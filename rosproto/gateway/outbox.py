@@ -8,8 +8,9 @@ never dropped; when too many wait, `overflow` is set.
 
 from __future__ import annotations
 
+import itertools
 import threading
-from collections import Counter, deque
+from collections import Counter, OrderedDict, deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -17,15 +18,6 @@ from rosproto.gateway.client_limits import GatewayLimits
 
 T = TypeVar("T")
 Key = object
-
-
-class _Item(Generic[T]):
-    __slots__ = ("key", "payload", "size")
-
-    def __init__(self, key: Key | None, size: int, payload: T) -> None:
-        self.key = key
-        self.size = size
-        self.payload: T | None = payload  # None: dropped
 
 
 class Outbox(Generic[T]):
@@ -48,10 +40,10 @@ class Outbox(Generic[T]):
         self._limits = limits
         self._wake = wake
         self._lock = threading.Lock()
-        self._queue: deque[_Item[T]] = deque()
-        self._waiting: dict[Key, deque[_Item[T]]] = {}
-        self._key_bytes: dict[Key, int] = {}
-        self._live = 0
+        self._numbers = itertools.count()
+        self._queue: OrderedDict[int, tuple[Key | None, int, T]] = OrderedDict()  # key, size, payload
+        self._waiting: dict[Key, deque[int]] = {}  # numbers in the queue
+        self._key_bytes: Counter[Key] = Counter()
         self.bytes = 0
         self.answer_bytes = 0
         self.dropped: Counter[Key] = Counter()
@@ -59,7 +51,7 @@ class Outbox(Generic[T]):
         self.closed = False
 
     def __len__(self) -> int:
-        return self._live
+        return len(self._queue)
 
     def put(self, key: Key | None, size: int, payload: T, keep: int | None = None) -> None:
         """Add a payload; never waits.
@@ -73,21 +65,16 @@ class Outbox(Generic[T]):
         with self._lock:
             if self.closed:
                 return
-            item = _Item(key, size, payload)
-            was_empty = not self._live
+            was_empty = not self._queue
+            number = next(self._numbers)
             if key is None:
                 self.answer_bytes += size
                 self.overflow |= self.answer_bytes > self._limits.answer_bytes
             else:
                 self._make_room(key, size, self._limits.outbox_messages if keep is None else keep)
-                waiting = self._waiting.get(key)
-                if waiting is None:
-                    waiting = self._waiting[key] = deque()
-                    self._key_bytes[key] = 0
-                waiting.append(item)
+                self._waiting.setdefault(key, deque()).append(number)
                 self._key_bytes[key] += size
-            self._queue.append(item)
-            self._live += 1
+            self._queue[number] = key, size, payload
             self.bytes += size
         if was_empty and self._wake is not None:
             self._wake()
@@ -95,21 +82,13 @@ class Outbox(Generic[T]):
     def take(self, most: int | None = None) -> T | None:
         """The oldest payload; None when there is none, or when it has more than `most` bytes."""
         with self._lock:
-            while self._queue:
-                item = self._queue[0]
-                if item.payload is not None and most is not None and item.size > most:
-                    return None
-                self._queue.popleft()
-                if item.payload is None:
-                    continue
-                if item.key is None:
-                    self.answer_bytes -= item.size
-                else:
-                    self._forget_first(item.key)
-                self._live -= 1
-                self.bytes -= item.size
-                return item.payload
-            return None
+            if not self._queue:
+                return None
+            number, (_, size, payload) = next(iter(self._queue.items()))
+            if most is not None and size > most:
+                return None
+            self._remove(number)
+            return payload
 
     def waits(self, key: Key) -> int:
         """Number of payloads with this key."""
@@ -120,7 +99,7 @@ class Outbox(Generic[T]):
         """Remove the payloads with this key without counting them as dropped."""
         with self._lock:
             while key in self._waiting:
-                self._drop_first(key)
+                self._remove(self._waiting[key][0])
             self.dropped.pop(key, None)
 
     def close(self) -> None:
@@ -130,7 +109,7 @@ class Outbox(Generic[T]):
             self._queue.clear()
             self._waiting.clear()
             self._key_bytes.clear()
-            self._live = self.bytes = self.answer_bytes = 0
+            self.bytes = self.answer_bytes = 0
 
     # -- with the lock held ---------------------------------------------------------------------------------
 
@@ -139,27 +118,22 @@ class Outbox(Generic[T]):
         while key in self._waiting and (
             len(self._waiting[key]) >= max(1, keep) or self._key_bytes[key] + size > limits.topic_bytes
         ):
-            self._drop_counted(key)
+            self._drop(key)
         while self._key_bytes and self.bytes - self.answer_bytes + size > limits.outbox_bytes:
-            self._drop_counted(max(self._key_bytes, key=self._key_bytes.__getitem__))
+            self._drop(max(self._key_bytes, key=self._key_bytes.__getitem__))
 
-    def _drop_counted(self, key: Key) -> None:
-        self._drop_first(key)
+    def _drop(self, key: Key) -> None:
+        self._remove(self._waiting[key][0])
         self.dropped[key] += 1
 
-    def _drop_first(self, key: Key) -> None:
-        item = self._waiting[key][0]
-        self._forget_first(key)
-        item.payload = None  # `take` skips it
-        self._live -= 1
-        self.bytes -= item.size
-        while self._queue and self._queue[0].payload is None:
-            self._queue.popleft()
-        if len(self._queue) > 2 * self._live + 64:
-            self._queue = deque(other for other in self._queue if other.payload is not None)
-
-    def _forget_first(self, key: Key) -> None:
-        waiting = self._waiting[key]
-        self._key_bytes[key] -= waiting.popleft().size
-        if not waiting:
+    def _remove(self, number: int) -> None:
+        """Remove a payload, the oldest one with its key."""
+        key, size, _ = self._queue.pop(number)
+        self.bytes -= size
+        if key is None:
+            self.answer_bytes -= size
+            return
+        self._key_bytes[key] -= size
+        self._waiting[key].popleft()
+        if not self._waiting[key]:
             del self._waiting[key], self._key_bytes[key]

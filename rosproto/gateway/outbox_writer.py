@@ -8,15 +8,14 @@ other clients are served, and everything for a client that is behind.
 from __future__ import annotations
 
 import asyncio
-import sys
 import threading
 from collections import deque
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterable
 from importlib import import_module
 from typing import Any
 
 from rosproto.aio.pool import Pool, notify
-from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage
+from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage, pieces
 from rosproto.gateway.client_channel import ClientChannel, DeferredPayload, Payload
 from rosproto.logs import PeerLog
 
@@ -47,20 +46,20 @@ class OutboxWriter:
         self._lock = threading.Lock()
         self._woken: deque[ClientChannel] = deque()
         self._wake_scheduled = False
-        self._clients: dict[ClientChannel, tuple[Any, Any, asyncio.Event]] = {}
-        self._tasks: dict[ClientChannel, asyncio.Future[None]] = {}
+        self._clients: dict[ClientChannel, tuple[Any, Any, asyncio.Event, asyncio.Future[None]]] = {}
         self._closed_error = closed_error()
         self._broadcast = import_module("websockets.asyncio.server").broadcast
 
     def add(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> None:
         """Start writing to a client."""
-        self._clients[channel] = connection, transport, asyncio.Event()
-        self._tasks[channel] = asyncio.ensure_future(self._write(channel))
+        event = asyncio.Event()
+        task = asyncio.ensure_future(self._write(channel, connection, event))
+        self._clients[channel] = connection, transport, event, task
 
     def remove(self, channel: ClientChannel) -> None:
         """Stop writing to a client that has gone."""
-        del self._clients[channel]
-        self._tasks.pop(channel).cancel()
+        *_, task = self._clients.pop(channel)
+        task.cancel()
 
     def wake(self, channel: ClientChannel) -> None:
         """A payload waits for a client; from any thread. Several wakes are handled together."""
@@ -94,13 +93,12 @@ class OutboxWriter:
                 for payload in _payloads(item):
                     self._broadcast((connection,), payload)
                     channel.written(payload)
-            except Exception:
-                self._say_not_sent(channel)
+            except Exception as error:
+                self._say_not_sent(channel, error)
         return not channel.outbox
 
-    async def _write(self, channel: ClientChannel) -> None:
+    async def _write(self, channel: ClientChannel, connection: Any, event: asyncio.Event) -> None:
         """Write the payloads of one client in order, until its connection ends."""
-        connection, _, event = self._clients[channel]
         turn = 0
         while True:
             item = channel.outbox.take()
@@ -120,18 +118,16 @@ class OutboxWriter:
                     channel.written(payload)
             except self._closed_error:
                 return
-            except Exception:
-                self._say_not_sent(channel)
+            except Exception as error:
+                self._say_not_sent(channel, error)
             finally:
                 channel.busy = False
             turn += 1
             if turn % TURN == 0:
                 await asyncio.sleep(0)
 
-    def _say_not_sent(self, channel: ClientChannel) -> None:
-        self._peer_log.error(
-            channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=sys.exc_info()[1]
-        )
+    def _say_not_sent(self, channel: ClientChannel, error: Exception) -> None:
+        self._peer_log.error(channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=error)
 
 
 def _payloads(item: Payload | DeferredPayload) -> tuple[Payload, ...]:
@@ -140,11 +136,10 @@ def _payloads(item: Payload | DeferredPayload) -> tuple[Payload, ...]:
 
 async def _in_turns(payload: Payload) -> AsyncIterator[str | bytes | memoryview]:
     """The frames of a long message, with turns for other clients in between."""
-    for chunk in payload.chunks if isinstance(payload, ChunkedMessage) else _cut(payload):
+    if isinstance(payload, ChunkedMessage):
+        chunks: Iterable[str | bytes | memoryview] = payload.chunks
+    else:
+        chunks = pieces(payload) if isinstance(payload, str) else pieces(memoryview(payload))
+    for chunk in chunks:
         yield chunk
         await asyncio.sleep(0)
-
-
-def _cut(payload: str | bytes) -> Iterator[str | memoryview]:
-    whole = payload if isinstance(payload, str) else memoryview(payload)
-    return (whole[at : at + CHUNK_SIZE] for at in range(0, len(whole), CHUNK_SIZE))

@@ -154,7 +154,6 @@ class _SharedTopic:
         self._state = threading.Lock()
         self._receivers: tuple[SharedSubscription, ...] = ()
         self._latched: dict[str, MessageEvent] = {}  # by publisher
-        self._header: tuple[dict[str, str], TopicDescription | None] | None = None
         self._timer: threading.Timer | None = None
         self._ended = False
         self._descriptions: dict[tuple[object, ...], TopicDescription] = {}
@@ -268,14 +267,6 @@ class _SharedTopic:
 
     def _described(self, header: dict[str, str]) -> TopicDescription | None:
         """The publisher's own description; the same object as long as it is equal."""
-        kept = self._header
-        if kept is not None and kept[0] is header:
-            return kept[1]
-        description = self._describe(header)
-        self._header = header, description
-        return description
-
-    def _describe(self, header: dict[str, str]) -> TopicDescription | None:
         kind, md5sum = header.get("type", "*"), header.get("md5sum", "*")
         publisher, latched = header.get("callerid", ""), header.get("latching") == "1"
         if kind == "*" or md5sum == "*":

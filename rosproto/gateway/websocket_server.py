@@ -16,6 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from http import HTTPStatus
 from importlib import import_module
 from typing import Any
@@ -115,8 +116,7 @@ class WebSocketServer:
         self._admission = Admission(host, tuple(origins), token, tuple(subprotocols))
         self._name = name
         self._lock = threading.Lock()
-        self._sockets: dict[ClientChannel, Any] = {}
-        self._channels: dict[Any, ClientChannel] = {}
+        self._channels: dict[Any, ClientChannel] = {}  # by connection
         self._tasks: set[asyncio.Task[Any]] = set()
         self._transports: dict[Any, Any] = {}
         self._unread: dict[Any, asyncio.TimerHandle] = {}
@@ -150,7 +150,7 @@ class WebSocketServer:
     def channels(self) -> tuple[ClientChannel, ...]:
         """The connected clients."""
         with self._lock:
-            return tuple(self._sockets)
+            return tuple(self._channels.values())
 
     # -- the loop -------------------------------------------------------------------------------------------
 
@@ -199,10 +199,8 @@ class WebSocketServer:
         await self._stop.wait()
         server.close()
         self._listener.end_waiting()
-        try:
+        with suppress(asyncio.TimeoutError):  # the rest is aborted below
             await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
-        except (asyncio.TimeoutError, TimeoutError):
-            pass  # the rest is aborted below
         for transport in list(self._transports.values()):
             transport.abort()
         tasks = [task for task in self._tasks if task is not asyncio.current_task()]
@@ -230,7 +228,7 @@ class WebSocketServer:
     def _check_request(self, connection: Any, request: Any) -> Any:
         """The HTTP answer to a refused request; None for an accepted one."""
         refusal = self._admission.check(request.path, request.headers.get_all)
-        if refusal is None and len(self._sockets) >= self.limits.connections:
+        if refusal is None and len(self._channels) >= self.limits.connections:
             why = f"{self.limits.connections} clients are connected, which is the limit"
             refusal = AdmissionRefusal(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
         if refusal is None:
@@ -256,15 +254,14 @@ class WebSocketServer:
             peer_of(connection),
             self.limits,
             self._outbox_writer.wake,
-            self._end,
+            lambda channel: notify(self._loop, self._close_channel, connection, channel),
             self._later,
             connection.subprotocol,
         )
-        self._channels[connection] = channel
         with self._lock:
-            full = len(self._sockets) >= self.limits.connections or self._closing
+            full = len(self._channels) >= self.limits.connections or self._closing
             if not full:
-                self._sockets[channel] = connection
+                self._channels[connection] = channel
         try:
             if full:  # several connected at once
                 self.refused["connections"] += 1
@@ -274,7 +271,6 @@ class WebSocketServer:
                 await self._serve_client(connection, channel, transport)
         finally:
             self._tasks.discard(task)
-            del self._channels[connection]
 
     async def _serve_client(self, connection: Any, channel: ClientChannel, transport: Any) -> None:
         self._outbox_writer.add(channel, connection, transport)
@@ -285,14 +281,12 @@ class WebSocketServer:
         except closed_error() as end:  # however it ended
             if end.sent is not None and end.sent.code == _TOO_BIG:
                 self._log_too_long(channel, self.limits.message_bytes)
-        except Exception:
-            self.peer_log.error(
-                channel.peer, "! %s: %s is cut off", self._name, channel.peer, exc_info=_current()
-            )
+        except Exception as error:
+            self.peer_log.error(channel.peer, "! %s: %s is cut off", self._name, channel.peer, exc_info=error)
             channel.close(1011, "an error of the gateway")
         finally:
             with self._lock:
-                self._sockets.pop(channel, None)
+                del self._channels[connection]
             channel.outbox.close()
             self._outbox_writer.remove(channel)
             if session is not None:
@@ -364,8 +358,8 @@ class WebSocketServer:
         def leave() -> None:
             try:
                 session.ended()
-            except Exception:
-                self.peer_log.error("ended", "! %s: a session ended badly", self._name, exc_info=_current())
+            except Exception as error:
+                self.peer_log.error("ended", "! %s: a session ended badly", self._name, exc_info=error)
             finally:
                 self._leaving.discard(done)
                 done.set_result(None)
@@ -408,12 +402,8 @@ class WebSocketServer:
     def _later(self, seconds: float, function: Callable[[], object]) -> None:
         notify(self._loop, self._loop.call_later, seconds, function)
 
-    def _end(self, channel: ClientChannel) -> None:
-        notify(self._loop, self._close_channel, channel)
-
-    def _close_channel(self, channel: ClientChannel) -> None:
-        connection = self._sockets.get(channel)
-        if connection is None or channel.ending is None:
+    def _close_channel(self, connection: Any, channel: ClientChannel) -> None:
+        if connection not in self._channels or channel.ending is None:
             return
         task = asyncio.ensure_future(self._close_connection(connection, *channel.ending))
         self._tasks.add(task)
@@ -421,12 +411,8 @@ class WebSocketServer:
 
     async def _close_connection(self, connection: Any, code: int, reason: str) -> None:
         """Close with the WebSocket handshake, or abort if the client does not answer."""
-        try:
+        with suppress(asyncio.TimeoutError, TimeoutError, closed_error()):
             await asyncio.wait_for(connection.close(code, reason), self.limits.close_seconds)
-        except (asyncio.TimeoutError, TimeoutError):
-            pass
-        except closed_error():
-            pass
         transport = self._transports.get(connection)
         if transport is not None:
             transport.abort()
@@ -453,9 +439,3 @@ class WebSocketServer:
                 what=f"the end of {self._name}",
                 seconds=timeout,
             )
-
-
-def _current() -> BaseException | None:
-    import sys
-
-    return sys.exc_info()[1]

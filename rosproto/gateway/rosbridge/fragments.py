@@ -7,6 +7,7 @@ text (ROSBRIDGE_PROTOCOL.md, 3.1.1). Incomplete messages of a client are bounded
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, field
 from typing import Any
 
 MOST_SENT = 4096
@@ -42,13 +43,11 @@ def cut(text: str, size: int | None, id: str | float) -> tuple[str, ...]:
     )
 
 
+@dataclass(slots=True)
 class _Incomplete:
-    __slots__ = ("pieces", "seen", "total")
-
-    def __init__(self, total: int, now: float) -> None:
-        self.total = total
-        self.seen = now
-        self.pieces: dict[int, str] = {}
+    total: int
+    seen: float
+    pieces: dict[int, str] = field(default_factory=dict)
 
 
 class Reassembly:
