@@ -129,14 +129,9 @@ def _number(address: int, family: socket.AddressFamily) -> str:
     return f"{text}%{scope}" if scope else text
 
 
-def _resolved(family: socket.AddressFamily) -> Iterator[str]:
-    for info in socket.getaddrinfo(socket.gethostname(), None, family):
-        yield str(info[4][0])
-    yield "127.0.0.1" if family == socket.AF_INET else "::1"
-
-
 def _of_the_name(family: socket.AddressFamily) -> list[str]:
     try:
-        return list(_resolved(family))
+        found = [str(info[4][0]) for info in socket.getaddrinfo(socket.gethostname(), None, family)]
     except OSError:
         return []
+    return [*found, "127.0.0.1" if family == socket.AF_INET else "::1"]

@@ -126,11 +126,6 @@ def _too_many_files() -> str:
     return say("too many open files in this program (or computer), which may have {limit}", limit=limit)
 
 
-def closed_by_peer(doing: str, peer: str) -> ConnectionLost:
-    """The error for an orderly end of the stream where more data was expected."""
-    return ConnectionLost(led(doing, "the connection was closed by the other side"), peer=peer)
-
-
 def open_file_limit() -> int | None:
     """How many files this process may have open; None if there is no limit, or it is unknown."""
     if sys.platform == "win32":

@@ -108,14 +108,13 @@ def reuse_address(sock: socket.socket) -> None:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
 
 
-def tune(sock: socket.socket, nodelay: bool = True) -> None:
+def tune(sock: socket.socket) -> None:
     """Set the options of a TCPROS or XML-RPC connection: no Nagle delay, dead peers noticed in 30 s.
 
     TCP_USER_TIMEOUT (Linux) also ends a connection whose peer is alive but has not read for 30 s; the peer
     reconnects when it reads again. From Linux 6.15 on, lost data is repeated every second.
     """
-    if nodelay:
-        _try_option(sock, socket.IPPROTO_TCP, "TCP_NODELAY", 1)
+    _try_option(sock, socket.IPPROTO_TCP, "TCP_NODELAY", 1)
     if sys.platform == "linux":
         _try_number(sock, socket.IPPROTO_TCP, _TCP_RTO_MAX_MS, _RTO_MAX_MS)
     _probe(sock, KEEPALIVE_IDLE, KEEPALIVE_INTERVAL, KEEPALIVE_COUNT)

@@ -18,6 +18,8 @@ import socket
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Collection
+from contextlib import ExitStack
+from dataclasses import dataclass
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
@@ -35,21 +37,16 @@ OnConnection = Callable[[socket.socket, tuple[str, int]], object]
 _ACCEPT_PAUSE = 0.02  # after accept() failed (out of file descriptors): do not spin
 
 
+@dataclass(slots=True)
 class ServerStats:
     """Counters since the start."""
 
-    __slots__ = ("accepted", "dropped_idle", "dropped_pending", "failed", "not_allowed", "refused_full")
-
-    def __init__(self) -> None:
-        self.accepted = 0
-        self.not_allowed = 0
-        self.refused_full = 0
-        self.dropped_pending = 0
-        self.dropped_idle = 0
-        self.failed = 0
-
-    def __repr__(self) -> str:
-        return f"<ServerStats {', '.join(f'{name} {getattr(self, name)}' for name in self.__slots__)}>"
+    accepted: int = 0
+    not_allowed: int = 0
+    refused_full: int = 0
+    dropped_pending: int = 0
+    dropped_idle: int = 0
+    failed: int = 0
 
 
 class TcpServer:
@@ -105,19 +102,13 @@ class TcpServer:
         self.port = int(self._listener.getsockname()[1])
         close_in_forked_children(self._listener)
         self._listener.setblocking(False)
-        try:
-            self._selector = open_selector(f"listen on {format_address(host, self.port)}")
-            try:
-                # closing a socket does not wake its accept() everywhere; a byte through this pair does
-                self._wake_receiver, self._wake_sender = wake_pair(
-                    f"listen on {format_address(host, self.port)}"
-                )
-            except BaseException:
-                self._selector.close()
-                raise
-        except BaseException:
-            self._listener.close()
-            raise
+        doing = f"listen on {format_address(host, self.port)}"
+        with ExitStack() as opened:
+            opened.callback(self._listener.close)
+            self._selector = opened.enter_context(open_selector(doing))
+            # closing a socket does not wake its accept() everywhere; a byte through this pair does
+            self._wake_receiver, self._wake_sender = wake_pair(doing)
+            opened.pop_all()
         self._acceptor = threading.Thread(
             target=self._accept_loop, name=f"rosproto:{name} accept", daemon=True
         )
@@ -285,32 +276,36 @@ class TcpServer:
         assert self._lock.locked()
         self._age_pending()
         if len(self._pending) >= self._limits.pending_handshakes:
-            oldest, _ = self._pending.popitem(last=False)
-            self.stats.dropped_pending += 1
-            interrupt(oldest)  # its thread wakes up, closes it and ends
+            self._drop_pending()
         if self._count() < self._limits.connections:
             return True
-        if not self._idle:
-            self.stats.refused_full += 1
-            log.warning("! %s: connection refused: the limit of %d is reached", self._name, self._count())
-            return False
-        longest, _ = self._idle.popitem(last=False)
-        self.stats.dropped_idle += 1
-        interrupt(longest)
-        return True
+        if self._drop_idle():
+            return True
+        self.stats.refused_full += 1
+        log.warning("! %s: connection refused: the limit of %d is reached", self._name, self._count())
+        return False
 
     def _give_up_one(self) -> None:
         """Drop a connection because the system ran out of files before our own limits were reached."""
         with self._lock:
-            if self._pending:
-                sock, _ = self._pending.popitem(last=False)
-                self.stats.dropped_pending += 1
-            elif self._idle:
-                sock, _ = self._idle.popitem(last=False)
-                self.stats.dropped_idle += 1
-            else:
-                return
-        interrupt(sock)  # its thread wakes up, closes it and ends
+            if not self._drop_pending():
+                self._drop_idle()
+
+    def _drop_pending(self) -> bool:
+        """Drop the oldest pending connection, if there is one: its thread wakes up, closes it and ends."""
+        if not self._pending:
+            return False
+        interrupt(self._pending.popitem(last=False)[0])
+        self.stats.dropped_pending += 1
+        return True
+
+    def _drop_idle(self) -> bool:
+        """Drop the longest idle connection, if there is one."""
+        if not self._idle:
+            return False
+        interrupt(self._idle.popitem(last=False)[0])
+        self.stats.dropped_idle += 1
+        return True
 
     def _count(self) -> int:
         assert self._lock.locked()

@@ -14,8 +14,9 @@ from rosproto.errors import ConnectionLost
 from rosproto.protocol.connection_header import decode_header, encode_header
 from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.wire_limits import Limits
+from rosproto.sentence import led
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.os_errors import closed_by_peer, translate
+from rosproto.transport.os_errors import translate
 from rosproto.transport.uri import format_address
 
 
@@ -44,8 +45,8 @@ def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing
 
 
 def _closed(sock: socket.socket, doing: str, have: int) -> ConnectionLost:
-    lost = closed_by_peer(f"{doing}, after {have} bytes", peer_name(sock))
-    return lost if have else ClosedBeforeHeader(str(lost), peer=lost.peer)
+    text = led(f"{doing}, after {have} bytes", "the connection was closed by the other side")
+    return (ConnectionLost if have else ClosedBeforeHeader)(text, peer=peer_name(sock))
 
 
 def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadline: Deadline) -> None:

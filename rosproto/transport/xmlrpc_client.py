@@ -110,12 +110,7 @@ class XmlRpcClient:
         """Close all connections; running calls raise ConnectionLost."""
         with self._lock:
             self._closed = True
-            idle, self._idle = self._idle, []
-            busy = list(self._busy)
-        for link in idle:
-            link.close()
-        for link in busy:
-            link.abort()
+        self.reconnect()
 
     def reconnect(self) -> None:
         """Drop all connections, because this computer has a new address. Running calls on kept connections

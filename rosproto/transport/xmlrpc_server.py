@@ -24,7 +24,7 @@ from rosproto.protocol.http import (
 )
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
-from rosproto.transport.tcp_server import Allow, ServerStats, TcpServer
+from rosproto.transport.tcp_server import Allow, TcpServer
 from rosproto.transport.tcpros_io import write_all
 from rosproto.transport.uri import format_address, make_uri
 
@@ -88,6 +88,7 @@ class XmlRpcServer:
         host: As given.
         port: The actual port.
         uri: "http://host:port/".
+        stats: Counters of the connections.
     """
 
     def __init__(
@@ -113,6 +114,7 @@ class XmlRpcServer:
             self._server = TcpServer(
                 host, port, self._serve, limits=self._limits, allow=allow, name=name, clock=clock
             )
+            self.stats = self._server.stats
             self.host = host
             self.port = self._server.port
             self.uri = make_uri(advertise or host, self.port)
@@ -125,11 +127,6 @@ class XmlRpcServer:
 
     def __repr__(self) -> str:
         return f"<XmlRpcServer {self._name} {self.uri}{' closed' if self._server.closed else ''}>"
-
-    @property
-    def stats(self) -> ServerStats:
-        """Counters of the connections."""
-        return self._server.stats
 
     @property
     def connections(self) -> int:

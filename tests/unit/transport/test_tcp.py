@@ -68,12 +68,6 @@ def test_what_was_lost_is_repeated_every_second_where_the_system_can() -> None:
         assert sock.getsockopt(socket.IPPROTO_TCP, tcp._TCP_RTO_MAX_MS) == 1000
 
 
-def test_nagle_stays_on_when_asked() -> None:
-    with socket.socket() as sock:
-        tcp.tune(sock, nodelay=False)
-        assert not sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
-
-
 def test_tuning_something_without_tcp_options_is_no_error(pair: tuple[socket.socket, socket.socket]) -> None:
     tcp.tune(pair[0])
 
