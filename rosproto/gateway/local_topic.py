@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 from rosproto.codec import encode
@@ -55,7 +56,7 @@ class LocalTopic:
         for receiver in receivers:
             self._offer(receiver, event)
 
-    def open(self, receiver: Receiver) -> _LocalSubscription:
+    def open(self, receiver: Receiver) -> ExitStack:
         """Add a receiver; close what this returns to remove it."""
         with self._opening:
             with self._lock:
@@ -66,7 +67,9 @@ class LocalTopic:
                 self._wanted(True)
         if last is not None:
             self._offer(receiver, last)
-        return _LocalSubscription(self, receiver)
+        subscription = ExitStack()
+        subscription.callback(self.leave, receiver)
+        return subscription
 
     def leave(self, receiver: Receiver) -> None:
         """Remove a receiver."""
@@ -86,14 +89,3 @@ class LocalTopic:
 
     def __repr__(self) -> str:
         return f"<LocalTopic {self.name} {self.type._type}, {self.receivers} receivers>"
-
-
-class _LocalSubscription:
-    """One receiver of a local topic."""
-
-    def __init__(self, topic: LocalTopic, receiver: Receiver) -> None:
-        self._topic = topic
-        self._receiver = receiver
-
-    def close(self) -> None:
-        self._topic.leave(self._receiver)

@@ -11,7 +11,7 @@ import json
 import struct
 from base64 import b64decode
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 from weakref import WeakKeyDictionary
 
 from rosproto.codec import decode, encode
@@ -25,6 +25,8 @@ _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
 _SINGLE = struct.Struct("<f")
 _HEADERS = frozenset({"std_msgs/Header", "roslib/Header"})
 
+T = TypeVar("T")
+
 _writers: WeakKeyDictionary[type, Callable[[Any], str]] = WeakKeyDictionary()
 
 
@@ -34,11 +36,7 @@ def to_json(message: Any) -> str:
     Raises:
         CodecError: A field holds what does not belong there.
     """
-    write = _writer(type(message))
-    try:
-        return write(message)
-    except (AttributeError, BufferError, TypeError, ValueError):
-        return write(_as_decoded(message))
+    return _written(message, lambda write, values: write(values))
 
 
 def to_json_parts(message: Any) -> list[str]:
@@ -47,23 +45,19 @@ def to_json_parts(message: Any) -> list[str]:
     Raises:
         CodecError: A field holds what does not belong there.
     """
-    write = _writer(type(message))
-    try:
-        return in_parts(write, message)
-    except (AttributeError, BufferError, TypeError, ValueError):
-        return in_parts(write, _as_decoded(message))
+    return _written(message, in_parts)
 
 
-def _writer(cls: Any) -> Callable[[Any], str]:
+def _written(message: Any, how: Callable[[Callable[[Any], str], Any], T]) -> T:
+    cls = type(message)
     write = _writers.get(cls)
     if write is None:
         write = _writers[cls] = JsonWriter().function(cls._binding.layout)
-    return write
-
-
-def _as_decoded(message: Any) -> Any:
-    """Normalise values that encode but never come from decoding, such as an int for a float."""
-    return decode(type(message), encode(message))
+    try:
+        return how(write, message)
+    except (AttributeError, BufferError, TypeError, ValueError):
+        # Values that encode but never come from decoding, such as an int for a float.
+        return how(write, decode(cls, encode(message)))
 
 
 def from_values(
@@ -247,15 +241,13 @@ class _Reader:
             else:
                 if field.code == "B":
                     return packed
-                return _view(packed, field) if self.binding.value_style.views else value
+                if not self.binding.value_style.views:
+                    return value
+                import numpy as np
+
+                return np.frombuffer(packed, DTYPES[field.base])
         # Find the wrong element.
         return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
-
-
-def _view(packed: bytes, field: FieldLayout) -> Any:
-    import numpy as np
-
-    return np.frombuffer(packed, DTYPES[field.base])
 
 
 def shown(value: Any) -> str:

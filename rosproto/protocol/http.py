@@ -10,27 +10,13 @@ OK`, `Content-length: ` with one space, never chunked. The reader accepts more: 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from http import HTTPStatus
 from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol.wire_limits import Limits
 
 CONTINUE = b"HTTP/1.1 100 Continue\r\n\r\n"
-_REASONS = {
-    200: "OK",
-    400: "Bad Request",
-    404: "Not Found",
-    405: "Method Not Allowed",
-    408: "Request Timeout",
-    411: "Length Required",
-    413: "Content Too Large",
-    417: "Expectation Failed",
-    431: "Request Header Fields Too Large",
-    500: "Internal Server Error",
-    501: "Not Implemented",
-    503: "Service Unavailable",
-    505: "HTTP Version Not Supported",
-}
 _CHUNK_LINE_BYTES = 256  # a chunk size, and extensions that are never used
 _TOKEN = frozenset("!#$%&'*+-.^_`|~0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
 
@@ -353,7 +339,7 @@ class HttpServerConnection(_Connection):
         if allow:
             headers["Allow"] = allow
         headers["Connection"] = "keep-alive" if keep_alive else "close"
-        return _encode(f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}", headers, body)
+        return _encode(f"HTTP/1.1 {status} {HTTPStatus(status).phrase}", headers, body)
 
     def _parse_start(self, head: _Head) -> None:
         if len(head.start) != 3 or not _TOKEN.issuperset(head.start[0]):

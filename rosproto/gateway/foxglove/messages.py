@@ -236,18 +236,17 @@ def _number(value: object, name: str) -> int:
     return value
 
 
-def _list(document: Mapping[str, Any], name: str) -> list[Any]:
+def _list(document: Mapping[str, Any], name: str, kind: type = object, what: str = "") -> list[Any]:
     value = document.get(name)
     if not isinstance(value, list):
         raise MessageError(f"{name} is {_short(value)}; expected a list")
+    if not all(isinstance(one, kind) for one in value):
+        raise MessageError(f"{name} has what is no {what}")
     return value
 
 
 def _objects(document: Mapping[str, Any], name: str) -> list[dict[str, Any]]:
-    found = _list(document, name)
-    if not all(isinstance(one, dict) for one in found):
-        raise MessageError(f"{name} has what is no object")
-    return found
+    return _list(document, name, dict, "object")
 
 
 def _numbers(document: Mapping[str, Any], name: str) -> tuple[int, ...]:
@@ -255,10 +254,7 @@ def _numbers(document: Mapping[str, Any], name: str) -> tuple[int, ...]:
 
 
 def _names(document: Mapping[str, Any]) -> tuple[str, ...]:
-    found = _list(document, "parameterNames")
-    if not all(isinstance(one, str) for one in found):
-        raise MessageError("parameterNames has what is no text")
-    return tuple(found)
+    return tuple(_list(document, "parameterNames", str, "text"))
 
 
 def _id(document: Mapping[str, Any]) -> str | None:

@@ -67,8 +67,6 @@ class Protocol:
 
     Attributes:
         level: Level of the statuses that the client wants.
-        received: Number of messages received.
-        refused: Number of messages answered with an error here.
         closed: `receive` has returned `Close`; it returns nothing more.
     """
 
@@ -79,8 +77,6 @@ class Protocol:
         self._fragmented = itertools.count(1)
         self._pictures = 0  # in the message that is read
         self.level: Level = "error"
-        self.received = 0
-        self.refused = 0
         self.closed = False
 
     # -- in
@@ -98,7 +94,6 @@ class Protocol:
         """
         if self.closed:
             return []
-        self.received += 1
         self._pictures = 0
         if len(data) > self._limits.message_bytes:
             self.closed = True
@@ -173,7 +168,6 @@ class Protocol:
         self, requests: list[Request], text: str, id: Id = None, asked: Request | None = None
     ) -> None:
         """Append an error: the answer to the call or goal `asked`, else a status."""
-        self.refused += 1
         if isinstance(asked, CallService):
             payloads = self.service_failure(asked, text)
         elif isinstance(asked, SendActionGoal):

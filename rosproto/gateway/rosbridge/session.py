@@ -60,7 +60,8 @@ class RosbridgeSession:
         self._subscriptions: dict[str, TopicSubscription] = {}
         self._publications: dict[str, ClientPublication] = {}
         self._advertised: dict[str, set[Id]] = {}
-        self._authentication = _Authentication(state)
+        self._credentials_came = False
+        self._authenticated = not state.authenticate
         if state.authenticate:
             channel.later(state.limits.handshake_seconds, self._authentication_timed_out)
         self._calls = ServiceCalls(state, self._protocol, channel)
@@ -83,7 +84,7 @@ class RosbridgeSession:
             operations.UnadvertiseAction: self._actions.unadvertise,
             operations.ActionFeedback: self._actions.feedback,
             operations.ActionResult: self._actions.result,
-            operations.Auth: self._authentication.check,
+            operations.Auth: self._check_credentials,
         }
 
     @property
@@ -100,7 +101,7 @@ class RosbridgeSession:
     @property
     def longest(self) -> int:
         """Longest next message in bytes: less where most messages would be refused anyway."""
-        if not self._authentication.done:
+        if not self._authenticated:
             return min(UNAUTHENTICATED_BYTES, self._limits.message_bytes)
         if not self._state.access.writes_anything:
             return min(READER_BYTES, self._limits.message_bytes)
@@ -121,7 +122,7 @@ class RosbridgeSession:
                     if self.channel.lost:
                         return
                     await self._carry_out_all(await self._read_long(request), long=True)
-            elif not self._authentication.done:
+            elif not self._authenticated:
                 await self._state.pool.run(partial(self._authenticate, request))
             elif isinstance(request, operations.Reply):
                 self.channel.answer(request.payloads)
@@ -265,7 +266,7 @@ class RosbridgeSession:
         try:
             if not isinstance(request, operations.Auth):
                 raise Refused("send auth before anything else")
-            self._authentication.check(request)
+            self._check_credentials(request)
         except (Refused, RosError) as problem:
             self._state.peer_log.warning(
                 "auth", "! rosbridge: %s is not authenticated: %s", self.channel.peer, problem
@@ -273,8 +274,42 @@ class RosbridgeSession:
             self.channel.close(NOT_AUTHENTICATED, f"not authenticated: {problem}")
 
     def _authentication_timed_out(self) -> None:
-        if not self._authentication.begun:
+        if not self._credentials_came:
             self.channel.close(NOT_AUTHENTICATED, "not authenticated: no credentials came in time")
+
+    def _check_credentials(self, asked: operations.Auth) -> None:
+        """Have the service check credentials; waits for its answer.
+
+        As in rosbridge_suite with its parameter ~authenticate, the first message of a client must be an
+        `auth`, whose fields the service `authenticate` (rosauth/Authentication) checks. Unlike there, the
+        connection also ends if the service cannot be called, or no credentials arrive in time.
+
+        Raises:
+            Refused: They are not accepted, or not required.
+            RosError: The service cannot be called.
+        """
+        self._credentials_came = True
+        if self._authenticated:
+            known = "the client has authenticated already"
+            raise Refused(known if self._state.authenticate else NOT_CHECKED)
+        service: Any = self._state.service_class(AUTHENTICATION)
+        try:
+            request = service.Request(
+                mac=asked.mac,
+                client=asked.client,
+                dest=asked.dest,
+                rand=asked.rand,
+                t=Time(asked.t),
+                level=asked.level,
+                end=Time(asked.end),
+            )
+        except (TypeError, ValueError, OverflowError) as problem:
+            raise Refused(f"t and end are times in seconds: {problem}") from None
+        seconds = self._limits.call_seconds
+        with self._state.waiting(), self._state.node.service_client(AUTHENTICATE, service) as client:
+            if not client.call(request, timeout=seconds).authenticated:
+                raise Refused("the credentials are not accepted")
+        self._authenticated = True
 
     # -- the end --------------------------------------------------------------------------------------------
 
@@ -292,51 +327,3 @@ class RosbridgeSession:
         self._calls.close()
         self._publications.clear()
         self._subscriptions.clear()
-
-
-class _Authentication:
-    """Checks the rosauth credentials of one client.
-
-    As in rosbridge_suite with its parameter ~authenticate, the first message of a client must be an `auth`,
-    whose fields the service `authenticate` (rosauth/Authentication) checks. Unlike there, the connection also
-    ends if the service cannot be called, or no credentials arrive in time.
-
-    Attributes:
-        begun: Credentials have arrived.
-        done: The client may send other messages.
-    """
-
-    def __init__(self, state: ServerState) -> None:
-        self._state = state
-        self.begun = False
-        self.done = not state.authenticate
-
-    def check(self, asked: operations.Auth) -> None:
-        """Have the service check credentials; waits for its answer.
-
-        Raises:
-            Refused: They are not accepted, or not required.
-            RosError: The service cannot be called.
-        """
-        self.begun = True
-        if self.done:
-            known = "the client has authenticated already"
-            raise Refused(known if self._state.authenticate else NOT_CHECKED)
-        service: Any = self._state.service_class(AUTHENTICATION)
-        try:
-            request = service.Request(
-                mac=asked.mac,
-                client=asked.client,
-                dest=asked.dest,
-                rand=asked.rand,
-                t=Time(asked.t),
-                level=asked.level,
-                end=Time(asked.end),
-            )
-        except (TypeError, ValueError, OverflowError) as problem:
-            raise Refused(f"t and end are times in seconds: {problem}") from None
-        seconds = self._state.limits.call_seconds
-        with self._state.waiting(), self._state.node.service_client(AUTHENTICATE, service) as client:
-            if not client.call(request, timeout=seconds).authenticated:
-                raise Refused("the credentials are not accepted")
-        self.done = True

@@ -31,6 +31,7 @@ from rosproto.transport.deadline import Deadline
 
 MOST_TYPES = 300  # of one answer, and the greatest depth: definitions from robots are not trusted
 _TIMES = ("time", "duration")
+_PARTS_OF_TIME = tuple(Field(name, FieldType("int32")) for name in ("secs", "nsecs"))
 _EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}
 
 Typedef = dict[str, object]
@@ -54,7 +55,7 @@ def type_details(spec: MessageSpec, find: Callable[[str], MessageSpec]) -> list[
                 continue
             seen.add(base)
             if base in _TIMES:
-                found.append(_time_typedef(base))
+                found.append(_typedef(MessageSpec(base, _PARTS_OF_TIME, (), "")))
             elif not field.type.is_builtin:
                 visit(find(base))
 
@@ -72,18 +73,6 @@ def _typedef(spec: MessageSpec) -> Typedef:
         "examples": [_example(field.type) for field in spec.fields],
         "constnames": [constant.name for constant in constants],
         "constvalues": [str(constant.value) for constant in constants],
-    }
-
-
-def _time_typedef(name: str) -> Typedef:
-    return {
-        "type": name,
-        "fieldnames": ["secs", "nsecs"],
-        "fieldtypes": ["int32", "int32"],
-        "fieldarraylen": [-1, -1],
-        "examples": ["0", "0"],
-        "constnames": [],
-        "constvalues": [],
     }
 
 
