@@ -103,9 +103,9 @@ class ActionClient:
             return publisher
 
         # Subscribers first: a server may answer as soon as it sees our publishers.
-        self._feedback = subscribe("feedback", type_.action_feedback, self._on_feedback)
-        self._result = subscribe("result", type_.action_result, self._on_result)
-        self._status = subscribe("status", type_.status_array, self._on_status)
+        self._feedback = subscribe("feedback", type_.action_feedback, self._goals.feedback_received)
+        self._result = subscribe("result", type_.action_result, self._goals.result_received)
+        self._status = subscribe("status", type_.status_array, self._goals.status_received)
         # No client would follow a goal that arrives after this program has ended; a late cancel is harmless.
         self._goal = publish("goal", type_.action_goal, linger=False)
         self._cancel_out = publish("cancel", type_.goal_id)
@@ -242,18 +242,6 @@ class ActionClient:
         self._goals.stop_callbacks()
         self._node.remove_closer(self.close)
 
-    # -- incoming ----------------------------------------------------------------------------
-
-    def _on_status(self, message: Any) -> None:
-        mentioned = {status.goal_id.id: status for status in message.status_list}
-        self._goals.status_received(mentioned, _caller(message))
-
-    def _on_result(self, message: Any) -> None:
-        self._goals.result_received(message, _caller(message))
-
-    def _on_feedback(self, message: Any) -> None:
-        self._goals.feedback_received(message, _caller(message))
-
     # -- outgoing ----------------------------------------------------------------------------
 
     def _send_cancel(self, goal_id: str, stamp: Time) -> None:
@@ -298,8 +286,3 @@ class ActionClient:
     def _check_open(self) -> None:
         if self._goals.closed:
             raise LocalProtocolError(f"{self.name}: this action client is closed")
-
-
-def _caller(message: Any) -> str:
-    header: dict[str, str] = message._connection_header or {}
-    return header.get("callerid", "")

@@ -10,12 +10,11 @@ No topics here: `ActionClient` passes in what arrived, and sends.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Mapping
+from collections import deque
+from collections.abc import Callable, Collection
 from typing import Any
 
-from rosproto.action.callback_thread import CallbackThread
-from rosproto.action.given_up_goals import MOST_SERVERS, GivenUpGoals
-from rosproto.action.sent_goal import SentGoal
+from rosproto.action.sent_goal import MOST_SERVERS, GivenUpGoals, SentGoal
 from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.goal_client import CommState
@@ -23,9 +22,74 @@ from rosproto.transport.deadline import Clock, Deadline
 
 _log = get_logger("rosproto.action")
 
+MOST_WAITING = 100  # callbacks
 RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result
 MOST_GOALS = 1000
 _LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been silent
+
+
+class CallbackThread:
+    """Calls functions in order, in a separate thread that starts with the first call.
+
+    Status, result and feedback arrive in three threads. Callbacks run in this one, in the order of the goal's
+    states, one at a time, and without a lock held, so they may call anything.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._ready = threading.Condition()
+        self._queue: deque[Callable[[], object]] = deque()
+        self._thread: threading.Thread | None = None
+        self._closed = False
+
+    @property
+    def is_current(self) -> bool:
+        """True when called from a callback."""
+        return threading.current_thread() is self._thread
+
+    def call(self, function: Callable[[], object], *, droppable: bool = False) -> bool:
+        """Queue a call of `function`.
+
+        Args:
+            function: Called without arguments.
+            droppable: Drop the call when `MOST_WAITING` are queued.
+
+        Returns:
+            False if it will not be called: dropped, or after `close`.
+        """
+        with self._ready:
+            if self._closed or (droppable and len(self._queue) >= MOST_WAITING):
+                return False
+            self._queue.append(function)
+            if self._thread is None:
+                self._thread = threading.Thread(
+                    target=self._run, name=f"rosproto:action callbacks {self._name}", daemon=True
+                )
+                self._thread.start()
+            self._ready.notify()
+        return True
+
+    def close(self, timeout: float = 1.0) -> None:
+        """Stop after the current call; wait for that call unless called from it."""
+        with self._ready:
+            self._closed = True
+            self._queue.clear()
+            self._ready.notify()
+        if self._thread is not None and not self.is_current:
+            self._thread.join(timeout)
+
+    def _run(self) -> None:
+        while True:
+            with self._ready:
+                while not self._queue and not self._closed:
+                    self._ready.wait()
+                if self._closed:
+                    return
+                function = self._queue.popleft()
+            try:
+                function()
+            except BaseException:  # sys.exit() would end this thread and prevent later callbacks
+                _log.exception("! %s: a callback raised", self._name)
 
 
 class GoalTracker:
@@ -202,13 +266,10 @@ class GoalTracker:
 
     # -- what arrives ------------------------------------------------------------------------
 
-    def status_received(self, mentioned: Mapping[str, Any], server: str) -> None:
-        """A status array of `server` arrived.
-
-        Args:
-            mentioned: actionlib_msgs/GoalStatus by goal id.
-            server: Caller id of its sender.
-        """
+    def status_received(self, message: Any) -> None:
+        """An actionlib_msgs/GoalStatusArray arrived."""
+        server = _caller(message)
+        mentioned = {status.goal_id.id: status for status in message.status_list}
         with self._changed:
             now = self._hear(server)
             self.given_up.heard(server, now)
@@ -224,22 +285,22 @@ class GoalTracker:
         for goal_id in too_late:
             self._cancel_late(goal_id, server)
 
-    def result_received(self, message: Any, server: str) -> None:
-        """A result of `server` arrived; it may be of another client's goal, or of one that is done."""
+    def result_received(self, message: Any) -> None:
+        """A result arrived; it may be of another client's goal, or of one that is done."""
         status = message.status
         with self._changed:
             goal = self.followed.get(status.goal_id.id)
             if goal is None:
                 return
-            path = goal.machine.result_received(message.result, status.status, status.text, server)
+            path = goal.machine.result_received(message.result, status.status, status.text, _caller(message))
             self._report(goal, path)
             self._changed.notify_all()
 
-    def feedback_received(self, message: Any, server: str) -> None:
-        """Feedback of `server` arrived."""
+    def feedback_received(self, message: Any) -> None:
+        """Feedback arrived."""
         with self._changed:
             goal = self.followed.get(message.status.goal_id.id)
-            if goal is None or goal.done or not goal.machine.is_from(server):
+            if goal is None or goal.done or not goal.machine.is_from(_caller(message)):
                 return
             callback = goal.on_feedback
             taken = goal.keep_feedback(message.feedback)
@@ -262,7 +323,7 @@ class GoalTracker:
         return now
 
     def _not_arrived(self, goal: SentGoal, server: str, now: float) -> tuple[CommState, ...]:
-        """End a goal that is unknown to a server which takes goals and is heard (see `given_up_goals.py`)."""
+        """End a goal that is unknown to a server which takes goals and is heard (see `GivenUpGoals`)."""
         timeout = self._ack_timeout
         if timeout is None or goal.acknowledged or now - goal.sent_at < timeout:
             return ()
@@ -314,3 +375,8 @@ class GoalTracker:
                 with self._changed:
                     goal.finished = True
                     self._changed.notify_all()
+
+
+def _caller(message: Any) -> str:
+    header: dict[str, str] = message._connection_header or {}
+    return header.get("callerid", "")

@@ -1,34 +1,43 @@
-"""SentGoal: the client's record of one goal.
+"""The client's records of its goals: of each that is under way, and of those that it gave up.
 
-The states and their transitions are `rosproto.protocol.goal_client.GoalMachine`'s; kept beside it is what the
-client needs to judge by them. No I/O, no clock and no lock: times are handed in, and `GoalTracker` does the
-locking.
+A goal is sent once, over one connection. If the server has dropped that connection and the network did not
+report it, the goal is lost without any sign: status arrays keep coming without it. actionlib (rospy's and
+roscpp's) then waits for ever, because an array may be older than the goal. Here the goal is LOST once a
+server has been heard for a while without mentioning it.
+
+Such a goal may still arrive if the connection is alive and TCP retransmits. It must not run without a waiting
+client: once a status array lists it, it is cancelled, every second until the server reacts.
+
+The states of a goal and their transitions are `rosproto.protocol.goal_client.GoalMachine`'s. No I/O, no clock
+and no lock here: `GoalTracker` passes the times and does the locking.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
+from rosproto.bounded_cache import BoundedCache
 from rosproto.protocol.goal_client import CommState, GoalMachine
+from rosproto.protocol.goal_status import GoalStatus
 from rosproto.time import Time
 
 FEEDBACK_KEPT = 100  # messages
 _NOT_ARRIVED = (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_CANCEL_ACK)
 
 
+@dataclass(eq=False, slots=True)
 class SentGoal:
     """One goal of a client, from sending it to its end.
 
-    Args:
+    Attributes:
         goal_id: Id on the wire.
         goal: The goal message.
         stamp: Stamp on the wire.
         sent_at: When it was sent, by the client's steady clock.
         receivers: Caller ids of the nodes that were connected to the goal topic then.
-
-    Attributes:
         machine: Its communication states.
         ended_at: When a status first said that it has ended, while the result is still to come; else None.
         on_feedback: Called with each feedback message; None to keep the messages only.
@@ -39,22 +48,22 @@ class SentGoal:
         feedback_dropped: How many feedback messages were lost on the way to their reader.
     """
 
-    def __init__(
-        self, goal_id: str, goal: Any, stamp: Time, sent_at: float, receivers: frozenset[str]
-    ) -> None:
-        self.goal_id = goal_id
-        self.goal = goal
-        self.stamp = stamp
-        self.sent_at = sent_at
-        self.receivers = receivers
-        self.machine = GoalMachine(goal_id)
-        self.ended_at: float | None = None
-        self.on_feedback: Callable[[Any], object] | None = None
-        self.on_transition: Callable[[], object] | None = None
-        self.told = CommState.WAITING_FOR_GOAL_ACK
-        self.finished = False
-        self.feedback: deque[Any] = deque(maxlen=FEEDBACK_KEPT)
-        self.feedback_dropped = 0
+    goal_id: str
+    goal: Any
+    stamp: Time
+    sent_at: float
+    receivers: frozenset[str]
+    machine: GoalMachine = field(init=False)
+    ended_at: float | None = None
+    on_feedback: Callable[[Any], object] | None = None
+    on_transition: Callable[[], object] | None = None
+    told: CommState = CommState.WAITING_FOR_GOAL_ACK
+    finished: bool = False
+    feedback: deque[Any] = field(default_factory=lambda: deque(maxlen=FEEDBACK_KEPT))
+    feedback_dropped: int = 0
+
+    def __post_init__(self) -> None:
+        self.machine = GoalMachine(self.goal_id)
 
     @property
     def done(self) -> bool:
@@ -79,3 +88,55 @@ class SentGoal:
         if self.ended_at is None:
             self.ended_at = now
         return now - self.ended_at
+
+
+STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
+GAP = 1.0  # seconds without a status array that make a gap; five are sent each second
+AGAIN = 1.0  # seconds between two cancels of a goal that arrived too late
+KEEP = 120.0  # seconds; by then every system has given up retransmitting
+MOST_GIVEN_UP = 1000
+MOST_SERVERS = 64  # node names that send status for one action; peers choose their names
+
+_RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
+
+
+class GivenUpGoals:
+    """Which servers are heard steadily, and which goals were given up."""
+
+    def __init__(self) -> None:
+        self._runs: BoundedCache[str, tuple[float, float]] = BoundedCache(
+            MOST_SERVERS
+        )  # heard since, heard last
+        self._given_up: dict[str, tuple[float, float]] = {}  # goal id: forgotten at, cancelled again from
+
+    def heard(self, server: str, now: float) -> None:
+        """A status array of `server` arrived."""
+        since, last = self._runs.get(server) or (now, now)
+        self._runs.put(server, (now if now - last > GAP else since, now))
+
+    def is_steady(self, server: str, now: float) -> bool:
+        """True when `server` has been heard without a gap for `STEADY` seconds."""
+        since, _ = self._runs.get(server) or (now, now)
+        return now - since >= STEADY
+
+    def give_up(self, goal_id: str, now: float) -> None:
+        """Have the goal cancelled if it appears in a status array."""
+        if len(self._given_up) >= MOST_GIVEN_UP:
+            del self._given_up[next(iter(self._given_up))]
+        self._given_up[goal_id] = (now + KEEP, now)
+
+    def too_late(self, mentioned: Mapping[str, Any], now: float) -> list[str]:
+        """Goals that were given up but run after all, and have to be cancelled now.
+
+        Args:
+            mentioned: The actionlib_msgs/GoalStatus entries of a status array, by goal id.
+        """
+        due = []
+        for goal_id, (forget, again) in list(self._given_up.items()):
+            status = mentioned.get(goal_id)
+            if now >= forget or (status is not None and status.status not in _RUNNING):
+                del self._given_up[goal_id]
+            elif status is not None and now >= again:
+                self._given_up[goal_id] = (forget, now + AGAIN)
+                due.append(goal_id)
+        return due

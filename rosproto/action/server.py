@@ -13,7 +13,6 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from rosproto.action.types import action_type as classes_of
@@ -40,21 +39,10 @@ class ServerGoal:
         client: Caller id of the node that sent it.
     """
 
-    def __init__(
-        self,
-        record: GoalRecord,
-        goal: Any,
-        stamp: Time,
-        client: str,
-        *,
-        cancel: threading.Event,
-        publish_feedback: Callable[[Any], None],
-        end: Callable[[str, Any, str], None],
-    ) -> None:
+    def __init__(self, server: ActionServer, record: GoalRecord, goal: Any, stamp: Time, client: str) -> None:
+        self._server = server
         self._record = record
-        self._cancel = cancel
-        self._publish_feedback = publish_feedback
-        self._end = end
+        self._cancel = threading.Event()
         self.id = record.goal_id
         self.stamp = stamp
         self.goal = goal
@@ -67,6 +55,10 @@ class ServerGoal:
     def status(self) -> GoalStatus:
         """Status of the goal."""
         return self._record.status
+
+    @property
+    def _ended(self) -> bool:
+        return self._record.status.is_terminal
 
     @property
     def cancel_requested(self) -> bool:
@@ -84,7 +76,7 @@ class ServerGoal:
             LocalProtocolError: The goal has ended.
             CodecError: It is not this action's feedback.
         """
-        self._publish_feedback(feedback)
+        self._server._publish_feedback(self, feedback)
 
     def succeed(self, result: Any = None, text: str = "") -> None:
         """End the goal: done.
@@ -96,15 +88,15 @@ class ServerGoal:
         Raises:
             LocalProtocolError: It has ended already.
         """
-        self._end("succeed", result, text)
+        self._server._end(self, "succeed", result, text)
 
     def abort(self, result: Any = None, text: str = "") -> None:
         """End the goal: it cannot be done. Arguments and errors as for `succeed`."""
-        self._end("abort", result, text)
+        self._server._end(self, "abort", result, text)
 
     def preempted(self, result: Any = None, text: str = "") -> None:
         """End the goal: it was cancelled. Arguments and errors as for `succeed`."""
-        self._end("cancel", result, text)
+        self._server._end(self, "cancel", result, text)
 
 
 # -- the server ---------------------------------------------------------------------------------------------
@@ -120,28 +112,6 @@ _QUEUE = 1000  # messages: after a dropped goal or result, a client would wait
 _CLOSE_SECONDS = 2.0
 
 Handler = Callable[[ServerGoal], Any]
-
-
-class _LiveGoal:
-    """A goal that has not ended: its entry in the list, its cancel request, and what the handler gets.
-
-    Attributes:
-        record: Its entry in the `GoalList`.
-        cancel: Set when its handler should stop.
-        handle: What the handler gets; made once the rest exists.
-    """
-
-    __slots__ = ("cancel", "handle", "record")
-    handle: ServerGoal
-
-    def __init__(self, record: GoalRecord) -> None:
-        self.record = record
-        self.cancel = threading.Event()
-
-    @property
-    def ended(self) -> bool:
-        """True when its status is terminal."""
-        return self.record.status.is_terminal
 
 
 class ActionServer:
@@ -200,9 +170,9 @@ class ActionServer:
         self.name = node.resolve_name(name)
         self._lock = threading.RLock()
         self._goals = GoalList()
-        self._live: dict[str, _LiveGoal] = {}
-        self._waiting: _LiveGoal | None = None  # simple policy: the goal that starts next
-        self._current: _LiveGoal | None = None  # simple policy: the goal whose handler runs
+        self._live: dict[str, ServerGoal] = {}
+        self._waiting: ServerGoal | None = None  # simple policy: the goal that starts next
+        self._current: ServerGoal | None = None  # simple policy: the goal whose handler runs
         self._workers: set[threading.Thread] = set()
         self._closing = threading.Event()
         self._closed = False
@@ -251,7 +221,7 @@ class ActionServer:
     def goals(self) -> list[ServerGoal]:
         """Goals that have not ended, the oldest first."""
         with self._lock:
-            return [live.handle for live in self._live.values()]
+            return list(self._live.values())
 
     def close(self) -> None:
         """Ask handlers to stop, wait up to 2 s for them, abort the rest, unregister. May be called twice."""
@@ -262,7 +232,7 @@ class ActionServer:
             goals, workers = list(self._live.values()), list(self._workers)
         self._closing.set()
         for goal in goals:
-            goal.cancel.set()
+            goal._cancel.set()
         deadline = Deadline(_CLOSE_SECONDS, self._clock)
         for worker in workers:
             if worker is not threading.current_thread():
@@ -288,16 +258,7 @@ class ActionServer:
                 return
             record, new = self._goals.goal_received(goal_id, stamp.to_nsec(), self._clock.monotonic())
             if new:
-                goal = _LiveGoal(record)
-                goal.handle = ServerGoal(
-                    record,
-                    message.goal,
-                    stamp,
-                    header.get("callerid", ""),
-                    cancel=goal.cancel,
-                    publish_feedback=partial(self._publish_feedback, goal),
-                    end=partial(self._end, goal),
-                )
+                goal = ServerGoal(self, record, message.goal, stamp, header.get("callerid", ""))
                 self._live[goal_id] = goal
                 self._admit(goal)
             elif record.status is GoalStatus.RECALLED:
@@ -315,13 +276,13 @@ class ActionServer:
                 goal = self._live.get(record.goal_id)
                 if goal is None:
                     continue
-                goal.cancel.set()
+                goal._cancel.set()
                 if goal is self._waiting:  # it was not started: it can be recalled at once
                     self._waiting = None
                     self._apply(goal, "cancel", None, "canceled before it was started")
             self._publish_status()
 
-    def _admit(self, goal: _LiveGoal) -> None:
+    def _admit(self, goal: ServerGoal) -> None:
         """Start a new goal, queue it, or reject it."""
         reason = self._reason_to_reject(goal)
         if reason is not None:
@@ -331,28 +292,28 @@ class ActionServer:
         else:
             self._queue(goal)
 
-    def _reason_to_reject(self, goal: _LiveGoal) -> str | None:
+    def _reason_to_reject(self, goal: ServerGoal) -> str | None:
         if len(self._live) > self._most_goals:
             return f"more than {self._most_goals} goals are under way"
         if self._check is None:
             return None
         try:
-            return self._check(goal.handle.goal)
+            return self._check(goal.goal)
         except Exception as problem:
             _log.exception("! %s: check raised", self.name)
             return f"the goal could not be checked: {problem}"
 
-    def _queue(self, goal: _LiveGoal) -> None:
+    def _queue(self, goal: ServerGoal) -> None:
         """The simple policy: the newest goal by stamp wins."""
         others = [other for other in (self._current, self._waiting) if other is not None]
-        if any(goal.handle.stamp < other.handle.stamp for other in others):
+        if any(goal.stamp < other.stamp for other in others):
             self._apply(goal, "cancel", None, REPLACED)
             return
         if self._waiting is not None:
             self._apply(self._waiting, "cancel", None, REPLACED)
         self._waiting = goal
         if self._current is not None:
-            self._current.cancel.set()
+            self._current._cancel.set()
         else:
             self._start_waiting()
 
@@ -364,7 +325,7 @@ class ActionServer:
 
     # -- work --------------------------------------------------------------------------------
 
-    def _start(self, goal: _LiveGoal) -> None:
+    def _start(self, goal: ServerGoal) -> None:
         self._apply(goal, "accept", None, "")
         worker = threading.Thread(
             target=self._work, args=(goal,), name=f"rosproto:action goal {self.name}", daemon=True
@@ -372,15 +333,15 @@ class ActionServer:
         self._workers.add(worker)
         worker.start()
 
-    def _work(self, goal: _LiveGoal) -> None:
+    def _work(self, goal: ServerGoal) -> None:
         """Call the handler, make sure that the goal ends, start the next one."""
         try:
-            result = self._handler(goal.handle)
+            result = self._handler(goal)
             if result is not None:
                 self._succeed_with(goal, result)
             self._finish_quietly(goal, "the handler returned without ending the goal")
         except BaseException as problem:  # a sys.exit() too: the client waits for an end
-            _log.exception("! %s: the handler of goal %s raised", self.name, goal.record.goal_id)
+            _log.exception("! %s: the handler of goal %s raised", self.name, goal.id)
             self._finish_quietly(goal, f"{type(problem).__name__}: {problem}", aborted=True)
         finally:
             with self._lock:
@@ -390,38 +351,38 @@ class ActionServer:
                     if not self._closed:
                         self._start_waiting()
 
-    def _succeed_with(self, goal: _LiveGoal, result: Any) -> None:
+    def _succeed_with(self, goal: ServerGoal, result: Any) -> None:
         result = part_from(result, self.type.result, f"what the handler of {self.name} returns")
-        if not goal.ended:
-            goal.handle.succeed(result)
+        if not goal._ended:
+            goal.succeed(result)
 
-    def _finish_quietly(self, goal: _LiveGoal, text: str, *, aborted: bool = False) -> None:
+    def _finish_quietly(self, goal: ServerGoal, text: str, *, aborted: bool = False) -> None:
         """End a goal that its handler left open."""
         with self._lock:
-            if goal.ended:
+            if goal._ended:
                 return
-            canceled = goal.cancel.is_set() and not aborted and not self._closed
-            waiting = goal.record.status in (GoalStatus.PENDING, GoalStatus.RECALLING)
+            canceled = goal._cancel.is_set() and not aborted and not self._closed
+            waiting = goal.status in (GoalStatus.PENDING, GoalStatus.RECALLING)
             try:
                 self._end(goal, "cancel" if canceled or waiting else "abort", None, "" if canceled else text)
             except RosError:
-                _log.exception("! %s: goal %s could not be ended", self.name, goal.record.goal_id)
+                _log.exception("! %s: goal %s could not be ended", self.name, goal.id)
 
     # -- what is sent ------------------------------------------------------------------------
 
-    def _end(self, goal: _LiveGoal, command: str, result: Any, text: str) -> None:
+    def _end(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
         with self._lock:
             self._apply(goal, command, result, text)
             self._publish_status()
 
-    def _apply(self, goal: _LiveGoal, command: str, result: Any, text: str) -> None:
+    def _apply(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
         """Change a goal's state; when it ends, publish the result."""
         if result is not None:
             result = part_from(result, self.type.result, f"a result of {self.name}")
-        self._goals.apply(goal.record, command, self._clock.monotonic(), text)
-        if goal.ended:
-            self._live.pop(goal.record.goal_id, None)
-            self._publish_result(goal.record, result)
+        self._goals.apply(goal._record, command, self._clock.monotonic(), text)
+        if goal._ended:
+            self._live.pop(goal.id, None)
+            self._publish_result(goal._record, result)
 
     def _publish_result(self, record: GoalRecord, result: Any) -> None:
         message: Any = self.type.action_result(status=self._status_of(record))
@@ -430,14 +391,12 @@ class ActionServer:
             message.result = result
         self._publish(self._result_out, message)
 
-    def _publish_feedback(self, goal: _LiveGoal, feedback: Any) -> None:
+    def _publish_feedback(self, goal: ServerGoal, feedback: Any) -> None:
         with self._lock:
-            if goal.ended:
-                raise LocalProtocolError(
-                    f"goal {goal.record.goal_id} is {goal.record.status.name}: no feedback after the end"
-                )
+            if goal._ended:
+                raise LocalProtocolError(f"goal {goal.id} is {goal.status.name}: no feedback after the end")
             part = part_from(feedback, self.type.feedback, f"feedback of {self.name}")
-            message: Any = self.type.action_feedback(status=self._status_of(goal.record), feedback=part)
+            message: Any = self.type.action_feedback(status=self._status_of(goal._record), feedback=part)
             message.header.stamp = self._node.clock.now()
             self._publish(self._feedback_out, message)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rosproto.action.client import ActionClient
-from rosproto.action.given_up_goals import MOST_SERVERS
+from rosproto.action.sent_goal import MOST_SERVERS
 from rosproto.protocol.goal_server import MOST_ENDED, GoalList
 from tests.support.clock import FakeClock
 from tests.unit.action.fakegraph import Goal, Graph

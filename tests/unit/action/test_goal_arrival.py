@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.action import ActionClient, GoalStatus, given_up_goals
+from rosproto.action import ActionClient, GoalStatus, sent_goal
 from rosproto.errors import ConnectionLost
 from rosproto.time import Time
 from tests.unit.action.fakegraph import ACTION, FakeNode, Goal
@@ -94,7 +94,7 @@ def test_a_goal_is_given_up_only_while_nobody_has_mentioned_it(graph, client, cl
 
 
 def test_goals_given_up_are_bounded_and_forgotten(graph, client, clock, monkeypatch):
-    monkeypatch.setattr(given_up_goals, "MOST_GIVEN_UP", 2)
+    monkeypatch.setattr(sent_goal, "MOST_GIVEN_UP", 2)
     handles = [client.send_goal(Goal()) for _ in range(3)]
     for handle in handles:
         handle.give_up()
