@@ -13,8 +13,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, BinaryIO
 
@@ -98,13 +97,13 @@ class _LastMessage:
         self.data = message.data
         self.done = False
 
-    def wait(self, known: bool) -> None:
+    def wait(self, subscribers: Mapping[str, Sequence[str]]) -> None:
         """Wait until it is connected, if the master knows a subscriber.
 
         Raises:
             RosTimeout: It is not.
         """
-        if known:
+        if subscribers.get(self._publisher.topic):
             self._publisher.wait_for_connection(CONNECT_SECONDS)
 
     def send(self) -> None:
@@ -128,18 +127,6 @@ class _LastMessage:
         self._publisher.close()
 
 
-@dataclass(slots=True)
-class _Prepared:
-    """The prepared messages and calls of one watch."""
-
-    messages: list[_LastMessage] = field(default_factory=list)
-    calls: list[_LastCall] = field(default_factory=list)
-
-    def __iter__(self) -> Iterator[_LastMessage | _LastCall]:
-        yield from self.messages
-        yield from self.calls
-
-
 class WatchdogProcess:
     """Carries out the lines from the pipe until it ends.
 
@@ -157,7 +144,7 @@ class WatchdogProcess:
         self._table = WatchTable(time.monotonic())
         self._nodes: dict[tuple[str, str], Node] = {}
         self._opening = threading.Lock()
-        self._ready: dict[int, _Prepared] = {}
+        self._ready: dict[int, list[_LastMessage | _LastCall]] = {}  # messages first
         self._preparing: dict[int, Arm | None] = {}  # key -> the Arm to apply when it is prepared
         self._dropped: set[int] = set()
 
@@ -210,8 +197,9 @@ class WatchdogProcess:
                 work = partial(self._prepare, line)
                 threading.Thread(target=work, name="rosproto:prepare", daemon=True).start()
         elif isinstance(line, Arm) and line.key in self._ready:
-            for message, data in zip(self._ready[line.key].messages, line.data, strict=False):
-                message.data = data
+            for message, data in zip(self._ready[line.key], line.data, strict=False):
+                if isinstance(message, _LastMessage):
+                    message.data = data
             self._table.arm(line.key)
         elif isinstance(line, (Arm, Disarm)) and line.key in self._preparing:
             self._preparing[line.key] = line if isinstance(line, Arm) else None
@@ -222,22 +210,24 @@ class WatchdogProcess:
 
     def _prepare(self, line: Prepare) -> None:
         """Run in a thread: the master may be slow, and other watches go on meanwhile."""
-        parts, problem = _Prepared(), ""
+        parts: list[_LastMessage | _LastCall] = []
+        problem = ""
         try:
             node = self._node(line.watched)
             for message in line.messages:
-                parts.messages.append(_LastMessage(node, message))
+                parts.append(_LastMessage(node, message))
             for call in line.calls:
-                parts.calls.append(_LastCall(node, call))
+                parts.append(_LastCall(node, call))
             if line.messages:
-                known = node.master.get_system_state(timeout=CONNECT_SECONDS).subscribers
-                for message, ready in zip(line.messages, parts.messages, strict=True):
-                    ready.wait(bool(known.get(node.resolve_name(message.topic))))
+                subscribers = node.master.get_system_state(timeout=CONNECT_SECONDS).subscribers
+                for each in parts:
+                    if isinstance(each, _LastMessage):
+                        each.wait(subscribers)
         except Exception as error:
             problem = str(error) or type(error).__name__
         self._inbox.put(partial(self._prepared, line.key, parts, problem))
 
-    def _prepared(self, key: int, parts: _Prepared, problem: str) -> None:
+    def _prepared(self, key: int, parts: list[_LastMessage | _LastCall], problem: str) -> None:
         self._ready[key] = parts
         armed = self._preparing.pop(key)
         if key in self._dropped:

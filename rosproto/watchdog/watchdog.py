@@ -40,10 +40,8 @@ _log = get_logger("rosproto.watchdog")
 READY_SECONDS = 2.0  # that a motion waits for its watch
 START_SECONDS = 10.0  # more for the first motion: the process is still starting
 END_SECONDS = 3.0  # for the process to end by itself
-MOST_RESTARTS, RESTART_WINDOW = (
-    3,
-    30.0,
-)  # number of restarts in that many seconds
+MOST_RESTARTS = 3
+RESTART_WINDOW = 30.0  # seconds, for `MOST_RESTARTS`
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
 
 
