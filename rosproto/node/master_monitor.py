@@ -225,7 +225,7 @@ class MasterMonitor:
             to_verify, self._to_verify = self._to_verify, {}
         for subscription in to_verify.values():
             if self._topics.subscription(subscription.name) is subscription:
-                subscription.register(self._context.master)
+                self._context.registrations.announce(subscription)
 
     def _follow_address(self) -> bool:
         """Listen on our present address towards the master; True if it has changed.

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, overload
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import get_logger
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.registrations import Registrations
+from rosproto.node.graph.registrations import RegistrationCall, Registrations
 from rosproto.node.options import callback_or_none
 from rosproto.node.parameter_cache import ABSENT, ParameterCache, ParameterChange, canonical_key
 
@@ -80,9 +80,11 @@ class ParameterRegistration:
         self._again = False
         self.name = key
 
-    def register(self, master: MasterClient) -> None:
+    def registration_call(self) -> RegistrationCall:
         self._params._cache.begin(self.name)
-        value = master.subscribe_param(self.name, self._params._own_uri())
+        return RegistrationCall("subscribeParam", (self._params._own_uri(), self.name), self._subscribed)
+
+    def _subscribed(self, value: object) -> None:
         changes = self._params._cache.start(self.name, value)
         if self._again:  # the first value is no change
             self._params._tell(changes)

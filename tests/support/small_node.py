@@ -45,9 +45,20 @@ class MemoryMaster:
             raise MasterError("lookupService", -1, "no provider", uri=self.uri)
         return self.services[name]
 
-    def register_service(self, name: str, service_api: str, caller_api: str) -> None:
+    def several(self, calls: Any, *, timeout: float | None = None) -> list[object]:
+        return [self.call(method, *parameters) for method, parameters in calls]
+
+    def call(self, method: str, first: str, second: str, *more: str) -> object:
+        """The registration of a service or parameter."""
+        if method == "registerService":
+            return self.register_service(first, second)
+        assert method == "subscribeParam"
+        return self.subscribe_param(second)
+
+    def register_service(self, name: str, service_api: str) -> int:
         self._called("registerService", name)
         self.services[name] = service_api
+        return 1
 
     def unregister_service(self, name: str, service_api: str) -> int:
         self._called("unregisterService", name)
@@ -85,7 +96,7 @@ class MemoryMaster:
                 return found
         raise MasterError("searchParam", -1, "Cannot find parameter", uri=self.uri)
 
-    def subscribe_param(self, key: str, caller_api: str) -> Any:
+    def subscribe_param(self, key: str) -> Any:
         self._called("subscribeParam", key)
         return self.params.get(key, {})
 

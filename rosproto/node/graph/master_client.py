@@ -185,11 +185,11 @@ class MasterClient(ApiClient):
     def several(
         self, calls: Sequence[tuple[str, tuple[object, ...]]], *, timeout: float | None = None
     ) -> list[object]:
-        """As `multicall`; a master without it gets single requests, each with `timeout`.
+        """As `multicall`; a single call, or those for a master without it, are requests of their own.
 
-        If the master does not know the method, later calls do not try it again.
+        Each of these has `timeout`. If the master does not know the method, later calls do not try it again.
         """
-        if not self._one_by_one:
+        if len(calls) > 1 and not self._one_by_one:
             try:
                 return self.multicall(calls, timeout=timeout)
             except (ConnectionLost, RosTimeout):

@@ -29,10 +29,24 @@ from rosproto.node.graph.master_client import MasterClient
 from rosproto.transport.deadline import Deadline
 
 
+class RegistrationCall(NamedTuple):
+    """The call that makes a registration, alone or in one request with others.
+
+    Attributes:
+        method: Of the master.
+        params: Its parameters, without our name.
+        on_answer: Called with the value of the answer; raises TypeError if it is malformed.
+    """
+
+    method: str
+    params: tuple[object, ...]
+    on_answer: Callable[[object], object]
+
+
 class Registration(Protocol):
     """One entry of the table.
 
-    Both calls must be repeatable: they read the node's present URIs each time, since these change with our
+    Both methods must be repeatable: they read the node's present URIs each time, since these change with our
     address.
 
     Attributes:
@@ -46,32 +60,11 @@ class Registration(Protocol):
     @property
     def name(self) -> str: ...
 
-    def register(self, master: MasterClient) -> None:
-        """Register at the master; raise what the call raises."""
+    def registration_call(self) -> RegistrationCall:
+        """The call that registers it at the master."""
 
     def unregister(self, master: MasterClient) -> None:
         """Unregister; raise what the call raises."""
-
-
-class RegistrationCall(NamedTuple):
-    """The call that makes a registration, to be sent in one request with others.
-
-    Attributes:
-        method: Of the master.
-        params: Its parameters, without our name.
-        on_answer: Called with the value of the answer; raises TypeError if it is malformed.
-    """
-
-    method: str
-    params: tuple[object, ...]
-    on_answer: Callable[[object], object]
-
-
-class BatchRegistration(Registration, Protocol):
-    """A registration that can be made in one request with others."""
-
-    def registration_call(self) -> RegistrationCall:
-        """The call to the master; repeatable."""
 
 
 _log = get_logger("rosproto.node")
@@ -81,7 +74,7 @@ _MOST_IN_BATCH = 100  # registrations in one request, so that neither it nor its
 class _Deferred(NamedTuple):
     """A registration that waits for the end of a block; `undo` closes what was opened for it."""
 
-    registration: BatchRegistration
+    registration: Registration
     undo: Callable[[], object]
 
 
@@ -130,15 +123,7 @@ class Registrations:
             ConnectionLost, RosTimeout: The master is away; if it got the call, it is unregistered later.
             LocalProtocolError: The node was closed by another thread meanwhile.
         """
-        key = (registration.kind, registration.name)
-        with self._lock:
-            self._remember(registration)
-        try:
-            self._register(key, registration, timeout)
-        finally:
-            with self._lock:
-                self._adding -= 1
-                self._added.notify_all()
+        self._register_batch([_Deferred(registration, lambda: None)], timeout)
 
     def _remember(self, registration: Registration) -> None:
         assert self._lock.locked()
@@ -155,7 +140,7 @@ class Registrations:
     # -- many at once ----------------------------------------------------------------------------------------
 
     def register_in_batch(
-        self, registration: BatchRegistration, undo: Callable[[], object], timeout: float | None = None
+        self, registration: Registration, undo: Callable[[], object], timeout: float | None = None
     ) -> None:
         """As `add`; within a block of `together` of this thread it is registered at the end of that block.
 
@@ -204,14 +189,14 @@ class Registrations:
         with self._lock:
             return self._deferred.pop(thread)
 
-    def _register_batch(self, held: Sequence[_Deferred]) -> None:
+    def _register_batch(self, held: Sequence[_Deferred], timeout: float | None = None) -> None:
         begun: list[_Deferred] = []
         try:
             with self._lock:
                 for one in held:
                     self._remember(one.registration)
                     begun.append(one)
-            refused = self._announce_batch(begun)
+            refused = self._announce_batch(begun, timeout)
         except BaseException as error:
             self._forget(begun, error)
             _undo(held)
@@ -227,10 +212,12 @@ class Registrations:
         for refusal in refused.values():
             raise refusal
 
-    def _announce_batch(self, held: Sequence[_Deferred]) -> dict[tuple[str, str], RosError]:
+    def _announce_batch(
+        self, held: Sequence[_Deferred], timeout: float | None
+    ) -> dict[tuple[str, str], RosError]:
         """Register all of them; return the errors of those that failed."""
         calls = [one.registration.registration_call() for one in held]
-        answers = self._master.several([(call.method, call.params) for call in calls])
+        answers = self._master.several([(call.method, call.params) for call in calls], timeout=timeout)
         refused: dict[tuple[str, str], RosError] = {}
         for one, call, answer in zip(held, calls, answers, strict=True):
             try:
@@ -252,8 +239,8 @@ class Registrations:
                 if self._table.get(key) is one.registration:
                     del self._table[key]
                     self._confirmed.pop(key, None)
-                    if isinstance(error, (ConnectionLost, RosTimeout)):
-                        self._to_unregister[key] = one.registration
+                if isinstance(error, (ConnectionLost, RosTimeout)) and key not in self._table:
+                    self._to_unregister[key] = one.registration
 
     def _was_deferred(self, registration: Registration) -> bool:
         """Remove a registration that waits for the end of a block; False if there is none."""
@@ -267,17 +254,16 @@ class Registrations:
 
     # -- one -------------------------------------------------------------------------------------------------
 
-    def _register(self, key: tuple[str, str], registration: Registration, timeout: float | None) -> None:
-        try:
-            registration.register(self._master if timeout is None else self._master.within(timeout))
-        except BaseException as error:
-            with self._lock:
-                self._table.pop(key, None)
-                if isinstance(error, (ConnectionLost, RosTimeout)):
-                    self._to_unregister[key] = registration
-            raise
-        if not self._confirm(key, registration):
-            self._unregister(registration, self._farewell)
+    def announce(self, registration: Registration) -> None:
+        """Make the call of one registration.
+
+        Raises:
+            MasterError: The master refused.
+            ConnectionLost, RosTimeout: It is away.
+        """
+        call = registration.registration_call()
+        answer = self._master.call(call.method, *call.params)
+        api_client.checked(call.method, self._master.uri, answer, call.on_answer)
 
     def register_again(self, registration: Registration) -> None:
         """Repeat a registration, so that the master notifies the peers again.
@@ -292,7 +278,7 @@ class Registrations:
         with self._lock:
             if self._table.get(key) is not registration:
                 return
-        registration.register(self._master)
+        self.announce(registration)
         self._settle(key, registration)
 
     def remove(self, registration: Registration) -> None:
@@ -344,7 +330,7 @@ class Registrations:
                 registration = self._table.get(key)
             if registration is not None:
                 try:
-                    registration.register(self._master)
+                    self.announce(registration)
                 except (ConnectionLost, RosTimeout) as error:
                     _log.debug("! register %s %s: %s", *key, error)
                     return False

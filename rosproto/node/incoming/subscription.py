@@ -108,10 +108,6 @@ class Subscription:
 
     # -- master ---------------------------------------------------------------------------------------------
 
-    def register(self, master: MasterClient) -> None:
-        generation = self._generation
-        self._registered(master.register_subscriber(self.name, self.type.name, self.context.uri), generation)
-
     def registration_call(self) -> RegistrationCall:
         generation = self._generation
         return RegistrationCall(

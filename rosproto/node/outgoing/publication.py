@@ -104,9 +104,6 @@ class Publication:
 
     # -- master ---------------------------------------------------------------------------------------------
 
-    def register(self, master: MasterClient) -> None:
-        master.register_publisher(self.name, self.type.name, self.context.uri)
-
     def registration_call(self) -> RegistrationCall:
         parameters = (self.name, self.type.name, self.context.uri)
         return RegistrationCall("registerPublisher", parameters, api_client.as_str_list)

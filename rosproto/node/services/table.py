@@ -56,11 +56,6 @@ class ServiceRegistration:
         self.name = name
         self._registered_as = ""
 
-    def register(self, master: MasterClient) -> None:
-        uri = self._context.listening.endpoints.rosrpc_uri
-        master.register_service(self.name, uri, self._context.uri)
-        self._registered_as = uri
-
     def registration_call(self) -> RegistrationCall:
         uri = self._context.listening.endpoints.rosrpc_uri
         return RegistrationCall(

@@ -253,7 +253,7 @@ def test_a_cached_parameter_is_asked_for_once(node):
 
 
 def test_a_subscription_the_master_refuses_leaves_nothing_behind(node, monkeypatch):
-    def refuse(key, api):
+    def refuse(key):
         raise MasterError("subscribeParam", -1, "no")
 
     monkeypatch.setattr(node.master, "subscribe_param", refuse)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, MasterError, RosTimeout
-from rosproto.node.graph.registrations import Registrations
+from rosproto.node.graph.registrations import RegistrationCall, Registrations
 from rosproto.transport.deadline import Deadline
 
 
@@ -21,7 +21,10 @@ class Thing:
         self.during: Any = None
         self.after: Any = None
 
-    def register(self, master: Any) -> None:
+    def registration_call(self) -> RegistrationCall:
+        return RegistrationCall("register", (self,), lambda answer: None)
+
+    def arrive(self) -> None:
         if self.error is not None:
             raise self.error
         self.log.append(f"+{self.name}")
@@ -37,9 +40,29 @@ class Thing:
             after()
 
 
+class Master:
+    """Has the things above done what they note."""
+
+    uri = "http://master:1/"
+
+    def call(self, method: str, thing: Thing) -> object:
+        thing.arrive()
+        return 1
+
+    def several(self, calls: Any, *, timeout: float | None = None) -> list[object]:
+        ((method, (thing,)),) = calls
+        try:
+            return [self.call(method, thing)]
+        except MasterError as error:
+            return [error]
+
+
+MASTER: Any = Master()
+
+
 @pytest.fixture
 def table() -> Registrations:
-    return Registrations(None)  # type: ignore[arg-type]  the things above ask it nothing
+    return Registrations(MASTER)
 
 
 def test_adding_registers_and_removing_takes_back(table: Registrations) -> None:
@@ -216,7 +239,7 @@ def test_a_master_that_is_known_to_be_away_is_not_waited_for() -> None:
     """Closing takes no time then."""
     log: list[str] = []
     away: list[bool] = []
-    table = Registrations(None, None, lambda: bool(away))  # type: ignore[arg-type]
+    table = Registrations(MASTER, None, lambda: bool(away))
     thing = Thing("publisher", "/a", log)
     table.add(thing)
     away.append(True)
