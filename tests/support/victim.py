@@ -167,7 +167,7 @@ def live() -> None:
                     "names": names,
                     "watched": watched[-5:],
                     "closed": node.closed,
-                    "tcpros": node._parts.context.listening.endpoints.tcpros._server.connections,
+                    "tcpros": node._parts.context.listening.endpoints.tcpros.connections,
                     "slave": node._parts.context.listening.endpoints.slave._server.connections,
                     "master": master.stats()["connections"],
                     "links": {

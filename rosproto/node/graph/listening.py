@@ -14,7 +14,6 @@ on every interface.
 from __future__ import annotations
 
 import socket
-import threading
 from collections.abc import Callable, Collection
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout, TooLarge
@@ -37,7 +36,7 @@ _NOT_FOUND = b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\
 OnConnection = Callable[[socket.socket, dict[str, str], tuple[str, int]], None]
 
 
-class TcprosServer:
+class TcprosServer(TcpServer):
     """Reads the header of each connection, and passes the socket to `on_topic` or `on_service`.
 
     Attributes:
@@ -56,39 +55,13 @@ class TcprosServer:
         name: str = "tcpros",
         port: int = 0,
     ) -> None:
-        self._limits = limits
         self.on_topic = on_topic
         self.on_service: OnConnection | None = None
         self.refused = 0
         self._said = PeerLog("rosproto.node")
-        self._constructed = threading.Lock()
-        with self._constructed:  # as in XmlRpcServer
-            self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
+        super().__init__(host, port, self._greet, limits=limits, allow=allow, name=name)
 
-    @property
-    def port(self) -> int:
-        return self._server.port
-
-    @property
-    def host(self) -> str:
-        """The address that it listens on."""
-        return self._server.host
-
-    def allows(self, address: str) -> bool:
-        """True if that peer may connect."""
-        return self._server.allows(address)
-
-    def bind_beside(self, sock: socket.socket, address: tuple[str, int]) -> None:
-        """See `TcpServer.bind_beside`."""
-        self._server.bind_beside(sock, address)
-
-    def close(self, timeout: float = 2.0) -> None:
-        """Stop listening; end the connections in a handshake or a service."""
-        self._server.close(timeout)
-
-    def _accept(self, sock: socket.socket, peer: tuple[str, int]) -> None:
-        with self._constructed:
-            pass  # now `_server` is set
+    def _greet(self, sock: socket.socket, peer: tuple[str, int]) -> None:
         deadline = Deadline(self._limits.handshake_seconds)
         try:
             fields = read_header(sock, self._limits, deadline)
@@ -104,11 +77,11 @@ class TcprosServer:
                 self._refuse(sock, peer, str(error))
             return
         if "service" in fields and self.on_service is not None:
-            self._server.established(sock)
+            self.established(sock)
             self.on_service(sock, fields, peer)
         elif "topic" in fields:
-            self._server.hand_over(sock)  # a subscriber's link has no thread of its own
-            self.on_topic(_CountedSocket(sock, self._server), fields, peer)
+            self.hand_over(sock)  # a subscriber's link has no thread of its own
+            self.on_topic(_CountedSocket(sock, self), fields, peer)
         else:
             self._refuse(sock, peer, "the connection header names neither a topic nor a service of this node")
 

@@ -27,16 +27,6 @@ class Delivery:
         offer_one: Takes a single message if the only subscriber has a callback; None to use `deliver`.
     """
 
-    __slots__ = (
-        "_decode_later",
-        "_queues",
-        "_raw_queues",
-        "decode",
-        "newest",
-        "offer_one",
-        "owns",
-    )
-
     def __init__(self, queues: Sequence[SubscriberQueue], type_: TopicType) -> None:
         self._queues = tuple(queue for queue in queues if not queue.raw)
         self._raw_queues = tuple(queue for queue in queues if queue.raw)
@@ -102,8 +92,6 @@ class RevisedDelivery(Delivery):
         queues, type_: As for `Delivery`.
         on_unfit: Called with the errors of the dropped messages; the link stays open.
     """
-
-    __slots__ = ("_on_unfit",)
 
     def __init__(
         self,

@@ -134,22 +134,27 @@ MOST_AT_ONCE = 64  # messages that the callback's thread takes at once
 IDLE_WAIT = 5.0
 
 
-class CallbackRunner:
-    """Calls one callback, in the receiving thread or, while it is slow, behind an inbox."""
+class _Caller:
+    """What both ways to call a callback need."""
 
     def __init__(self, callback: Callable[[Any], object], inbox: Inbox, topic: str) -> None:
         self._callback = callback
         self._inbox = inbox
         self._topic = topic
+
+    def _log_error(self) -> None:
+        _log.exception("! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback)
+
+
+class CallbackRunner(_Caller):
+    """Calls one callback, in the receiving thread or, while it is slow, behind an inbox."""
+
+    def __init__(self, callback: Callable[[Any], object], inbox: Inbox, topic: str) -> None:
+        super().__init__(callback, inbox, topic)
         self._running = False
         self._suspect = False  # the last call took long
         self._slow_times = 0
         self._thread: threading.Thread | None = None
-
-    @property
-    def has_thread(self) -> bool:
-        """True while the callback is slow."""
-        return self._thread is not None
 
     @property
     def takes_all(self) -> bool:
@@ -261,9 +266,6 @@ class CallbackRunner:
         except BaseException:
             self._log_error()
 
-    def _log_error(self) -> None:
-        _log.exception("! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback)
-
     def _start_thread(self) -> None:
         self._thread = threading.Thread(
             target=self._run, name=f"rosproto:callback {self._topic}", daemon=True
@@ -296,7 +298,7 @@ class CallbackRunner:
                 quick, share = 0, 1
 
 
-class InlineCaller:
+class InlineCaller(_Caller):
     """Calls the callback in the thread that received the message, however long it takes.
 
     The connection is not read meanwhile, so a slow callback fills the publisher's queue; only the last
@@ -305,11 +307,6 @@ class InlineCaller:
     """
 
     takes_all = False
-
-    def __init__(self, callback: Callable[[Any], object], inbox: Inbox, topic: str) -> None:
-        self._callback = callback
-        self._inbox = inbox
-        self._topic = topic
 
     def offer(self, batch: Sequence[Any], stamp: float) -> None:
         """Call with each of the last `queue_size` messages; called by link threads."""
@@ -344,9 +341,6 @@ class InlineCaller:
             self._callback(message)
         except BaseException:
             self._log_error()
-
-    def _log_error(self) -> None:
-        _log.exception("! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback)
 
 
 class SubscriberQueue:

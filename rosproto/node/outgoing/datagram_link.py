@@ -35,19 +35,10 @@ ADDRESS_SECONDS = 2.0  # for the lookup of the subscriber's host name, while it 
 class DatagramLink(QueuedLink):
     """A subscriber that asked for datagrams (`outgoing_link.OutgoingLink`).
 
-    Args:
-        sock: Connected to the subscriber's port; the link owns it and makes it non-blocking.
-        caller_id: The subscriber's node name.
-        address: "host:port" of the subscriber.
-        topic: Resolved topic.
-        connection: Number in each datagram.
-        datagram_bytes: The longest datagram.
-        queue_size: Most messages that wait; the oldest is dropped.
-        monitor: The node's monitor.
-        on_closed: Called once, from any thread and without a lock, when the link has ended.
-
-    Attributes:
+    Args (the others are those of `QueuedLink`):
+        sock: Connected to the subscriber's port.
         id: Number of the connection in getBusInfo, and in its datagrams.
+        datagram_bytes: The longest datagram.
     """
 
     transport = UDPROS
@@ -59,7 +50,7 @@ class DatagramLink(QueuedLink):
         caller_id: str,
         address: str,
         topic: str,
-        connection: int,
+        id: int,
         datagram_bytes: int,
         queue_size: int,
         monitor: LinkMonitor,
@@ -70,7 +61,7 @@ class DatagramLink(QueuedLink):
             caller_id=caller_id,
             address=address,
             topic=topic,
-            id=connection,
+            id=id,
             queue_size=queue_size,
             monitor=monitor,
             on_closed=on_closed,
@@ -207,7 +198,7 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
         caller_id=fields["callerid"],
         address=format_address(*peer),
         topic=publication.name,
-        connection=context.next_link_id(),
+        id=context.next_link_id(),
         datagram_bytes=request.datagram_bytes,
         queue_size=publication.queue_size,
         monitor=context.link_monitor,

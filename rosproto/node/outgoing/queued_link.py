@@ -30,9 +30,6 @@ from rosproto.node.stats import LinkStats
 
 BATCH = 64 << 10  # bytes joined for one send: more gains nothing (measured)
 
-NONE: deque[Frame] = deque()
-"""What a queue holds that was never used, as most are: a deque of its own would be half of an idle link."""
-
 
 class FrameQueue:
     """A bounded queue of frames for one subscriber; drops the oldest.
@@ -49,17 +46,14 @@ class FrameQueue:
     def __init__(self, size: int) -> None:
         self.size = size
         self.dropped = 0
-        self._frames = NONE
+        self._frames: deque[Frame] = deque()
         self._begun: list[memoryview] = []
 
     def put(self, frame: Frame) -> None:
         """Add a frame; drop the oldest if there are too many."""
-        frames = self._frames
-        if frames is NONE:
-            frames = self._frames = deque()
-        frames.append(frame)
-        if len(frames) > self.size:
-            frames.popleft()
+        self._frames.append(frame)
+        if len(self._frames) > self.size:
+            self._frames.popleft()
             self.dropped += 1
 
     def begin(self, rest: Iterable[memoryview]) -> None:
@@ -112,7 +106,7 @@ class FrameQueue:
     def clear(self) -> int:
         """Drop all frames after the link has ended; return their number."""
         lost = len(self._frames) + bool(self._begun)
-        self._frames = NONE
+        self._frames.clear()
         self._begun = []
         return lost
 
@@ -141,27 +135,6 @@ class QueuedLink:
     """
 
     transport = ""
-
-    __slots__ = (
-        "_blocked",
-        "_bytes",
-        "_closed",
-        "_empty",
-        "_error",
-        "_failure",
-        "_lock",
-        "_messages",
-        "_monitor",
-        "_on_closed",
-        "_queue",
-        "_sending",
-        "_watched",
-        "address",
-        "caller_id",
-        "id",
-        "sock",
-        "topic",
-    )
 
     def __init__(
         self,

@@ -67,38 +67,16 @@ _GAVE_UP = (errno.ETIMEDOUT, errno.ECONNABORTED, getattr(errno, "WSAETIMEDOUT", 
 class SubscriberLink(QueuedLink):
     """A link to a subscriber whose header was accepted.
 
-    Args:
-        sock: The connection, after the subscriber's header; the link owns it and makes it non-blocking.
+    Args (the others are those of `QueuedLink`):
         header: The subscriber's connection header.
-        address: "host:port" of the subscriber.
-        topic: Resolved topic.
-        queue_size: Queue length; when full, the oldest message is dropped.
-        monitor: The node's monitor.
-        on_closed: Called once, from any thread and without a lock, when the link has ended.
         greeting: Our connection header, sent before any message.
 
     Attributes:
-        id: Number of the connection in getBusInfo.
-        caller_id: The subscriber's node name.
         cut: Local and remote address of a connection that was reset because its backlog was too old; None
             otherwise.
     """
 
     transport = "TCPROS"
-
-    __slots__ = (
-        "_backlog",
-        "_batch",
-        "_batch_bytes",
-        "_batch_due",
-        "_ends",
-        "_large",
-        "_noise",
-        "_promised",
-        "_seen",
-        "_tried",
-        "cut",
-    )
 
     def __init__(
         self,

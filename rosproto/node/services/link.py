@@ -116,16 +116,22 @@ class ServiceLink:
             TooLarge: The response is longer than `Limits.message_bytes`.
             RemoteProtocolError: More than one answer came.
         """
-        return self._outcome(lambda: self._send_and_read(request, deadline), deadline)
+        return self._exchange(request, deadline)
 
-    def _outcome(self, exchange: Callable[[], tuple[bool, bytes]], deadline: Deadline) -> bytes:
+    def _exchange(self, request: bytes | None, deadline: Deadline) -> bytes:
         try:
-            ok, body = self._translated(exchange, deadline)
-        except BaseException:
+            self._limit_waits(deadline)
+            if request is not None:
+                self._sock.sendall(frame(request))
+            ok, body = self._read_answer(deadline)
+        except BaseException as error:
             # The call has failed for the caller: the system must not retransmit the request for minutes and
             # deliver it late.
             set_linger(self._sock, False)
-            raise
+            if isinstance(error, RosError) or not isinstance(error, OSError):
+                raise
+            late = isinstance(error, (BlockingIOError, TimeoutError))
+            raise (self._late() if late else self._lost(error)) from error
         self.calls += 1
         if not ok:
             raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
@@ -145,30 +151,7 @@ class ServiceLink:
 
     def answer(self, deadline: Deadline) -> bytes:
         """The answer to the posted request; raises as `call` does."""
-        return self._outcome(lambda: self._read_within(deadline), deadline)
-
-    def _read_within(self, deadline: Deadline) -> tuple[bool, bytes]:
-        self._limit_waits(deadline)
-        return self._read_answer(deadline)
-
-    def _send_and_read(self, request: bytes, deadline: Deadline) -> tuple[bool, bytes]:
-        self._limit_waits(deadline)
-        self._sock.sendall(frame(request))
-        return self._read_answer(deadline)
-
-    def _translated(
-        self, exchange: Callable[[], tuple[bool, bytes]], deadline: Deadline
-    ) -> tuple[bool, bytes]:
-        try:
-            return exchange()
-        except (BlockingIOError, TimeoutError) as error:
-            if isinstance(error, RosTimeout):
-                raise
-            raise self._late(deadline) from error
-        except OSError as error:
-            if isinstance(error, ConnectionLost):
-                raise
-            raise self._lost(error) from error
+        return self._exchange(None, deadline)
 
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
         """The ok byte and the frame after it."""
@@ -195,13 +178,13 @@ class ServiceLink:
             if self._limit is None:
                 return
         elif remaining <= 0:
-            raise self._late(deadline)
+            raise self._late()
         elif self._limit is not None and 0 <= self._limit - remaining < 0.001:
             return
         limit_waits(self._sock, remaining)
         self._limit = remaining
 
-    def _late(self, deadline: Deadline) -> RosTimeout:
+    def _late(self) -> RosTimeout:
         return RosTimeout(
             f"service {self._service}: {self.peer} gave no answer in time;"
             " the request may yet be carried out",

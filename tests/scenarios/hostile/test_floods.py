@@ -182,11 +182,7 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
             assert publisher.connections <= 20
         # The links, and the connections that were refused, which may be counted for a moment longer.
         eventually(
-            lambda: (
-                publisher.connections
-                == node._parts.context.listening.endpoints.tcpros._server.connections
-                == 0
-            )
+            lambda: publisher.connections == node._parts.context.listening.endpoints.tcpros.connections == 0
         )
         with attacks.many(address, 20, attacks.subscriber_header("/t")):
             publisher.wait_for_connection(60, 20)

@@ -144,7 +144,7 @@ def test_probes_are_no_error(node: Node, caplog: pytest.LogCaptureFixture) -> No
     ):
         for end in (socket.socket.close, attacks.reset):
             end(tcpros(node, data))
-    eventually(lambda: node._parts.context.listening.endpoints.tcpros._server.connections == 0)
+    eventually(lambda: node._parts.context.listening.endpoints.tcpros.connections == 0)
     loud = [record.getMessage() for record in caplog.records if record.levelno > logging.INFO]
     assert not loud
 

@@ -285,7 +285,7 @@ def parts() -> tuple[DatagramLink, Socket, Monitor]:
         caller_id="/listener",
         address="10.0.0.7:4000",
         topic="/words",
-        connection=7,
+        id=7,
         datagram_bytes=12 + 4,
         queue_size=2,
         on_closed=lambda link, error: None,

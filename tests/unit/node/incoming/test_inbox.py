@@ -43,7 +43,7 @@ def test_a_quick_callback_runs_in_the_callers_thread() -> None:
     runner = CallbackRunner(lambda n: seen.append((n, threading.get_ident())), Inbox(1), "/t")
     runner.offer(list(range(100)), 0.0)
     assert seen == [(n, threading.get_ident()) for n in range(100)]
-    assert not runner.has_thread
+    assert runner.takes_all
 
 
 def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
@@ -64,7 +64,7 @@ def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
 
     runner = CallbackRunner(callback, inbox, "/t")
     runner.offer([0], 0.0)
-    assert runner.has_thread
+    assert not runner.takes_all
     runner.offer([1], 0.0)
     assert entered.wait(20)
     for n in range(2, 100):
@@ -117,7 +117,7 @@ def test_whatever_makes_a_callback_slow_it_gets_a_thread(takes_long: Callable[[f
     for n in range(2):
         runner.offer_one(n)
         assert returned.acquire(timeout=20)
-    assert runner.has_thread
+    assert not runner.takes_all
     runner.offer_one(2)
     assert entered.wait(20)
     for n in range(3, 100):
@@ -145,7 +145,7 @@ def test_one_call_that_took_long_proves_nothing_and_two_in_a_row_do(monkeypatch:
         for n in range(len(takes_long)):
             offer(runner, n)
             assert called.acquire(timeout=20)
-            found.append(runner.has_thread)
+            found.append(not runner.takes_all)
         assert found == [False, False, False, True]
     inbox.close()
 
@@ -195,7 +195,7 @@ def test_one_slow_first_call_does_not_leave_a_thread_for_ever() -> None:
     for n in range(1, 50):
         runner.offer_one(n)
         assert called.acquire(timeout=20)
-        if not runner.has_thread:
+        if runner.takes_all:
             break
     thread.join(20)
     assert not thread.is_alive()
