@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 from rosproto.coercion import as_float
 from rosproto.sentence import say
@@ -17,15 +17,6 @@ from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_tas
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-
-class StepOptions(TypedDict, total=False):
-    """The options of `move`, `rotate`, `strafe` and `move_diagonal`; for their meaning see `steps`."""
-
-    avoid: bool
-    timeout: float | None
-    check: bool
-    replace: bool
 
 
 class MotionVerbs:
@@ -256,14 +247,20 @@ class MotionVerbs:
         distance: float,
         *,
         speed: float = 0.0,
-        **options: Unpack[StepOptions],
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Drive straight by `distance` (`/cmd_vel_control`). Returns at once.
 
         Args:
             distance: m along x of base_link, forward positive; at most 10 m.
             speed: m/s; 0 takes the chassis's 0.2 m/s.
-            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
@@ -271,7 +268,9 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        return self.steps(Step.straight(distance, speed), **options)
+        return self.steps(
+            [Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
+        )
 
     def rotate(
         self,
@@ -280,7 +279,10 @@ class MotionVerbs:
         degrees: bool = False,
         speed: float = 0.0,
         several_turns: bool = False,
-        **options: Unpack[StepOptions],
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Turn in place by `angle`, counter-clockwise positive (`/cmd_vel_control`). Returns at once.
 
@@ -289,7 +291,10 @@ class MotionVerbs:
             degrees: Whether `angle` is in degrees.
             speed: rad/s (always); 0 takes the chassis's 0.1 rad/s.
             several_turns: Required for more than one turn, because `rotate(90)` is usually meant in degrees.
-            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from angle and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             ValueError: Not finite, too far, or more than a turn without `several_turns`.
@@ -298,14 +303,24 @@ class MotionVerbs:
             RosTimeout: The action server is not there.
         """
         radians = math.radians(as_float(angle)) if degrees else angle
-        return self.steps(Step.turn(radians, speed), several_turns=several_turns, **options)
+        return self.steps(
+            [Step.turn(radians, speed)],
+            avoid=avoid,
+            timeout=timeout,
+            several_turns=several_turns,
+            check=check,
+            replace=replace,
+        )
 
     def strafe(
         self,
         distance: float,
         *,
         speed: float = 0.0,
-        **options: Unpack[StepOptions],
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Move sideways by `distance` (`/cmd_vel_control`); only omnidirectional bases can, others fail the
         goal. Returns at once.
@@ -313,7 +328,10 @@ class MotionVerbs:
         Args:
             distance: m along y of base_link, left positive; at most 10 m.
             speed: m/s; 0 takes the chassis's 0.2 m/s.
-            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
@@ -321,7 +339,9 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        return self.steps(Step.lateral(distance, speed), **options)
+        return self.steps(
+            [Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
+        )
 
     def move_diagonal(
         self,
@@ -330,7 +350,10 @@ class MotionVerbs:
         *,
         degrees: bool = False,
         speed: float = 0.0,
-        **options: Unpack[StepOptions],
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Move in a direction without turning (`/cmd_vel_control`); only omnidirectional bases can,
         others fail the goal. Returns at once.
@@ -340,7 +363,10 @@ class MotionVerbs:
             angle: Direction in rad (or degrees), left of forward positive.
             degrees: Whether `angle` is in degrees.
             speed: m/s; 0 takes the chassis's 0.2 m/s.
-            options: `avoid`, `timeout`, `check` and `replace`: as for `steps`.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
@@ -349,7 +375,13 @@ class MotionVerbs:
             RosTimeout: The action server is not there.
         """
         radians = math.radians(as_float(angle)) if degrees else angle
-        return self.steps(Step.diagonal(distance, radians, speed), **options)
+        return self.steps(
+            [Step.diagonal(distance, radians, speed)],
+            avoid=avoid,
+            timeout=timeout,
+            check=check,
+            replace=replace,
+        )
 
     def steps(
         self,

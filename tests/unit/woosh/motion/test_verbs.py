@@ -12,7 +12,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.motion import verbs
 from woosh_pure.motion.steps import Step
 from woosh_pure.motion.task import TaskOptions
-from woosh_pure.motion.verbs import MotionVerbs, StepOptions
+from woosh_pure.motion.verbs import MotionVerbs
 
 GIVEN = {
     "timeout": 7.5,
@@ -54,10 +54,8 @@ def options(name: str) -> list[str]:
     """The options of a verb; those of `**options`, too."""
     found = inspect.signature(getattr(MotionVerbs, name)).parameters.values()
     own = [each.name for each in found if each.kind is inspect.Parameter.KEYWORD_ONLY]
-    for each in found:
-        if each.kind is inspect.Parameter.VAR_KEYWORD:
-            own += (TaskOptions if "Task" in each.annotation else StepOptions).__annotations__
-    return own
+    more = [each for each in found if each.kind is inspect.Parameter.VAR_KEYWORD]
+    return own + (sorted(TaskOptions.__annotations__) if more else [])
 
 
 def handed_on(monkeypatch: pytest.MonkeyPatch, name: str) -> tuple[Any, dict[str, Any]]:
