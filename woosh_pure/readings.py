@@ -22,13 +22,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def _feed(name: str) -> Any:
-    """A property that is the feed of that name; `help` shows the words of the interface table."""
-    row = interface.find(name)
-    doc = f"`{row.name}`: {row.meaning}" + (f"; {row.unit}." if row.unit else ".")
-    return property(lambda self: self._components.feeds.get(name), doc=doc)
-
-
 class Readings:
     """The part of `Chassis` that only listens."""
 
@@ -55,42 +48,95 @@ class Readings:
             )
         return self._components.feeds.get(found.feed or found.name)
 
-    status: Feed[values.RobotStatus] = _feed("status")
-    """`/robot_status`, published on change only."""
-    pose: Feed[Pose2D] = _feed("pose")
-    """`/movebase_pose2d`: map_T_base, m and rad."""
-    odometer: Feed[float] = _feed("odometer")
-    """`/odometer`: metres travelled."""
-    battery: Feed[values.Battery] = _feed("battery")
-    """`/battery`: charge in %, voltage, current, temperatures, capacities; V, A, °C, Ah."""
-    localization: Feed[values.PoseEstimate] = _feed("localization")
-    """`/amcl_pose`: the pose found by the localisation, with its covariance; m and rad in the map."""
-    information: Feed[values.Information] = _feed("information")
-    """`/information`: versions of the controller, type of the base, parameters."""
-    bms: Feed[values.Bms] = _feed("bms")
-    """`/driver_base/bms`: what the battery management system measures; V, A, °C, Ah."""
-    parameters: Feed[values.Parameters] = _feed("parameters")
-    """`/driver_base/parameter`: wheel geometry, reduction ratios, speed limits; m, m/s, rad/s."""
-    measured_velocity: Feed[Velocity] = _feed("velocity")
-    """`/odom_twist`: how the base actually moves, m/s and rad/s."""
-    status_code: Feed[StatusCode] = _feed("status_code")
-    """`/status_code`, decoded; `faults` is the set that is active."""
-    scan: Feed[values.LaserScan] = _feed("scan")
-    """`/scan`: the fused lidar scan; m and rad in the scan's own frame."""
-    imu: Feed[values.Imu] = _feed("imu")
-    """`/imu/data_raw`: raw inertial measurements; rad/s and m/s² in the IMU's frame."""
-    odometry_raw: Feed[values.Odometry] = _feed("odometry_raw")
-    """`/odom_raw`: from the wheels alone."""
-    odometry: Feed[values.Odometry] = _feed("odometry")
-    """`/odom`: from wheels and IMU."""
-    camera: Feed[values.Image] = _feed("camera")
-    """`/camera_1/color/image_raw`: the colour image, as an array of pixels."""
-    depth: Feed[values.Image] = _feed("depth")
-    """`/camera_1/depth/image_raw`: the depth image, as an array; m or mm, by its encoding."""
-    points: Feed[values.PointCloud] = _feed("points")
-    """`/camera_1/depth/points`: the depth image as a point cloud; m in the camera's frame."""
-    obstacle_points: Feed[values.PointCloud] = _feed("obstacle_points")
-    """`/camera_1/depth/cloud_without_planes`: points of obstacles, no ground; m, camera frame."""
+    @property
+    def status(self) -> Feed[values.RobotStatus]:
+        """`/robot_status`, published on change only."""
+        return self._components.feeds.get("status")
+
+    @property
+    def pose(self) -> Feed[Pose2D]:
+        """`/movebase_pose2d`: map_T_base, m and rad."""
+        return self._components.feeds.get("pose")
+
+    @property
+    def odometer(self) -> Feed[float]:
+        """`/odometer`: metres travelled."""
+        return self._components.feeds.get("odometer")
+
+    @property
+    def battery(self) -> Feed[values.Battery]:
+        """`/battery`: charge in %, voltage, current, temperatures, capacities; V, A, °C, Ah."""
+        return self._components.feeds.get("battery")
+
+    @property
+    def localization(self) -> Feed[values.PoseEstimate]:
+        """`/amcl_pose`: the pose found by the localisation, with its covariance; m and rad in the map."""
+        return self._components.feeds.get("localization")
+
+    @property
+    def information(self) -> Feed[values.Information]:
+        """`/information`: versions of the controller, type of the base, parameters."""
+        return self._components.feeds.get("information")
+
+    @property
+    def bms(self) -> Feed[values.Bms]:
+        """`/driver_base/bms`: what the battery management system measures; V, A, °C, Ah."""
+        return self._components.feeds.get("bms")
+
+    @property
+    def parameters(self) -> Feed[values.Parameters]:
+        """`/driver_base/parameter`: wheel geometry, reduction ratios, speed limits; m, m/s, rad/s."""
+        return self._components.feeds.get("parameters")
+
+    @property
+    def measured_velocity(self) -> Feed[Velocity]:
+        """`/odom_twist`: how the base actually moves, m/s and rad/s."""
+        return self._components.feeds.get("velocity")
+
+    @property
+    def status_code(self) -> Feed[StatusCode]:
+        """`/status_code`, decoded; `faults` is the set that is active."""
+        return self._components.feeds.get("status_code")
+
+    @property
+    def scan(self) -> Feed[values.LaserScan]:
+        """`/scan`: the fused lidar scan; m and rad in the scan's own frame."""
+        return self._components.feeds.get("scan")
+
+    @property
+    def imu(self) -> Feed[values.Imu]:
+        """`/imu/data_raw`: raw inertial measurements; rad/s and m/s² in the IMU's frame."""
+        return self._components.feeds.get("imu")
+
+    @property
+    def odometry_raw(self) -> Feed[values.Odometry]:
+        """`/odom_raw`: from the wheels alone."""
+        return self._components.feeds.get("odometry_raw")
+
+    @property
+    def odometry(self) -> Feed[values.Odometry]:
+        """`/odom`: from wheels and IMU."""
+        return self._components.feeds.get("odometry")
+
+    @property
+    def camera(self) -> Feed[values.Image]:
+        """`/camera_1/color/image_raw`: the colour image, as an array of pixels."""
+        return self._components.feeds.get("camera")
+
+    @property
+    def depth(self) -> Feed[values.Image]:
+        """`/camera_1/depth/image_raw`: the depth image, as an array; m or mm, by its encoding."""
+        return self._components.feeds.get("depth")
+
+    @property
+    def points(self) -> Feed[values.PointCloud]:
+        """`/camera_1/depth/points`: the depth image as a point cloud; m in the camera's frame."""
+        return self._components.feeds.get("points")
+
+    @property
+    def obstacle_points(self) -> Feed[values.PointCloud]:
+        """`/camera_1/depth/cloud_without_planes`: points of obstacles, no ground; m, camera frame."""
+        return self._components.feeds.get("obstacle_points")
 
     @property
     def faults(self) -> Faults:
