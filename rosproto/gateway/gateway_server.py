@@ -11,7 +11,7 @@ from typing import TypeVar
 from rosproto.aio.pool import Pool
 from rosproto.gateway.access import Access
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
-from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.client_limits import READER_BYTES, GatewayLimits
 from rosproto.gateway.client_publications import ClientPublications
 from rosproto.gateway.json_text import JsonReader
 from rosproto.gateway.shared_subscriptions import SharedSubscriptions
@@ -50,6 +50,12 @@ class GatewayState:
         self.shared_subscriptions = SharedSubscriptions(node, limits)
         self.velocity_watchdog = VelocityWatchdog(node.clock.now)
         self.publications = ClientPublications(node, self.velocity_watchdog, watchdog=watchdog)
+
+    @property
+    def longest_message(self) -> int:
+        """Longest message of a client in bytes: less where nothing may be written."""
+        most = self.limits.message_bytes
+        return most if self.access.writes_anything else min(READER_BYTES, most)
 
     def close(self, timeout: float) -> None:
         """Release everything, after the sessions have ended."""

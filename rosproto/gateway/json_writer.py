@@ -109,27 +109,22 @@ class Writer(ABC):
     @abstractmethod
     def run(self, pieces: list[tuple[str, str]], *, first: bool) -> str:
         """The expression for several fields; each piece is (name, expression)."""
-        ...
 
     @abstractmethod
     def join(self, names: list[str]) -> str:
         """The expression for a message whose runs of fields are in these variables."""
-        ...
 
     @abstractmethod
     def one(self, field: FieldLayout, value: str) -> str:
         """The expression for a number, string or time."""
-        ...
 
     @abstractmethod
     def many(self, field: FieldLayout, value: str) -> str:
         """The expression for an array of numbers, strings or times."""
-        ...
 
     @abstractmethod
     def messages(self, call: str, value: str) -> str:
         """The expression for an array of messages, each written by `call`."""
-        ...
 
 
 class JsonWriter(Writer):

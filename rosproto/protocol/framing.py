@@ -172,7 +172,7 @@ class FrameDecoder:
         return payload
 
     def decoded(self, decode: Decode, owns: bool, newest: int | None = None) -> list[Any]:
-        """Take out complete frames, at most `BATCH`, each decoded in place.
+        """Take out complete frames, at most `BATCH`, each decoded in place. An error of `decode` loses them.
 
         Args:
             decode: `(buffer, start, end) -> message`.
@@ -182,33 +182,9 @@ class FrameDecoder:
         """
         if self._large is not None:
             return [] if self._have < self._size else [decode(self._taken(), 0, self._size)]
-        if newest is not None:
-            return self._newest(decode, owns, newest)
-        buffer, start, end = self.buffer, self._start, self._end
-        batch: list[Any] = []
-        append = batch.append
-        try:
-            for _ in range(BATCH):
-                if end - start < 4:
-                    break
-                following = start + 4 + _length(buffer, start)[0]
-                if following > end:
-                    break
-                if owns:
-                    append(decode(bytes(self._view[start + 4 : following]), 0, following - start - 4))
-                else:
-                    append(decode(buffer, start + 4, following))
-                start = following
-        finally:
-            self._start = start
-        self.count += len(batch)
-        return batch
-
-    def _newest(self, decode: Decode, owns: bool, newest: int) -> list[Any]:
-        """Find all complete frames, skip the older ones, decode the rest."""
         buffer, start, end = self.buffer, self._start, self._end
         found: list[tuple[int, int]] = []
-        while end - start >= 4:
+        while end - start >= 4 and (newest is not None or len(found) < BATCH):
             following = start + 4 + _length(buffer, start)[0]
             if following > end:
                 break
@@ -216,10 +192,12 @@ class FrameDecoder:
             start = following
         self._start = start
         self.count += len(found)
-        self.passed_over += max(0, len(found) - newest)
+        if newest is not None:
+            self.passed_over += max(0, len(found) - newest)
+            found = found[-newest:]
         if owns:
-            return [decode(bytes(self._view[a:b]), 0, b - a) for a, b in found[-newest:]]
-        return [decode(buffer, a, b) for a, b in found[-newest:]]
+            return [decode(bytes(self._view[first:last]), 0, last - first) for first, last in found]
+        return [decode(buffer, first, last) for first, last in found]
 
     def _taken(self) -> Any:
         large, self._large = self._large, None

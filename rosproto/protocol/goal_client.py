@@ -170,7 +170,7 @@ class GoalMachine:
         """A cancel of this goal was sent; enter WAITING_FOR_CANCEL_ACK where the server's reaction is
         expected.
         """
-        if self.state not in _CANCEL_HELPS:
+        if not self.cancel_helps:
             return ()
         return self._pass((CommState.WAITING_FOR_CANCEL_ACK,))
 
@@ -193,9 +193,8 @@ class GoalMachine:
         return not server or not self.server or server == self.server
 
     def _is_ours(self, server: str) -> bool:
-        if server and not self.server:
-            self.server = server
-        return not server or server == self.server
+        self.server = self.server or server
+        return self.is_from(server)
 
     def _pass(self, path: tuple[CommState, ...]) -> tuple[CommState, ...]:
         if path:

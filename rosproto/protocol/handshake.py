@@ -295,14 +295,23 @@ def _types_differ(
 ) -> Md5sumMismatch:
     """The error for a definite type requested from a publisher of AnyMsg, in rospy's words."""
     asked = fields.get("type", "")
-    return Md5sumMismatch(
+    text = (
         f"{topic}: topic types do not match: [{asked or fields['md5sum']}] vs. [{type_name}]; it is published"
-        " as AnyMsg, which has no type: subscribe with AnyMsg, or have the relay publish the type",
-        name=topic,
+        " as AnyMsg, which has no type: subscribe with AnyMsg, or have the relay publish the type"
+    )
+    return _mismatch(text, fields, topic, type_name, md5sum, peer)
+
+
+def _mismatch(
+    text: str, fields: Mapping[str, str], name: str, type_name: str, md5sum: str, peer: str
+) -> Md5sumMismatch:
+    return Md5sumMismatch(
+        text,
+        name=name,
         peer=peer,
         type_name=type_name,
         md5sum=md5sum,
-        remote_type=asked,
+        remote_type=fields.get("type", ""),
         remote_md5sum=fields["md5sum"],
         message_definition=fields.get("message_definition", ""),
     )
@@ -321,18 +330,12 @@ def _check_md5sum(
         return
     remote_type = fields.get("type", "")
     who = " ".join(part for part in (fields.get("callerid", ""), f"({peer})" if peer else "") if part)
-    raise Md5sumMismatch(
+    text = (
         f"{name}: {who or 'the other side'} {verb} {remote_type or 'an unnamed type'} with md5sum {theirs}, "
         f"expected {type_name} with md5sum {md5sum}; compare the two definitions "
-        "(error.message_definition has the other side's, when it sent one)",
-        name=name,
-        peer=peer,
-        type_name=type_name,
-        md5sum=md5sum,
-        remote_type=remote_type,
-        remote_md5sum=theirs,
-        message_definition=fields.get("message_definition", ""),
+        "(error.message_definition has the other side's, when it sent one)"
     )
+    raise _mismatch(text, fields, name, type_name, md5sum, peer)
 
 
 def _real(fields: Mapping[str, str], type_name: str, md5sum: str, name: str) -> tuple[str, str]:

@@ -6,6 +6,7 @@ are connected.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -42,13 +43,13 @@ class ServiceTypes:
         self._access = access
         self._lock = threading.Lock()
         self._asking = threading.Lock()
-        self._known: dict[tuple[str, str], Any] = {}
-        self._in_vain: dict[tuple[str, str], float] = {}
+        self._found: dict[tuple[str, str], tuple[Any, float]] = {}  # class or None, and when to probe again
 
     def present(self, view: GraphView) -> dict[str, Any]:
         """The services of a view whose type is known, with their classes."""
         with self._lock:
-            return {key[0]: self._known[key] for key in self._open(view) if key in self._known}
+            found = {key[0]: self._found.get(key, (None, 0.0))[0] for key in self._open(view)}
+        return {name: kind for name, kind in found.items() if kind is not None}
 
     def _open(self, view: GraphView) -> list[tuple[str, str]]:
         """The visible services of a view: (service, provider)."""
@@ -68,7 +69,7 @@ class ServiceTypes:
                 if stop():
                     break
                 with self._lock:
-                    if key in self._known or time.monotonic() < self._in_vain.get(key, 0.0):
+                    if time.monotonic() < self._found.get(key, (None, 0.0))[1]:
                         continue
                 found |= self._ask_one(key)
             return found
@@ -85,19 +86,17 @@ class ServiceTypes:
                 kind = self._node.revisions.service(kind, header["md5sum"]) or kind
         except (RosError, OSError, ValueError) as problem:
             _log.info("! foxglove: %s is not offered: %s", service, problem)
-            with self._lock:
-                self._in_vain[key] = time.monotonic() + AGAIN_AFTER
-            return False
+            kind = None
+        again = math.inf if kind is not None else time.monotonic() + AGAIN_AFTER
         with self._lock:
-            self._known[key] = kind
-        return True
+            self._found[key] = kind, again
+        return kind is not None
 
     def forget(self, view: GraphView) -> None:
         """Forget all services but those of a view."""
         present = set(self._open(view))
         with self._lock:
-            self._known = {key: kind for key, kind in self._known.items() if key in present}
-            self._in_vain = {key: when for key, when in self._in_vain.items() if key in present}
+            self._found = {key: found for key, found in self._found.items() if key in present}
 
 
 def call(service: AdvertisedService, asked: Call, state: GatewayState) -> bytes:

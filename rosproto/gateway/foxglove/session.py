@@ -19,7 +19,6 @@ from rosproto.errors import RosError
 from rosproto.gateway.access import Refused
 from rosproto.gateway.chunks import framed
 from rosproto.gateway.client_channel import ClientChannel
-from rosproto.gateway.client_limits import READER_BYTES
 from rosproto.gateway.foxglove import messages
 from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannel, AdvertisedService
 from rosproto.gateway.foxglove.assets import AssetAnswer
@@ -103,11 +102,8 @@ class FoxgloveSession:
 
     @property
     def longest(self) -> int:
-        """Longest next message in bytes: less where nothing may be written."""
-        limits = self._state.limits
-        if not self._state.access.writes_anything:
-            return min(READER_BYTES, limits.message_bytes)
-        return limits.message_bytes
+        """Longest next message in bytes."""
+        return self._state.longest_message
 
     async def received(self, data: str | bytes) -> None:
         """Carry out one message; in the server's loop."""

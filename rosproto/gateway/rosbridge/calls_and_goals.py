@@ -21,7 +21,6 @@ from rosproto.gateway.rosbridge.action_mapping import action_status, action_type
 from rosproto.gateway.rosbridge.fields import Id
 from rosproto.gateway.rosbridge.operations import CallService, CancelActionGoal, SendActionGoal
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.rosapi import RosapiError
 from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.tf_republisher import ACTION_TYPE, is_tf_name
 from rosproto.gateway.values import from_arguments, to_json
@@ -65,7 +64,7 @@ class ServiceCalls:
             with self._state.waiting(long=asked.long):
                 values = self._values(asked, cancellation)
             self._channel.answer(self._protocol.service_response(asked, values))
-        except (Refused, RosapiError, RosError, ValueError) as error:
+        except (Refused, RosError, ValueError) as error:
             self._fail(asked, str(error))
         except Exception as error:
             self._fail(asked, f"an error of the gateway ({type(error).__name__})")

@@ -19,7 +19,6 @@ from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.client_channel import ClientChannel
-from rosproto.gateway.client_limits import READER_BYTES
 from rosproto.gateway.client_publications import ClientPublication
 from rosproto.gateway.rosbridge import operations
 from rosproto.gateway.rosbridge.advertised_by_client import AdvertisedActions, AdvertisedServices
@@ -100,12 +99,9 @@ class RosbridgeSession:
 
     @property
     def longest(self) -> int:
-        """Longest next message in bytes: less where most messages would be refused anyway."""
-        if not self._authenticated:
-            return min(UNAUTHENTICATED_BYTES, self._limits.message_bytes)
-        if not self._state.access.writes_anything:
-            return min(READER_BYTES, self._limits.message_bytes)
-        return self._limits.message_bytes
+        """Longest next message in bytes."""
+        most = self._state.longest_message
+        return most if self._authenticated else min(UNAUTHENTICATED_BYTES, most)
 
     async def _carry_out_all(self, asked: list[Request], *, long: bool) -> None:
         """Carry out the requests of one message, in order.

@@ -27,14 +27,18 @@ CALL_SECONDS = 10.0
 MOST_TEXT = 1 << 20  # characters of one field; enough for a robot_description
 
 Values = dict[str, object]
-Fields = dict[str, str]
 
 
 class _Entry(NamedTuple):
-    """One service: the name of its type, and the function that answers it."""
+    """One service: the name of its type, and the function that answers it.
+
+    The function takes the request's fields by position, and then the deadline if it `waits`. It returns the
+    response's only field, or a tuple of its fields.
+    """
 
     type: str
-    answer: Callable[[Fields, Deadline], Values]
+    answer: Callable[..., Any]
+    waits: bool = True
 
 
 class Rosapi:
@@ -55,13 +59,13 @@ class Rosapi:
         self._node = node
         self._timeout = timeout
         visible = Visible(access)
-        self._parameters = VisibleParameters(node, visible)
         self._definitions = Definitions(node, visible)
-        self._table = self._entries()
-        self.services: Mapping[str, str] = {
-            f"{NAMESPACE}/{name}": f"rosapi/{entry.type}" for name, entry in self._table.items()
-        }
+        self.services: dict[str, str] = {}
         self._graph = VisibleGraph(node, visible, self.services)
+        self._table = self._entries(VisibleParameters(node, visible))
+        self.services.update(
+            (f"{NAMESPACE}/{name}", f"rosapi/{entry.type}") for name, entry in self._table.items()
+        )
 
     def answers(self, service: str) -> bool:
         """Whether this service is one of them; "rosapi/topics" means "/rosapi/topics"."""
@@ -84,103 +88,63 @@ class Rosapi:
         if entry is None:
             raise RosapiError(f"service {service} is not one of {NAMESPACE}")
         fields = _fields(entry.type, args)
+        deadline = (Deadline(self._timeout),) if entry.waits else ()
         try:
-            return entry.answer(fields, Deadline(self._timeout))
+            answer = entry.answer(*fields.values(), *deadline)
         except RosapiError:
             raise
         except (RosError, ValueError) as error:
             raise RosapiError(f"{NAMESPACE}/{_local_name(service)}: {error}") from error
+        names = [field.name for field in bundled().service(f"rosapi/{entry.type}").response.fields]
+        return dict(zip(names, (answer,) if len(names) == 1 else answer, strict=True))
 
-    def _name(self, name: str) -> str:
-        """The resolved name, which is compared with the patterns."""
-        return self._node.resolve_name(name) if name else name
-
-    def _entries(self) -> dict[str, _Entry]:
+    def _entries(self, parameters: VisibleParameters) -> dict[str, _Entry]:
+        graph, named, details = self._graph, self._named, self._definitions.service_details
+        request, response = partial(details, half="request"), partial(details, half="response")
         return {
-            "topics": _Entry("Topics", lambda _, d: _columns(self._graph.topics(d))),
-            "topics_for_type": _Entry(
-                "TopicsForType", lambda f, d: {"topics": self._graph.topics_for_type(f["type"], d)}
-            ),
+            "topics": _Entry("Topics", self._topics),
+            "topics_for_type": _Entry("TopicsForType", graph.topics_for_type),
             "topics_and_raw_types": _Entry("TopicsAndRawTypes", self._raw_types),
-            "topic_type": _Entry(
-                "TopicType", lambda f, d: {"type": self._graph.topics(d).get(self._name(f["topic"]), "")}
-            ),
-            "publishers": _Entry(
-                "Publishers", lambda f, d: {"publishers": self._graph.publishers(self._name(f["topic"]), d)}
-            ),
-            "subscribers": _Entry(
-                "Subscribers",
-                lambda f, d: {"subscribers": self._graph.subscribers(self._name(f["topic"]), d)},
-            ),
-            "services": _Entry("Services", lambda _, d: {"services": self._graph.services(d)}),
-            "services_for_type": _Entry(
-                "ServicesForType", lambda f, d: {"services": self._graph.services_for_type(f["type"], d)}
-            ),
-            "service_type": _Entry(
-                "ServiceType", lambda f, d: {"type": self._graph.service_type(self._name(f["service"]), d)}
-            ),
-            "service_providers": _Entry(
-                "ServiceProviders", lambda f, d: {"providers": self._graph.service_providers(f["service"], d)}
-            ),
-            "service_node": _Entry(
-                "ServiceNode", lambda f, d: {"node": self._graph.service_node(self._name(f["service"]), d)}
-            ),
-            "service_host": _Entry(
-                "ServiceHost", lambda f, d: {"host": self._graph.service_host(self._name(f["service"]), d)}
-            ),
-            "nodes": _Entry("Nodes", lambda _, d: {"nodes": self._graph.nodes(d)}),
-            "node_details": _Entry("NodeDetails", self._node_details),
-            "action_servers": _Entry(
-                "GetActionServers", lambda _, d: {"action_servers": self._graph.action_servers(d)}
-            ),
-            "message_details": _Entry(
-                "MessageDetails", lambda f, _: {"typedefs": self._definitions.message_details(f["type"])}
-            ),
-            "service_request_details": _Entry(
-                "ServiceRequestDetails",
-                lambda f, _: {"typedefs": self._definitions.service_details(f["type"], "request")},
-            ),
-            "service_response_details": _Entry(
-                "ServiceResponseDetails",
-                lambda f, _: {"typedefs": self._definitions.service_details(f["type"], "response")},
-            ),
-            "get_param": _Entry(
-                "GetParam", lambda f, _: {"value": self._parameters.get(f["name"], f["default"])}
-            ),
-            "set_param": _Entry("SetParam", self._set_param),
-            "has_param": _Entry("HasParam", lambda f, _: {"exists": self._parameters.has(f["name"])}),
-            "search_param": _Entry(
-                "SearchParam", lambda f, _: {"global_name": self._parameters.search(f["name"])}
-            ),
-            "delete_param": _Entry("DeleteParam", self._delete_param),
-            "get_param_names": _Entry("GetParamNames", lambda _, __: {"names": self._parameters.names()}),
-            "get_time": _Entry("GetTime", lambda _, __: {"time": self._time()}),
+            "topic_type": _Entry("TopicType", named(lambda topic, d: graph.topics(d).get(topic, ""))),
+            "publishers": _Entry("Publishers", named(graph.publishers)),
+            "subscribers": _Entry("Subscribers", named(graph.subscribers)),
+            "services": _Entry("Services", graph.services),
+            "services_for_type": _Entry("ServicesForType", graph.services_for_type),
+            "service_type": _Entry("ServiceType", named(graph.service_type)),
+            "service_providers": _Entry("ServiceProviders", graph.service_providers),
+            "service_node": _Entry("ServiceNode", named(graph.service_node)),
+            "service_host": _Entry("ServiceHost", named(graph.service_host)),
+            "nodes": _Entry("Nodes", graph.nodes),
+            "node_details": _Entry("NodeDetails", named(graph.node_details)),
+            "action_servers": _Entry("GetActionServers", graph.action_servers),
+            "message_details": _Entry("MessageDetails", self._definitions.message_details, waits=False),
+            "service_request_details": _Entry("ServiceRequestDetails", request, waits=False),
+            "service_response_details": _Entry("ServiceResponseDetails", response, waits=False),
+            "get_param": _Entry("GetParam", parameters.get, waits=False),
+            "set_param": _Entry("SetParam", parameters.set, waits=False),
+            "has_param": _Entry("HasParam", parameters.has, waits=False),
+            "search_param": _Entry("SearchParam", parameters.search, waits=False),
+            "delete_param": _Entry("DeleteParam", parameters.delete, waits=False),
+            "get_param_names": _Entry("GetParamNames", parameters.names, waits=False),
+            "get_time": _Entry("GetTime", self._time, waits=False),
         }
 
-    def _raw_types(self, _: Fields, deadline: Deadline) -> Values:
+    def _named(self, answer: Callable[[str, Deadline], object]) -> Callable[[str, Deadline], object]:
+        """The answer for the resolved name, which is compared with the patterns."""
+        return lambda name, deadline: answer(self._node.resolve_name(name) if name else name, deadline)
+
+    def _topics(self, deadline: Deadline) -> tuple[object, ...]:
+        topics = self._graph.topics(deadline)
+        return list(topics), list(topics.values())
+
+    def _raw_types(self, deadline: Deadline) -> tuple[object, ...]:
         topics = self._graph.topics(deadline)
         texts = {kind: self._definitions.full_text(kind, deadline) for kind in set(topics.values()) if kind}
-        return {**_columns(topics), "typedefs_full_text": [texts.get(kind, "") for kind in topics.values()]}
-
-    def _node_details(self, fields: Fields, deadline: Deadline) -> Values:
-        found = self._graph.node_details(self._name(fields["node"]), deadline)
-        return dict(zip(("subscribing", "publishing", "services"), found, strict=True))
-
-    def _set_param(self, fields: Fields, _: Deadline) -> Values:
-        self._parameters.set(fields["name"], fields["value"])
-        return {}
-
-    def _delete_param(self, fields: Fields, _: Deadline) -> Values:
-        self._parameters.delete(fields["name"])
-        return {}
+        return list(topics), list(topics.values()), [texts.get(kind, "") for kind in topics.values()]
 
     def _time(self) -> Values:
         now = self._node.clock.now()
         return {"secs": now.secs, "nsecs": now.nsecs}
-
-
-def _columns(topics: dict[str, str]) -> Values:
-    return {"topics": list(topics), "types": list(topics.values())}
 
 
 def _local_name(service: str) -> str:
@@ -188,7 +152,7 @@ def _local_name(service: str) -> str:
     return name if f"/{head}" == NAMESPACE else ""
 
 
-def _fields(type_name: str, args: object) -> Fields:
+def _fields(type_name: str, args: object) -> dict[str, str]:
     """All fields of a request, as strings; missing ones are ""."""
     request = bundled().service(f"rosapi/{type_name}").request
     names = [field.name for field in request.fields]

@@ -38,8 +38,8 @@ class VisibleParameters:
             shown = {}  # a visible namespace without visible parameters
         return _to_json(shown)
 
-    def set(self, name: str, value: str) -> None:
-        """Set a parameter from JSON text."""
+    def set(self, name: str, value: str) -> tuple[()]:
+        """Set a parameter from JSON text. The response has no fields."""
         key = self._key(name)
         try:
             parsed = json.loads(value)
@@ -56,13 +56,15 @@ class VisibleParameters:
             self._node.params.set(key, parsed)
         except ValueError as error:
             raise RosapiError(str(error)) from error
+        return ()
 
-    def delete(self, name: str) -> None:
-        """Delete a parameter, if it is set."""
+    def delete(self, name: str) -> tuple[()]:
+        """Delete a parameter, if it is set. The response has no fields."""
         key = self._key(name)
         self._check_write(key)
         if self._node.params.has(key):
             self._node.params.delete(key)
+        return ()
 
     def has(self, name: str) -> bool:
         """Whether a visible parameter or namespace of this name is set."""
